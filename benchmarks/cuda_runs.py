@@ -85,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     study = _pairs(asked.radius_mm)
     own = {"solver": shipped.solver.model_copy(update={"settle_s": 0.0})}
     paper = next(trial for settings, trial in study if settings == ALIKE).model_copy(update=own)
-    bench = _digitised(shipped)
+    bench = _digitised(paper)
     spread = [study[number][1] for number in np.linspace(0, len(study) - 1, asked.runs).round().astype(int)]
     for trials in ([paper], spread):
         inject_at_once(bench, trials, device, frames=3)

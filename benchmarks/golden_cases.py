@@ -79,6 +79,8 @@ def _coarse(bench: Bench, name: str, changes: Mapping[str, Any]) -> Path:
 
 def _flare(bench: Bench) -> None:
     changes = {
+        "crack.tilt": "flare",
+        "crack.wall_angle_deg": 5.5,
         "solver.radius_mm": 0.78,
         "solver.settle_s": 0.2,
         "path.speed_mm_s": 10.0,

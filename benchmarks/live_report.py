@@ -27,24 +27,24 @@ from tests.live_page import level_mm, move, poured, write_changed
 
 SLOT = ("[solver]\n", '[solver]\nmodel = "slot"\n')
 HERSCHEL_BULKLEY = ("U = 30.0\nD_cm = 0.3", "consistency_pa_s_n = 0.8\nflow_index = 0.6")
-FLARE = 'tilt = "flare"\nwall_angle_deg = 5.5'
+WALLS = 'tilt = "undercut"\nwall_angle_deg = 4.84'
 TRIALS = {
     "as it is": (SLOT,),
     "closing": (
         SLOT,
         HERSCHEL_BULKLEY,
-        (FLARE, 'tilt = "funnel"\nwall_angle_deg = 6.0'),
+        (WALLS, 'tilt = "funnel"\nwall_angle_deg = 6.0'),
         ("[path]\nvolume_ml = 4.8", '[sample]\ngradient_deg = 4.0\n\n[path]\nvolume_ml = 1.6\nflow = "cross_section"'),
     ),
     "leaning": (
         SLOT,
         ("U = 30.0\nD_cm = 0.3", "viscosity_pa_s = 0.5"),
-        (FLARE, 'tilt = "lean"'),
+        (WALLS, 'tilt = "lean"'),
         ("trim_mm = 10.0", "trim_mm = 10.0\nreverse = true\nramp_mm = 3.0\nlead_in_mm = 5.0\nlead_out_mm = 5.0"),
         ("volume_ml = 4.8", "volume_ml = 2.4"),
         ("yield_stress_pa = 12.0", "yield_stress_pa = 3.0"),
     ),
-    "overfilled": (SLOT, (FLARE, 'tilt = "vertical"'), ("settle_s = 2.0", "settle_s = 20.0")),
+    "overfilled": (SLOT, (WALLS, 'tilt = "vertical"'), ("settle_s = 2.0", "settle_s = 20.0")),
 }
 """Changes of the fixture's trial file by trial."""
 SETTINGS, SEED, UPDATES = 5, 16, 40

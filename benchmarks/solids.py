@@ -5,11 +5,13 @@
 Plain, pinched, self-touching, tapered, branched and with islands; 50 to 300 mm long, traced in 200 to 2000 points.
 Every second one is as deep and as steep as the paper's, the others from 6 to 25 mm deep and from 3 to 15 degrees steep.
 Sound is what holds in memory and again in a file of float32: closed, facing outward, crossing itself nowhere, one piece
-without a hole through it, its cavity with one for each island.
+without a hole through it, its cavity with one for each island. An undercut without room is built with the largest angle
+that its refusal names.
 """
 
 import argparse
 import io
+import re
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,7 +31,8 @@ from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
 
-TILTS: tuple[Tilt, ...] = ("flare", "funnel", "lean")
+TILTS: tuple[Tilt, ...] = ("flare", "funnel", "undercut", "lean")
+FITS = re.compile(r"largest wall_angle_deg that fits is (\d+\.\d)")
 OFF_DEG = 0.1
 SPECK_MM2 = 1e-3
 """A smaller facet has no angle worth naming."""
@@ -78,7 +81,7 @@ def build(outline: Outline, kind: Kind, seed: int, tilt: Tilt) -> Built:
     shape = shape_of(seed, tilt)
     began = time.process_time()
     try:
-        solid = build_solid(outline, shape)
+        shape, solid = built_with_room(outline, shape)
     except InputError as fault:
         return Built(kind, seed, tilt, (str(fault),))
     took_s = time.process_time() - began
@@ -99,6 +102,17 @@ def build(outline: Outline, kind: Kind, seed: int, tilt: Tilt) -> Built:
         shortest_mm=solid.figures.min_edge_mm,
         time_s=took_s,
     )
+
+
+def built_with_room(outline: Outline, shape: CrackShape) -> tuple[CrackShape, Solid]:
+    try:
+        return shape, build_solid(outline, shape)
+    except InputError as fault:
+        named = FITS.search(str(fault))
+        if named is None:
+            raise
+    less = shape.model_copy(update={"wall_angle_deg": float(named[1])})
+    return less, build_solid(outline, less)
 
 
 def shape_of(seed: int, tilt: Tilt) -> CrackShape:
@@ -149,7 +163,7 @@ def wall_errors(solid: Solid, lean: Floats, shape: CrackShape) -> tuple[float, f
 
     A leaning wall has an angle of its own at every bend: it is put upright first.
     """
-    vertices_mm, expected_deg = solid.vertices_mm, shape.wall_angles_deg[0]
+    vertices_mm, expected_deg = solid.vertices_mm, shape.wall_angles_deg[0] * (-1 if solid.tilt == "undercut" else 1)
     if solid.tilt == "lean":
         slope = wall_shifts_mm(shape)[0] / shape.deepest_mm
         vertices_mm = vertices_mm + np.column_stack(

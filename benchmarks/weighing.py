@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.outlines import Kind, odd_outline
 from benchmarks.table import Row, finish
-from digitise.settings import CrackShape
+from digitise.settings import AGAINST_EACH_OTHER, CrackShape, Tilt
 from digitise.solid.footprint import lay_out
 from digitise.solid.tilt_variants import Slicer
 from digitise.solid.wedges import wall_shifts_mm
@@ -30,6 +30,7 @@ from sealtwin.core.solid_figures import WeighedCavity
 KINDS: tuple[Kind, ...] = ("plain", "tapered", "pinched")
 WIDTH_SD_MM, DEPTH_SD_MM = 0.1, 0.5
 MOST_CLOSED = 0.6  # Largest share of its width that a crack loses on the way down
+MOST_OPEN_DEG = 8.0
 SLICES = 60
 STEPS = (4, 9)  # Least and largest number of steps of a fill that is poured in steps
 
@@ -49,12 +50,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--fills", type=int, default=200, help="how many of each form: in steps, and to the brim alone")
     parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--tilt", choices=AGAINST_EACH_OTHER, help="of all walls; left out, they flare or funnel")
     arguments = parser.parse_args()
     rows: list[Row] = []
     forms: tuple[tuple[str, Literal["steps", "brim"]], ...] = (("in steps", "steps"), ("to the brim", "brim"))
     for form, poured in forms:
         seeds = range(arguments.first, arguments.first + arguments.fills)
-        rows += judged(form, [emulate(seed, poured) for seed in seeds])
+        rows += judged(form, [emulate(seed, poured, arguments.tilt) for seed in seeds])
     finish(rows)
 
 
@@ -71,13 +73,15 @@ def judged(form: str, fills: list[Emulated]) -> list[Row]:
     return rows
 
 
-def emulate(seed: int, poured: Literal["steps", "brim"]) -> Emulated:
+def emulate(seed: int, poured: Literal["steps", "brim"], only: Tilt | None = None) -> Emulated:
     rng = np.random.default_rng([seed, poured == "brim"])
     outline = odd_outline(KINDS[seed % len(KINDS)], seed, length_mm=float(rng.uniform(60, 200)), points=600)
-    tilt = "flare" if rng.random() < 0.5 else "funnel"
+    tilt: Tilt = "flare" if rng.random() < 0.5 else "funnel"
+    tilt = only or tilt
     real, depth_mm = widened(outline, float(rng.normal(0, WIDTH_SD_MM))), float(rng.uniform(8, 30))
-    steepest_deg = np.degrees(np.arctan(MOST_CLOSED * real.mean_width_mm / depth_mm / 2))
-    truth = CrackShape(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=float(rng.uniform(0.3, 1) * min(8, steepest_deg)))
+    closing_deg = np.degrees(np.arctan(MOST_CLOSED * real.mean_width_mm / depth_mm / 2))
+    steepest_deg = MOST_OPEN_DEG if tilt == "undercut" else min(MOST_OPEN_DEG, closing_deg)
+    truth = CrackShape(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=float(rng.uniform(0.3, 1) * steepest_deg))
     fill, volume_mm3 = poured_into(rng, real, truth, poured)
     gauged = CrackShape(depth_mm=depth_mm + float(rng.normal(0, DEPTH_SD_MM)), tilt=tilt)
     began = time.process_time()

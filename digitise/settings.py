@@ -3,10 +3,10 @@
 from itertools import pairwise
 from math import hypot
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from digitise.planned_path import PathTable, PlanOrFile, read_planned_path
 from digitise.weighing.fill import FillOrFile
@@ -20,8 +20,17 @@ OnFace = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate on the fac
 FaceSide = Annotated[float, Field(gt=1, le=5000)]  # Side of a sample's face in mm; no crack is visible on 1 mm
 FINEST_MM_PER_PX, COARSEST_MM_PER_PX = 0.001, 2.0  # Light resolves nothing finer; cracks of 8 px would be 16 mm wide
 LARGEST_VOLUME_ML, SMALLEST_VOLUME_ML = 1000.0, 0.001  # Three cartridges, and four particles of the paper's size
-Tilt = Literal["lean", "flare", "funnel", "vertical"]
-WallAngle = Annotated[float, Field(ge=0, lt=60)]
+Tilt = Literal["lean", "flare", "funnel", "undercut", "vertical"]
+AGAINST_EACH_OTHER: tuple[Tilt, ...] = ("flare", "funnel", "undercut")  # Tilts that make mouth and floor differ
+
+
+def _require_no_sign(angle_deg: Any) -> Any:
+    if isinstance(angle_deg, int | float) and angle_deg < 0:
+        raise ValueError('give 0 or more; walls that open downward are tilt = "undercut"')
+    return angle_deg
+
+
+WallAngle = Annotated[float, Field(ge=0, lt=60), BeforeValidator(_require_no_sign)]
 ONE, SEVERAL = "one", "several"
 ByShape = Discriminator(lambda value: SEVERAL if isinstance(value, list | tuple) else ONE)
 """Discriminator of settings that are one number or several, so that an error is about the form given."""
@@ -209,8 +218,9 @@ class CrackShape(Settings):
     """Tilt of the walls. lean: both lean the same way, so that mouth, width and the volume between closed ends are the
     photo's; open ends stay vertical, in the side of the sample, so that the volume is off by 1 to 2 % where the crack
     bends there or meets the side obliquely. flare: the floor keeps the traced width, the mouth opens. funnel: the mouth
-    keeps it, the walls close. The paper's walls "funnel particles into the crack while keeping the appearance of the
-    original crack", as lean does."""
+    keeps it, the walls close downward. undercut: the mouth keeps it, the walls open downward; it is refused where its
+    walls would meet below the face or leave the block. The paper's walls "funnel particles into the crack while keeping
+    the appearance of the original crack", as lean does."""
     wall_angle_deg: Annotated[
         Annotated[WallAngle, Tag(ONE)] | Annotated[tuple[WallAngle, WallAngle], Tag(SEVERAL)], ByShape
     ] = 11.0
@@ -266,12 +276,12 @@ class CrackShape(Settings):
         _require_order("depth_mm", self._stations_mm)
         left_deg, right_deg = self.wall_angles_deg
         default = type(self).model_fields["wall_angle_deg"].default
-        if self.fill is not None and self.tilt in ("flare", "funnel") and self.wall_angle_deg != default:
+        if self.fill is not None and self.tilt in AGAINST_EACH_OTHER and self.wall_angle_deg != default:
             raise ValueError("wall_angle_deg beside fill, which gives it: leave it out")
         if self.tilt == "lean" and left_deg != right_deg:
             raise ValueError(
                 f"wall_angle_deg is [{left_deg:g}, {right_deg:g}] with tilt lean, which has one angle: give one, or "
-                "choose flare or funnel"
+                "choose flare, funnel or undercut"
             )
         return self
 

@@ -22,7 +22,7 @@ print(f"{crack.length_mm:.1f} mm long, {crack.mean_width_mm:.2f} mm wide; scale:
 
 # %%
 # A photo does not show the depth of a crack, nor the tilt of its walls: both are given.
-solid = st.build_solid(crack, depth_mm=16, tilt="flare", wall_angle_deg=5.5)
+solid = st.build_solid(crack, depth_mm=16, tilt="undercut", wall_angle_deg=4.84)
 path = st.plan_path(crack, solid, speed_mm_s=10, volume_ml=4.8)
 print(f"the cavity holds {solid.cavity_volume_mm3 / 1000:.2f} ml; the nozzle moves for {path.duration_s:.1f} s")
 

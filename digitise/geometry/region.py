@@ -75,6 +75,11 @@ def cleaned(crack: CrossSection) -> tuple[CrossSection, list[str]]:
     return CrossSection(rings, FillRule.Positive), warnings
 
 
+def pieces(region: CrossSection) -> list[CrossSection]:
+    """Return the connected pieces of a region, without specks of rounding."""
+    return [piece for piece in region.decompose() if piece.area() > 1e-6]
+
+
 def box_region(box_mm: Box) -> CrossSection:
     """Return the region of a box."""
     x_min, y_min, x_max, y_max = box_mm

@@ -12,6 +12,7 @@ from digitise.solid.dams import Dam, dam_box, dams, label_faces, tilted_out
 from digitise.solid.float_mesh import tidy
 from digitise.solid.footprint import Footprint, lay_out
 from digitise.solid.tilt_variants import Slicer, TiltVariants, cavity_volume_mm3, compare_tilts, crack_sections
+from digitise.solid.undercut import require_room
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Outline, Solid
@@ -30,8 +31,9 @@ SMALLEST_CAVITY_MM3 = 1.0  # Smallest cavity worth a simulation: four particles 
 def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     """Build the block less its tilted cavity, watertight and free of self-intersections, with dams at open ends.
 
-    z = 0 is the face. The walls follow the traced outline at the mouth (lean, funnel, vertical) or the floor (flare).
-    Raises InputError if the outline crosses itself, leaves the block without an open end, or encloses nothing.
+    z = 0 is the face. The walls follow the traced outline at the mouth, those of a flare at the floor.
+    Raises InputError if the outline crosses itself, leaves the block without an open end, or encloses nothing, and if
+    walls that open downward meet below the face.
     """
     if shape.fill is not None:
         raise ValueError("a shape with a fill: weigh it first")
@@ -44,6 +46,8 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     sections = [slicer.between_walls(depth_mm) for depth_mm in (0.0, shape.deepest_mm)]
     if shape.tilt == "lean" and sections[1].area() < LEAST_FLOOR * sections[0].area():
         raise tilted_out(spread_mm)
+    if shape.tilt == "undercut":
+        require_room(footprint, shape)
     plates = dams(footprint, sections, spread_mm)
     variants = compare_tilts(outline, footprint, shape)
     _require_volume(variants, shape)

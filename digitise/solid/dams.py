@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import Box, depth_inside, nearest_side
-from digitise.geometry.region import box_region
+from digitise.geometry.region import box_region, pieces
 from digitise.solid.footprint import Footprint
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import FaceLabel, Floats, Integers
@@ -80,6 +80,13 @@ def dam_box(plate_mm: Box, bottom_mm: float, top_mm: float, end: int | None = No
 
 def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 0.0) -> tuple[Dam, ...]:
     """Return a plate over the openings at each open end; raise InputError if ``sections`` leave the block elsewhere."""
+    plates = plates_over(footprint, sections)
+    _require_clearance(footprint, sections, plates, spread_mm)
+    return plates
+
+
+def plates_over(footprint: Footprint, sections: list[CrossSection]) -> tuple[Dam, ...]:
+    """Return a plate over the openings at each open end."""
     opened = [(end, nearest_side(end.centre_mm, footprint.block_mm)) for end in footprint.ends if end.kind == "open"]
     points = np.vstack([polygon for section in sections for polygon in section.to_polygons()])
     plates = []
@@ -95,7 +102,6 @@ def dams(footprint: Footprint, sections: list[CrossSection], spread_mm: float = 
                 "Move the end to the edge of the face, or make it closed or cut."
             )
         plates.append(Dam(end.number, side, plate_over(at_side, side, footprint.block_mm)))
-    _require_clearance(footprint, sections, plates, spread_mm)
     return tuple(plates)
 
 
@@ -109,17 +115,24 @@ def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
     return (inner, low, outer, high) if side % 2 == 0 else (low, inner, high, outer)
 
 
-def _require_clearance(footprint: Footprint, sections: list[CrossSection], plates: list[Dam], spread_mm: float) -> None:
-    block_mm = footprint.block_mm
-    x_min, y_min, x_max, y_max = block_mm
+def sheltered(footprint: Footprint, plates: tuple[Dam, ...]) -> CrossSection:
+    """Return the region of the block in which a crack may be: off its sides, or behind a dam."""
+    x_min, y_min, x_max, y_max = footprint.block_mm
     safe = box_region((x_min + CLEARANCE_MM, y_min + CLEARANCE_MM, x_max - CLEARANCE_MM, y_max - CLEARANCE_MM))
     for plate in plates:
-        safe += box_region(_behind(plate, block_mm))
+        safe += box_region(_behind(plate, footprint.block_mm))
+    return safe
+
+
+def _require_clearance(
+    footprint: Footprint, sections: list[CrossSection], plates: tuple[Dam, ...], spread_mm: float
+) -> None:
+    block_mm, safe = footprint.block_mm, sheltered(footprint, plates)
     for section in sections:
-        exposed = _pieces(section - safe)
+        exposed = pieces(section - safe)
         if not exposed:
             continue
-        if not _pieces(((footprint.crack ^ footprint.block) - footprint.stoppers) - safe):
+        if not pieces(((footprint.crack ^ footprint.block) - footprint.stoppers) - safe):
             raise tilted_out(spread_mm)
         points = np.vstack([polygon for piece in exposed for polygon in piece.to_polygons()])
         away_mm = np.abs(points[:, [0, 1, 0, 1]] - block_mm).min()
@@ -136,10 +149,6 @@ def tilted_out(spread_mm: float) -> InputError:
         f"{CLEARANCE_MM} mm of the block's side or through it, where no open end is. Reduce wall_angle_deg, check "
         'depth_mm, or choose tilt = "vertical".'
     )
-
-
-def _pieces(region: CrossSection) -> list[CrossSection]:
-    return [piece for piece in region.decompose() if piece.area() > 1e-6]
 
 
 def _behind(plate: Dam, block_mm: Box) -> Box:

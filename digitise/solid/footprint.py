@@ -242,11 +242,11 @@ def _grown_box(ring_mm: Floats, ends: tuple[CrackEnd, ...], shape: CrackShape, l
     box = np.concatenate([low, high])
     sides = [nearest_side(end.centre_mm, tuple(box)) for end in ends if end.kind == "open"]
     floor = spread_mm * lean if shape.tilt == "lean" else np.zeros(2)
-    mouth_mm = spread_mm if shape.tilt == "flare" else 0.0
+    opening_mm = spread_mm if shape.tilt in ("flare", "undercut") else 0.0
     grown = np.concatenate(
         [
-            np.minimum(low, low + floor) - mouth_mm - shape.margin_mm,
-            np.maximum(high, high + floor) + mouth_mm + shape.margin_mm,
+            np.minimum(low, low + floor) - opening_mm - shape.margin_mm,
+            np.maximum(high, high + floor) + opening_mm + shape.margin_mm,
         ]
     )
     grown[sides] = box[sides]

@@ -1,5 +1,6 @@
 """Sections, volumes and widths of one outline under each tilt, by its offsets; the solid is checked against them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import get_args
@@ -9,7 +10,8 @@ from manifold3d import CrossSection, FillRule, JoinType
 from scipy.spatial import KDTree
 
 from digitise.geometry.polyline import at_arc_length, left_normals
-from digitise.settings import CrackShape, Tilt
+from digitise.geometry.region import pieces
+from digitise.settings import AGAINST_EACH_OTHER, CrackShape, Tilt
 from digitise.solid.footprint import Footprint
 from digitise.solid.wedges import Stretch, tilted_walls, wall_shifts_mm
 from sealtwin.core.records import Floats, Outline, Sections, arc_length
@@ -18,7 +20,10 @@ from sealtwin.core.solid_figures import ClosingDepth
 SAMPLES = 32  # Samples of the line across a gap between walls: 0.01 % of a cavity among stones. With 8 it is 0.1 %.
 UPRIGHT = 1e-9  # Least slope in a division, which stands for an upright wall
 STONE_STEP_MM = 0.05  # Spacing of points on a stone's side, which represent it within a thousandth from 1 mm away
-NODES: dict[Tilt, int] = {"vertical": 1, "lean": 8, "flare": 8, "funnel": 24}  # Gauss-Legendre, over the depth: 70 ppm
+# Gauss-Legendre, over the depth: 70 ppm
+NODES: dict[Tilt, int] = {"vertical": 1, "lean": 8, "flare": 8, "undercut": 8, "funnel": 24}
+LEVELS = 8  # Sections of an undercut between floor and face that are looked at for one that fits
+HALVINGS = 10  # Halvings of the interval between the one that fits and the next
 FLOOR_NODES = 16  # The same over a floor that rises and falls, whose area bends at every station: within 400 ppm
 ARC_SEGMENTS = 128  # Segments of a full turn of a rounded offset corner: 0.04 % of the corner's own area
 
@@ -26,7 +31,7 @@ ARC_SEGMENTS = 128  # Segments of a full turn of a rounded offset corner: 0.04 %
 def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
     """Return the sections at the outline's stations: two straight walls from the face to the floor, less stones.
 
-    Summed over the arc they are the cavity, less side cracks, the flare around a tip, and the excess of a bend.
+    Summed over the arc they are the cavity, less side cracks, what opens around a tip, and the excess of a bend.
     """
     s_mm = outline.s_mm
     depth_mm, width_mm = shape.depth_at_mm(s_mm), outline.width_mm
@@ -41,7 +46,7 @@ def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
 
 
 def _area_mm2(width_mm: Floats, depth_mm: Floats | float, closing: Floats | float, shape: CrackShape) -> Floats:
-    """Return the area of sections, (n,); ``closing`` is the loss of their width for each millimetre down."""
+    """Return the area of sections, (n,); ``closing`` is the width that they lose for each millimetre down."""
     if shape.tilt == "flare":
         # The traced width is that at the deepest level; a shallower floor is wider.
         mouth_mm, open_mm = width_mm + closing * shape.deepest_mm, depth_mm
@@ -52,8 +57,9 @@ def _area_mm2(width_mm: Floats, depth_mm: Floats | float, closing: Floats | floa
 
 def _slopes(shape: CrackShape) -> tuple[float, float]:
     """Return the inward slope of the left wall and of the right one, in mm for each millimetre down."""
-    left, right = np.tan(np.radians(shape.wall_angles_deg)) if shape.tilt in ("flare", "funnel") else (0.0, 0.0)
-    return float(left), float(right)
+    left, right = np.tan(np.radians(shape.wall_angles_deg)) if shape.tilt in AGAINST_EACH_OTHER else (0.0, 0.0)
+    inward = -1.0 if shape.tilt == "undercut" else 1.0
+    return inward * float(left), inward * float(right)
 
 
 def _slopes_across(edges_mm: Floats, width_mm: float, shape: CrackShape) -> Floats:
@@ -70,7 +76,9 @@ def _among_stones_mm2(edges_mm: Floats, width_mm: float, depth_mm: float, whole_
     if shape.tilt == "funnel":
         return float(_area_mm2(np.diff(edges_mm)[::2].clip(min=0.0), depth_mm, closing, shape).sum())
     stone_mm = np.diff(edges_mm)[::2]
-    # A stone in a flare narrows upward from the deepest level, and may end below the face.
+    # A stone in a flare narrows upward from the deepest level, and may end below the face; one in an undercut narrows
+    # downward and reaches the floor, or the solid is refused.
+    closing = np.abs(closing)
     low_mm = shape.deepest_mm - depth_mm if shape.tilt == "flare" else 0.0
     high_mm = np.minimum(low_mm + depth_mm, stone_mm / np.maximum(closing, UPRIGHT))
     height_mm = np.maximum(high_mm - low_mm, 0.0)
@@ -139,8 +147,12 @@ class Slicer:
         self._shape = shape
         self._shifts_mm = wall_shifts_mm(shape)
         self._stretches: list[Stretch] = []
-        if shape.tilt in ("flare", "funnel") and self._shifts_mm[0] != self._shifts_mm[1]:
+        if shape.tilt in AGAINST_EACH_OTHER and self._shifts_mm[0] != self._shifts_mm[1]:
             self._stretches = tilted_walls(footprint, shape)
+
+    @property
+    def block(self) -> CrossSection:
+        return self._footprint.block
 
     def between_walls(self, depth_mm: float) -> CrossSection:
         """Return the region between the walls, above the floor or below it."""
@@ -159,16 +171,48 @@ class Slicer:
         if self._shape.tilt == "lean":
             x, y = share * shift_mm * self._footprint.lean
             return crack.translate((float(x), float(y)))
-        flares = self._shape.tilt == "flare"
-        share = 1 - share if flares else share
+        outward = self._shape.tilt != "funnel"
+        share = 1 - share if self._shape.tilt == "flare" else share
         if share <= 0:
             return crack
         if self._stretches:
             # All have the same orientation, so overlaps add up.
             rings = [np.vstack([at, (at + share * (moved - at))[::-1]]) for at, moved in self._stretches]
             walls = CrossSection(rings, FillRule.NonZero)
-            return crack + walls if flares else crack - walls
-        return crack.offset(share * shift_mm * (1 if flares else -1), JoinType.Round, circular_segments=ARC_SEGMENTS)
+            return crack + walls if outward else crack - walls
+        return crack.offset(share * shift_mm * (1 if outward else -1), JoinType.Round, circular_segments=ARC_SEGMENTS)
+
+
+def meeting_share(slicer: Slicer, shape: CrackShape) -> float | None:
+    """Return the share of an undercut's move up to which its parts stay apart below the face, or None if all of it.
+
+    Parts that meet leave a stone that hangs, or a bridge over the crack. A spike that ends above the floor is neither.
+    """
+    face = slicer.between_walls(0.0)
+
+    def meets(share: float) -> bool:
+        crack = slicer.between_walls(share * shape.deepest_mm)
+        return not (_matched(slicer.block - face, slicer.block - crack) and _matched(crack, face))
+
+    return largest_share(meets)
+
+
+def _matched(region: CrossSection, within: CrossSection) -> bool:
+    """Return whether each piece of a region contains exactly one piece of a smaller one."""
+    smaller = pieces(within)
+    return all(sum(bool(pieces(piece ^ other)) for other in smaller) == 1 for piece in pieces(region))
+
+
+def largest_share(fails: Callable[[float], bool]) -> float | None:
+    """Return the largest share of the walls' move that does not fail, to 1/8192; None if all of the move does not."""
+    if not fails(1.0):
+        return None
+    low = next((level for level in range(LEVELS - 1, 0, -1) if not fails(level / LEVELS)), 0)
+    low, high = low / LEVELS, (low + 1) / LEVELS
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (low, middle) if fails(middle) else (middle, high)
+    return low
 
 
 def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, finer: int = 1) -> float:
@@ -202,12 +246,14 @@ class TiltVariants:
 
 
 def compare_tilts(outline: Outline, footprint: Footprint, shape: CrackShape) -> TiltVariants:
-    """Return widths and volumes of the cavity for each reading of the tilt."""
-    opening_mm = sum(wall_shifts_mm(shape)) * {"flare": 1.0, "funnel": -1.0}.get(shape.tilt, 0.0)
+    """Return widths and volumes of the cavity for each reading of the tilt that there can be."""
+    opening_mm = sum(wall_shifts_mm(shape)) * {"flare": 1.0, "undercut": 1.0, "funnel": -1.0}.get(shape.tilt, 0.0)
     other_mm = _mean_along(outline, np.maximum(0.0, outline.width_mm + opening_mm))
     photo_mm = outline.mean_width_mm
     mouth_mm, floor_mm = (other_mm, photo_mm) if shape.tilt == "flare" else (photo_mm, other_mm)
     shapes = {tilt: shape.model_copy(update={"tilt": tilt}) for tilt in get_args(Tilt)}
+    if meeting_share(Slicer(footprint, shapes["undercut"]), shape) is not None:
+        del shapes["undercut"]
     volume_mm3 = {tilt: cavity_volume_mm3(footprint, other) for tilt, other in shapes.items()}
     return TiltVariants(photo_mm, mouth_mm, floor_mm, volume_mm3, _closing_depth(outline, shape))
 

@@ -24,9 +24,9 @@ def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
 
 
 def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
-    """Return the walls that have an angle, of a flare from its floor up, or of a funnel from its mouth down."""
+    """Return the walls that have an angle: those of a flare from its floor up, others from the mouth down."""
     left_mm, right_mm = wall_shifts_mm(shape)
-    outward = 1.0 if shape.tilt == "flare" else -1.0
+    outward = -1.0 if shape.tilt == "funnel" else 1.0
     stretches = []
     for ring in footprint.crack.to_polygons():
         onward = np.roll(ring, -1, axis=0)
@@ -101,6 +101,9 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
         shaft = shaft.transform(shear)
     elif shape.tilt == "flare":
         shaft += _wedges(tilted_walls(footprint, shape), edge_z_mm=-depth_mm, far_z_mm=0.0)
+    elif shape.tilt == "undercut":
+        # A wedge of a wall that moves outward faces the right way if it goes up: the body is turned over afterwards.
+        shaft += _wedges(tilted_walls(footprint, shape), edge_z_mm=0.0, far_z_mm=depth_mm).mirror((0.0, 0.0, 1.0))
     elif shape.tilt == "funnel":
         walls = _wedges(tilted_walls(footprint, shape), edge_z_mm=0.0, far_z_mm=-depth_mm)
     if not footprint.stoppers.is_empty():

@@ -1,10 +1,10 @@
 """Width, depth and wall angle of a cavity from a liquid weighed into it, with what a photo and a gauge say before.
 
 The volume below a level is that of straight walls between the traced outline and the floor. Unknown are the mean width
-w at which the outline was traced, the loss c of width for each millimetre down (c = 2 tan of a wall's angle), and the
-depth D of the floor; beside them a factor on the liquid's density and one on the height of its meniscus. The posterior
-is that of least squares over the residuals of the steps and of what is known before (Tarantola 2005, section 3.2.3),
-linearised at its maximum. The angle has no prior: no photo shows it.
+w at which the outline was traced, the loss c of width for each millimetre down (c = 2 tan of a wall's angle, below 0
+if the walls open downward), and the depth D of the floor; beside them a factor on the liquid's density and one on the
+height of its meniscus. The posterior is that of least squares over the residuals of the steps and of what is known
+before (Tarantola 2005, section 3.2.3), linearised at its maximum. The angle has no prior: no photo shows it.
 """
 
 from dataclasses import dataclass, field, replace
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
-from digitise.settings import CrackShape
+from digitise.settings import AGAINST_EACH_OTHER, CrackShape
 from digitise.solid.build_solid import shape_as_long_as
 from digitise.solid.footprint import lay_out
 from digitise.solid.tilt_variants import Slicer
@@ -35,7 +35,7 @@ LEAST_SHARE = 0.02  # Of the cavity's volume, below which nothing is told by the
 LEAST_PROBABILITY = 0.01  # Of a misfit by chance, below which the steps contradict straight walls or each other
 FAR = 2.5  # Standard deviations from which a difference is named as a contradiction
 STEEPEST = 2 * np.tan(np.radians(59.0))
-OPENING = -0.5  # Least loss of width for each millimetre down that is looked for
+OPPOSED = 0.5  # Largest change of width for each millimetre down that is looked for against the tilt's own way
 THIN_MM = 0.02  # Height of a slab of liquid whose volume gives the area of its surface
 NORMAL_95 = 1.96
 TINY = 1e-12
@@ -53,7 +53,8 @@ class _Walls:
     width_mm: Floats
     depth_mm: Floats
     along_mm: Floats  # Length of crack that each station stands for
-    at_floor: bool  # True where the traced width is that of the deepest floor, as of a flare
+    at_floor: bool  # True if the traced width is that of the deepest floor, as of a flare
+    inward: float  # 1 if the tilt closes downward, -1 if it opens downward
     scale_at_mm: Floats = field(default_factory=lambda: np.zeros(1))  # Depths, (m,), increasing
     scale: Floats = field(default_factory=lambda: np.ones(1))
     """The solid's volume below each of these depths over that of these sections: side cracks, tips and bends."""
@@ -98,7 +99,7 @@ def weigh(
 
     Args:
         outline: Crack as traced; its own interval of the width counts where ``width_sd_mm`` is None.
-        shape: Depth by a gauge and the reading of the tilt; only a flare or a funnel gets an angle.
+        shape: Depth by a gauge and the reading of the tilt; only walls that tilt against each other get an angle.
         fill: Fill whose file is loaded.
         width_sd_mm: Standard uncertainty of the traced mean width; None if nobody declared it.
         depth_sd_mm: Standard uncertainty of the depth; None if nobody declared it.
@@ -112,7 +113,7 @@ def weigh(
         DENSITY_SD,
         MENISCUS_SD,
     ])  # fmt: skip
-    tilted, findings = shape.tilt in ("flare", "funnel"), list[str]()
+    tilted, findings = shape.tilt in AGAINST_EACH_OTHER, list[str]()
     walls = _walls(outline, shape)
     _require_likeness(walls, fill)
     if not tilted and len(fill.levels_mm) > 1:
@@ -120,8 +121,8 @@ def weigh(
     # Side cracks are part of the outline, and only a main crack can be widened.
     free = np.array([not outline.branches_kept, tilted, True, True, True])
     walls, fit = _fit_to_solid(outline, shape, fill, walls, known, free)
-    if tilted and fit.unknown[CLOSING] < 0:
-        findings += _opening(fit, shape)
+    if tilted and walls.inward * fit.unknown[CLOSING] < 0:
+        findings += _opposed(fit, shape)
         # The angle stays as doubtful as it is, and the others are those at upright walls.
         upright = _fit_to_solid(outline, shape, fill, walls, known, free & [True, False, True, True, True])
         walls, fit = upright[0], replace(upright[1], covariance=fit.covariance)
@@ -147,7 +148,13 @@ def _walls(outline: Outline, shape: CrackShape) -> _Walls:
     s_mm = outline.s_mm
     gaps_mm = np.diff(s_mm)
     along_mm = np.concatenate([[gaps_mm[0]], gaps_mm[1:] + gaps_mm[:-1], [gaps_mm[-1]]]) / 2
-    return _Walls(outline.width_mm, shape.depth_at_mm(s_mm), along_mm, shape.tilt == "flare")
+    return _Walls(
+        outline.width_mm,
+        shape.depth_at_mm(s_mm),
+        along_mm,
+        shape.tilt == "flare",
+        -1.0 if shape.tilt == "undercut" else 1.0,
+    )
 
 
 def _fit_to_solid(
@@ -157,14 +164,14 @@ def _fit_to_solid(
     fit = _fit(walls, fill, known, np.zeros(UNKNOWNS), free)
     for _ in range(PASSES - 1):
         about = np.zeros(UNKNOWNS)
-        about[CLOSING] = max(0.0, fit.unknown[CLOSING])
+        about[CLOSING] = walls.inward * max(0.0, walls.inward * fit.unknown[CLOSING])
         walls = _in_proportion(walls, outline, shape, about)
         fit = _fit(walls, fill, known, about, free)
     return walls, fit
 
 
 def _in_proportion(walls: _Walls, outline: Outline, shape: CrackShape, about: Floats) -> _Walls:
-    moved = shape.model_copy(update={"wall_angle_deg": _angle_deg(about[CLOSING])})
+    moved = shape.model_copy(update={"wall_angle_deg": _angle_deg(abs(about[CLOSING]))})
     slicer = Slicer(lay_out(outline, moved, max(wall_shifts_mm(moved))), moved)
     at_mm = np.linspace(0.0, shape.deepest_mm, SLICES + 1)
     middle_mm2 = [slicer.cavity(depth_mm).area() for depth_mm in (at_mm[1:] + at_mm[:-1]) / 2]
@@ -203,7 +210,8 @@ def _fit(walls: _Walls, fill: WeighedFill, known: Floats, about: Floats, free: B
         return np.concatenate([misfit_mm3(unknown) / sd_mm3, (unknown / known)[np.isfinite(known)]])
 
     low, high = np.full(UNKNOWNS, -np.inf), np.full(UNKNOWNS, np.inf)
-    low[CLOSING], high[CLOSING] = OPENING / size[CLOSING], STEEPEST / size[CLOSING]
+    ends = np.sort(walls.inward * np.array([-OPPOSED, STEEPEST]))
+    low[CLOSING], high[CLOSING] = ends / size[CLOSING]
     start = np.zeros(free.sum())
     found = least_squares(residuals, start, bounds=(low[free], high[free]), x_scale="jac", xtol=1e-12, ftol=1e-12)
     covariance = np.zeros((UNKNOWNS, UNKNOWNS))
@@ -222,34 +230,41 @@ def _closing_unasked(fit: _Fit, shape: CrackShape) -> list[str]:
     closing, sd = fit.unknown[CLOSING], np.sqrt(fit.covariance[CLOSING, CLOSING])
     if abs(closing) < FAR * sd:
         return []
-    way = "close" if closing > 0 else "open"
+    way, other = ("close", '"funnel" or "flare"') if closing > 0 else ("open", '"undercut"')
     return [
         f"The weighed fill shows walls that {way} on the way down by {abs(_angle_deg(closing)):.1f} degrees each, and "
-        f'tilt = "{shape.tilt}" keeps their distance: "funnel" and "flare" have an angle.'
+        f'tilt = "{shape.tilt}" keeps their distance: choose {other}.'
     ]
 
 
-def _opening(fit: _Fit, shape: CrackShape) -> list[str]:
+def _opposed(fit: _Fit, shape: CrackShape) -> list[str]:
     closing, sd = fit.unknown[CLOSING], np.sqrt(fit.covariance[CLOSING, CLOSING])
-    if -closing < FAR * sd:
+    if abs(closing) < FAR * sd:
         return []
+    way, article = ("close", "an") if closing > 0 else ("open", "a")
     return [
-        f"The weighed fill wants walls that open downward by {-_angle_deg(closing):.1f} degrees each, which a "
-        f"{shape.tilt} cannot: they are taken as upright. Look at depth_mm, the photo's width and the levels."
+        f"The weighed fill wants walls that {way} downward by {abs(_angle_deg(closing)):.1f} degrees each, which "
+        f"{article} {shape.tilt} cannot: they are taken as upright. Look at depth_mm, the photo's width and the levels."
     ]
 
 
 def _other_tilt(
     outline: Outline, shape: CrackShape, fill: WeighedFill, known: Floats, free: Booleans, fit: _Fit
 ) -> list[str]:
-    """Say whether the traced width fits better at the other end of the walls."""
-    other = "funnel" if shape.tilt == "flare" else "flare"
-    turned = shape.model_copy(update={"tilt": other})
-    _, better = _fit_to_solid(outline, turned, fill, _walls(outline, turned), known, free)
-    if better.unknown[CLOSING] < 0 or better.misfit > fit.misfit - LIKELIER:
-        return []
-    where = "mouth" if other == "funnel" else "floor"
-    return [f'tilt = "{other}" fits the weighed fill better: the photo then shows the width of the {where}.']
+    """Name each other tilt that fits better and about as well as the best."""
+    misfits: dict[str, float] = {}
+    for other in AGAINST_EACH_OTHER:
+        turned = shape.model_copy(update={"tilt": other})
+        walls, refit = _fit_to_solid(outline, turned, fill, _walls(outline, turned), known, free)
+        if walls.inward * refit.unknown[CLOSING] >= 0:
+            misfits[other] = refit.misfit
+    likely = min([fit.misfit - LIKELIER, *(misfit + LIKELIER for misfit in misfits.values())])
+    return [
+        f'tilt = "{other}" fits the weighed fill better: the photo then shows the width of the '
+        f"{'floor' if other == 'flare' else 'mouth'}."
+        for other, misfit in misfits.items()
+        if other != shape.tilt and misfit <= likely
+    ]
 
 
 def _contradictions(fit: _Fit, known: Floats) -> list[str]:
@@ -279,8 +294,8 @@ def _result(
     ])  # fmt: skip
     brim_mm3 = walls.brim_mm3(off)
     half_mm3 = NORMAL_95 * float(np.sqrt(gradient @ covariance @ gradient))
-    # From the loss of width to degrees, and in the order in which they are told.
-    to_degrees = np.diag([1.0, np.degrees(0.5 / (1 + off[CLOSING] ** 2 / 4)), 1.0])
+    # From the loss of width to degrees, and in the order of the record's fields.
+    to_degrees = np.diag([1.0, walls.inward * np.degrees(0.5 / (1 + off[CLOSING] ** 2 / 4)), 1.0])
     told = to_degrees @ covariance @ to_degrees
     width_mm, depth_mm = outline.mean_width_mm + off[WIDTH], shape.deepest_mm + off[DEPTH]
     record = WeighedCavity(
@@ -290,7 +305,7 @@ def _result(
         misfit_sds_mm3=tuple(fit.misfit_sd_mm3.tolist()),
         slabs_mm=_slabs_mm(fill, walls, fit),
         width_mm=float(width_mm),
-        wall_angle_deg=_angle_deg(off[CLOSING]),
+        wall_angle_deg=_angle_deg(abs(off[CLOSING])),
         depth_mm=float(depth_mm),
         steps=tuple(tuple(row) for row in _root(told).tolist()),
         volume_95_mm3=(max(0.0, brim_mm3 - half_mm3), brim_mm3 + half_mm3),

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from digitise.geometry.polyline import uncrossed, without_repeats
-from digitise.settings import CrackShape
+from digitise.settings import AGAINST_EACH_OTHER, CrackShape
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import WeighedCavity
 
@@ -45,5 +45,5 @@ def moved_depth(depth_mm: DepthSetting, by_mm: float) -> DepthSetting:
 def shape_by_weight(shape: CrackShape, weighed: WeighedCavity) -> CrackShape:
     """Return the shape with the depth and the angle of a weighed fill, and without the fill."""
     depth_mm = moved_depth(shape.depth_mm, weighed.depth_mm - shape.deepest_mm)
-    angle = {"wall_angle_deg": weighed.wall_angle_deg} if shape.tilt in ("flare", "funnel") else {}
+    angle = {"wall_angle_deg": weighed.wall_angle_deg} if shape.tilt in AGAINST_EACH_OTHER else {}
     return shape.model_copy(update={"depth_mm": depth_mm, "fill": None, **angle})

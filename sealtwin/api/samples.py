@@ -203,8 +203,9 @@ def build_solid(
     depth_mm
         Depth in mm, or a table (n, 2) of arc length and depth along the crack from its first end.
     tilt, lean_to
-        How the walls go down: "lean" (both the same way, to that side as seen along the path), "flare" (the mouth
-        opens), "funnel" (the walls close) or "vertical".
+        How the walls go down: "lean" (both the same way, to that side as seen along the path), "flare" (the
+        mouth is wider than the photo shows, the floor as wide), "funnel" (the walls close downward from the photo's
+        mouth), "undercut" (they open downward from it) or "vertical".
     wall_angle_deg
         Each wall's angle from vertical in degrees, or that of the left and of the right one.
     floor_thickness_mm, margin_mm, dam_height_mm

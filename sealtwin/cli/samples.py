@@ -106,7 +106,7 @@ def digitise(
     ] = None,
     keep_branches: Annotated[bool, flag("--keep-branches", "Include side cracks in the solid.")] = False,
     tilt: Annotated[
-        Literal["lean", "flare", "funnel", "vertical"] | None, option("Tilt of the walls; default: lean.")
+        Literal["lean", "flare", "funnel", "undercut", "vertical"] | None, option("Tilt of the walls; default: lean.")
     ] = None,
     wall_angle_deg: Annotated[
         Text, option("Each wall's angle from vertical, or left and right; default: 11.", "DEG|L,R")

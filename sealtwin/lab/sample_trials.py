@@ -44,8 +44,8 @@ NEEDED: Mapping[str, tuple[Any, str]] = {
     "crack.depth_mm": (16.0, ", and no photo shows it: write [crack] depth_mm = 16.0, or 'Depth [mm]' and 16.0"),
     "crack.tilt": (
         "funnel",
-        ", and the steps of a fill need it: write [crack] tilt = 'funnel' where the photo shows the mouth's width, "
-        "'flare' where it shows the floor's",
+        ", and the steps of a fill need it: write [crack] tilt = 'funnel' or, for walls that open downward, "
+        "'undercut' if the photo shows the mouth's width, 'flare' if it shows the floor's",
     ),
     "readings.data": ("synthetic", ORIGIN),
     "readings.role": (

@@ -83,7 +83,7 @@ def moved_bench(base: Base, steps: Mapping[str, float], *, meshed: bool = True) 
         root, own = np.array(weighed.steps), np.array([step[name] for name in OF_THE_WALLS])
         signs = np.divide(own, root.diagonal(), out=np.zeros(len(own)), where=root.diagonal() > 0)
         step |= dict(zip(OF_THE_WALLS, (root @ signs).tolist(), strict=True))
-        # A flare or a funnel has no other angle.
+        # Beyond upright the walls would have another tilt.
         step["wall_angle_deg"] = max(step["wall_angle_deg"], -weighed.wall_angle_deg)
     first_mm, last_mm = trial.path.trims_mm
     start_mm = steps.get("start_mm", 0.0)

@@ -127,7 +127,9 @@ def test_a_folder_is_traced_photo_by_photo(open_page, shot, tmp_path):
     assert {file.name for file in folder.glob("*.toml")} == {"a.toml", "b.toml"}
 
 
-@pytest.mark.parametrize(("tilt", "angle"), [("lean", "11"), ("flare", "5,5"), ("funnel", "4"), ("vertical", "")])
+@pytest.mark.parametrize(
+    ("tilt", "angle"), [("lean", "11"), ("flare", "5,5"), ("funnel", "4"), ("undercut", "4,84"), ("vertical", "")]
+)
 def test_the_volume_is_that_of_the_solid_within_3_percent(open_page, shot, tmp_path, tilt, angle):
     photo = tmp_path / "crack.jpg"
     photo.write_bytes(shot.file.read_bytes())

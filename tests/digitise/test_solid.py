@@ -31,7 +31,7 @@ from tests.shapes import (
     with_ring,
 )
 
-TILTS: tuple[Tilt, ...] = ("vertical", "lean", "flare", "funnel")
+TILTS: tuple[Tilt, ...] = ("vertical", "lean", "flare", "funnel", "undercut")
 DEPTH_MM, ANGLE_DEG = 16.0, 11.0
 SLOPE = np.tan(np.radians(ANGLE_DEG))
 L, W = 80.0, 3.1
@@ -59,6 +59,7 @@ SLOT_VOLUMES = {
     "lean": L * W * DEPTH_MM,
     "flare": L * (W * DEPTH_MM + SLOPE * DEPTH_MM**2),
     "funnel": L * W**2 / (4 * SLOPE),
+    "undercut": L * (W * DEPTH_MM + SLOPE * DEPTH_MM**2),
 }
 
 
@@ -107,6 +108,8 @@ def test_cavities_hold_the_integral_of_their_depth(outline):
         "vertical": np.where(inside, DEPTH_MM, 0.0),
         "flare": np.where(inside, DEPTH_MM, np.clip(DEPTH_MM - distance / SLOPE, 0.0, None)),
         "funnel": np.where(inside, np.clip(distance / SLOPE, None, DEPTH_MM), 0.0),
+        # Below the face the cavity begins where the wall has moved over the place.
+        "undercut": np.where(inside, DEPTH_MM, np.clip(DEPTH_MM - distance / SLOPE, 0.0, None)),
     }
     for tilt, depth_mm in depths.items():
         solid = build_solid(outline, shape(tilt))
@@ -164,7 +167,7 @@ def test_the_gltf_lies_face_up_in_metres(tmp_path):
     assert np.array_equal(gltf.faces, solid.faces)
 
 
-@pytest.mark.parametrize("tilt", ["flare", "funnel"])
+@pytest.mark.parametrize("tilt", ["flare", "funnel", "undercut"])
 def test_walls_stand_at_the_angle(tilt):
     """Every facet's own angle from vertical, by area; booleans that shave a wall would show here."""
     solid = build_solid(wandering_crack(1, rough_mm=0.05), shape(tilt))
@@ -172,9 +175,11 @@ def test_walls_stand_at_the_angle(tilt):
     normal = np.cross(wall[:, 1] - wall[:, 0], wall[:, 2] - wall[:, 0])
     area = np.linalg.norm(normal, axis=1) / 2
     angle_deg = np.degrees(np.arcsin(normal[:, 2] / (2 * area)))
-    off = np.abs(angle_deg - ANGLE_DEG) > 0.1
+    # Walls that open downward overhang.
+    expected_deg = -ANGLE_DEG if tilt == "undercut" else ANGLE_DEG
+    off = np.abs(angle_deg - expected_deg) > 0.1
     assert area[off & (area > 1e-3)].sum() < 1e-3 * area.sum()
-    assert np.average(angle_deg, weights=area) == pytest.approx(ANGLE_DEG, abs=0.01)
+    assert np.average(angle_deg, weights=area) == pytest.approx(expected_deg, abs=0.01)
 
 
 @pytest.mark.parametrize(("lean_to", "side"), [("left", 1.0), ("right", -1.0)])

@@ -40,7 +40,7 @@ import sealtwin as st
 
 photo  = st.read_photo("P01.jpg", mm_per_px=0.1)
 crack  = st.trace_crack(photo, ends_px=[(780, 600), (1340, 300)])
-solid  = st.build_solid(crack, depth_mm=16, tilt="flare", wall_angle_deg=5.5)
+solid  = st.build_solid(crack, depth_mm=16, tilt="undercut", wall_angle_deg=4.84)
 path   = st.plan_path(crack, solid, speed_mm_s=4, volume_ml=4.8)
 
 paste  = st.Fluid(U=30, D_cm=0.3, yield_stress_pa=12)

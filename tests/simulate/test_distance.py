@@ -112,7 +112,9 @@ def test_no_jump_crosses_a_thin_wall(septum_mm):
     assert np.median(np.abs(end[below, 1])) < septum_mm / 2 + RADIUS_MM
 
 
-@pytest.mark.parametrize(("tilt", "angle_deg"), [("vertical", 0.0), ("funnel", 11.0), ("flare", 5.5), ("lean", 11.0)])
+@pytest.mark.parametrize(
+    ("tilt", "angle_deg"), [("vertical", 0.0), ("funnel", 11.0), ("flare", 5.5), ("undercut", 5.5), ("lean", 11.0)]
+)
 def test_corners_and_closing_walls_hold_a_falling_particle(tilt, angle_deg):
     """Thrown down at every angle, in a V (funnel) as in the corner of floor and wall."""
     solid, outline = slot(12.0, tilt=tilt, angle_deg=angle_deg)

@@ -49,7 +49,7 @@ def test_nothing_escapes_at_the_corners_and_the_centre_of_the_papers_range(u, d,
     assert run.position_mm[:, 2].min() > -16
 
 
-@pytest.mark.parametrize(("tilt", "angle_deg"), [("funnel", 11.0), ("lean", 11.0), ("flare", 5.5)])
+@pytest.mark.parametrize(("tilt", "angle_deg"), [("funnel", 11.0), ("lean", 11.0), ("flare", 5.5), ("undercut", 5.5)])
 def test_nothing_escapes_where_walls_tilt(tilt, angle_deg):
     crack = slot(12.0, tilt=tilt, angle_deg=angle_deg)
     run = pour(crack, path(crack[1], 0.12, speed_mm_s=20.0), settle_s=0.1)
@@ -418,7 +418,7 @@ PROTOTYPE_MM = {
     ("flare", "accurate"): [-8.7, -5.9, -3.8, -2.1, -0.8, 0.0, 0.6, 0.6],
     ("lean", "paper"): [-7.3, -5.0, -2.0, 0.0, 0.8, 1.1, 1.6, 1.6],
 }
-TILT_DEG = {"flare": 5.5, "lean": 11.0}
+TILT_DEG = {"flare": 5.5, "undercut": 4.84, "lean": 11.0}
 PROSE = np.array([[0, -16], [20, -4], [30, -4], [40, 1], [80, 1]], dtype=float)
 
 
@@ -460,7 +460,9 @@ def test_the_papers_trial_settles_as_in_the_prototype(tilt, preset, viscosity_so
 
 @pytest.mark.slow
 @pytest.mark.parametrize("viscosity_solve", ["explicit", "implicit"])
-@pytest.mark.parametrize(("tilt", "preset", "worst_mm"), [("flare", "accurate", 1.6), ("lean", "paper", 1.8)])
+@pytest.mark.parametrize(
+    ("tilt", "preset", "worst_mm"), [("flare", "accurate", 1.6), ("undercut", "accurate", 1.6), ("lean", "paper", 1.8)]
+)
 def test_the_papers_trial_is_near_its_prose_and_keeps_its_volume(tilt, preset, worst_mm, viscosity_solve):
     run, profile, ratio = papers_trial(tilt, preset, viscosity_solve)
     assert run.escaped_particles == 0
@@ -513,7 +515,7 @@ def test_without_freezing_the_papers_bed_is_flat():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("u", "d"), CORNERS)
-@pytest.mark.parametrize(("tilt", "preset"), [("flare", "accurate"), ("lean", "paper")])
+@pytest.mark.parametrize(("tilt", "preset"), [("flare", "accurate"), ("undercut", "accurate"), ("lean", "paper")])
 def test_no_particle_escapes_from_the_papers_trial(u, d, tilt, preset):
     run, _, _ = trial(tilt, preset, Fluid(U=u, D_cm=d, freeze_after_s=2.58), radius_mm=0.5)
     assert run.escaped_particles == 0

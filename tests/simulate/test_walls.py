@@ -46,7 +46,7 @@ def crack(shape: str) -> tuple[Solid, Outline]:
         outline = replace(straight_slot(20.0, 6.0), islands_mm=(stone,) if odd == "stone" else ())
         settings = {"depth_mm": HILLS if odd == "hills" else 7.0, "tilt": tilt, "wall_angle_deg": 5.5}
         return build_solid(outline, CrackShape.model_validate(settings)), outline
-    if shape in ("lean", "flare", "funnel"):
+    if shape in ("lean", "flare", "funnel", "undercut"):
         return slot(20.0, depth_mm=7.0, tilt=shape, angle_deg=5.5)
     if shape == "wandering":
         outline = cut_crack(length_mm=30.0)
@@ -61,7 +61,7 @@ def crack(shape: str) -> tuple[Solid, Outline]:
 @pytest.mark.parametrize(
     "shape",
     [
-        *[f"{tilt}{odd}" for tilt in ("lean", "flare", "funnel") for odd in ("", " hills", " stone")],
+        *[f"{tilt}{odd}" for tilt in ("lean", "flare", "funnel", "undercut") for odd in ("", " hills", " stone")],
         "wandering",
         pytest.param("scanned", marks=pytest.mark.slow),
     ],

@@ -79,8 +79,8 @@ def _wetted_mm2(profile: Profile, outline: Outline, solid: Solid) -> float:
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:
     """Return the sealant, the room left below the face and the heap above it over a stretch of s, and the share filled.
 
-    The section is as wide as the mouth at the face and narrows by the tangents of the walls' angles where they tilt
-    against each other (flare and funnel alike). Sealant on the face beside the mouth is in no profile.
+    The section is as wide as the mouth at the face. Below it narrows by the tangents of the walls' angles (flare,
+    funnel), widens by them (undercut), or keeps its width. Sealant on the face beside the mouth is in no profile.
     """
     s_mm = np.unique(np.concatenate([profile.s_mm, outline.s_mm, [from_mm, to_mm]]))
     s_mm = s_mm[(s_mm >= from_mm) & (s_mm <= to_mm)]
@@ -128,13 +128,13 @@ def _room_mm2(level_mm: Floats, mouth_mm: Floats, solid: Solid) -> Floats:
     """Return the area of each section between the level and the face, (n,)."""
     closing = _closing(solid)
     below_mm = np.maximum(-level_mm, 0.0)
-    if closing:
+    if closing > 0:
         # Walls of a narrow funnel meet above the floor, and leave no room below.
         below_mm = np.minimum(below_mm, mouth_mm / closing)
     return mouth_mm * below_mm - closing * below_mm**2 / 2
 
 
 def _closing(solid: Solid) -> float:
-    """Return the width that a section loses with each millimetre of depth."""
-    tilted = solid.tilt in ("flare", "funnel")
-    return float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if tilted else 0.0
+    """Return the width that a section loses with each millimetre of depth; negative if it gains width."""
+    inward = {"flare": 1.0, "funnel": 1.0, "undercut": -1.0}.get(solid.tilt, 0.0)
+    return inward * float(np.tan(np.radians(solid.wall_angles_deg)).sum())

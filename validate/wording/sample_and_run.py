@@ -228,21 +228,27 @@ def _tilt(evidence: Evidence) -> str:
     ratio = evidence.solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3
     if evidence.outline.seen_in == "mesh":
         return f"The walls stand as they do in the mesh; the cavity holds {ratio:.2f} times the sealant."
-    if (weighed := evidence.solid.figures.weighed) is not None and evidence.solid.tilt in ("flare", "funnel"):
+    if (weighed := evidence.solid.figures.weighed) is not None and evidence.solid.tilt not in ("lean", "vertical"):
         return (
             f"A liquid weighed into the crack in {counted(len(weighed.levels_mm), 'step')} shows how the walls stand: "
             f"{tilt_words(evidence)}, taken as straight; the cavity holds {ratio:.2f} times the sealant."
         )
-    mouth_mm, traced_mm = evidence.solid.figures.mouth_width_mm, evidence.outline.mean_width_mm
-    flare = ""
+    figures, traced_mm = evidence.solid.figures, evidence.outline.mean_width_mm
+    mouth_mm, floor_mm = figures.mouth_width_mm, figures.floor_width_mm
+    hidden = ""
     if evidence.solid.tilt == "flare" and mouth_mm is not None:
-        flare = (
+        hidden = (
             f" The traced width of {traced_mm:.2f} mm is taken for that of the floor: a mouth of {mouth_mm:.2f} mm, "
             f"which follows, would have to lie outside of what is dark in the photo."
         )
+    if evidence.solid.tilt == "undercut" and floor_mm is not None:
+        hidden = (
+            f" The mouth has the width of the photo, {traced_mm:.2f} mm; the floor, {floor_mm:.2f} mm wide, extends "
+            "below the face beside it."
+        )
     return (
         f"A photo from above does not show how the walls stand. Assumed here: {tilt_words(evidence)}; the cavity "
-        f"holds {ratio:.2f} times the sealant.{flare} The table of the solid gives the volume of each other reading."
+        f"holds {ratio:.2f} times the sealant.{hidden} The table of the solid gives the volume of each other reading."
     )
 
 

@@ -64,7 +64,7 @@ export function volumeOf({ depthMm, tilt, wallAngleDeg }, walls) {
   if (!walls || walls.unit !== "mm" || !depthMm) return null;
   const mean = walls.area / walls.length;
   const closing = Math.tan(((wallAngleDeg ?? 11) * Math.PI) / 180);
-  if (tilt === "flare") return (walls.area + closing * depthMm * walls.length) * depthMm / 1000;
+  if (tilt === "flare" || tilt === "undercut") return (walls.area + closing * depthMm * walls.length) * depthMm / 1000;
   if (tilt !== "funnel" || !closing) return (walls.area * depthMm) / 1000;
   // Walls that close meet at a depth, below which there is nothing.
   const deep = Math.min(depthMm, mean / (2 * closing));

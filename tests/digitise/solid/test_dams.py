@@ -27,14 +27,14 @@ def test_dams_stand_on_the_side_that_the_crack_leaves_by():
         assert dam.box_mm[2] - dam.box_mm[0] == pytest.approx(opening + 8.0, abs=0.01)
 
 
-@pytest.mark.parametrize(("tilt", "reaches"), [("lean", 3.11), ("flare", 3.11)])
-def test_dams_cover_what_the_tilt_opens(tilt, reaches):
-    """Lean moves the opening's foot along the side, flare widens its top."""
+@pytest.mark.parametrize("tilt", ["lean", "flare", "undercut"])
+def test_dams_cover_what_the_tilt_opens(tilt):
+    """Lean moves the opening's foot along the side, flare widens its top, undercut its foot."""
     shape = CrackShape(depth_mm=16.0, tilt=tilt)
     footprint = lay_out(straight_slot(80.0, 3.1, OPEN), shape, max(wall_shifts_mm(shape)))
     first, _ = dams(footprint, [Slicer(footprint, shape).cavity(depth_mm) for depth_mm in (0.0, 16.0)])
-    assert first.box_mm[3] == pytest.approx(1.55 + reaches + 4.0, abs=0.01)
-    assert first.box_mm[1] == pytest.approx(-1.55 - 4.0 - (reaches if tilt == "flare" else 0.0), abs=0.01)
+    assert first.box_mm[3] == pytest.approx(1.55 + 3.11 + 4.0, abs=0.01)
+    assert first.box_mm[1] == pytest.approx(-1.55 - 4.0 - (0.0 if tilt == "lean" else 3.11), abs=0.01)
 
 
 def test_a_crack_out_of_a_corner_is_refused():

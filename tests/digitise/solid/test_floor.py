@@ -33,6 +33,8 @@ def slot_mm3(tilt: Tilt) -> float:
     depth_mm = np.interp(s_mm, *np.array(HILLS).T)
     if tilt == "flare":
         area_mm2 = W * depth_mm + 2 * SLOPE * (16.0 * depth_mm - depth_mm**2 / 2)
+    elif tilt == "undercut":
+        area_mm2 = W * depth_mm + SLOPE * depth_mm**2
     elif tilt == "funnel":
         open_mm = np.minimum(depth_mm, W / (2 * SLOPE))
         area_mm2 = W * open_mm - SLOPE * open_mm**2
@@ -97,8 +99,9 @@ def test_the_floor_is_labelled_as_such(tilt):
     floor = solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.FLOOR]]
     plan_mm2 = np.cross(floor[:, 1] - floor[:, 0], floor[:, 2] - floor[:, 0])[:, 2].sum() / 2
     s_mm = np.linspace(0.0, L, 80_001)
-    below_mm = {"flare": 8.0 - np.interp(s_mm, *np.array(table).T), "funnel": -np.interp(s_mm, *np.array(table).T)}
-    width_mm = W + 2 * np.tan(np.radians(3.0)) * below_mm.get(tilt, np.zeros_like(s_mm))
+    depth_mm = np.interp(s_mm, *np.array(table).T)
+    opening_mm = {"flare": 8.0 - depth_mm, "funnel": -depth_mm, "undercut": depth_mm}
+    width_mm = W + 2 * np.tan(np.radians(3.0)) * opening_mm.get(tilt, np.zeros_like(s_mm))
     assert plan_mm2 == pytest.approx(np.trapezoid(width_mm, s_mm), rel=1e-5)
     step = np.abs(floor[:, :, 0].mean(axis=1) - 40.25) < 0.25
     assert np.ptp(floor[step][:, :, 2]) == pytest.approx(4.0, abs=1e-6)
@@ -147,7 +150,7 @@ def test_a_rough_crack_with_hills_islands_and_two_angles_is_sound():
     stone = middle + np.column_stack([np.cos(turn), np.sin(turn)])
     assert KDTree(outline.outline_mm).query(stone)[0].min() > 1.0
     outline = replace(outline, islands_mm=(stone,))
-    angles_deg: dict[Tilt, Any] = {"lean": 5.0, "flare": (3.0, 6.0), "funnel": (3.0, 6.0)}
+    angles_deg: dict[Tilt, Any] = {"lean": 5.0, "flare": (3.0, 6.0), "funnel": (3.0, 6.0), "undercut": (1.0, 3.0)}
     for tilt, wall_angle_deg in angles_deg.items():
         solid = build(outline, HILLS, tilt, wall_angle_deg=wall_angle_deg)
         assert solid.cavity_volume_mm3 == pytest.approx(solid.figures.volume_mm3[tilt], rel=1e-3)

@@ -27,6 +27,7 @@ def total_mm3(solid: Solid) -> float:
         ("lean", 12.0 * W),
         ("flare", 12.0 * W + SLOPE * 12.0 * (2 * 16.0 - 12.0)),
         ("funnel", 12.0 * W - SLOPE * 12.0**2),
+        ("undercut", 12.0 * W + SLOPE * 12.0**2),
     ],
 )
 def test_a_section_is_what_stands_between_two_walls_and_a_floor(tilt, area_mm2):
@@ -38,7 +39,7 @@ def test_a_section_is_what_stands_between_two_walls_and_a_floor(tilt, area_mm2):
     assert sections.area_mm2[middle] == pytest.approx(area_mm2)
 
 
-@pytest.mark.parametrize("tilt", ["vertical", "lean", "flare", "funnel"])
+@pytest.mark.parametrize("tilt", ["vertical", "lean", "flare", "funnel", "undercut"])
 @pytest.mark.parametrize(
     ("outline", "depth_mm"),
     [(wandering_crack(1), ((0.0, 16.0), (40.0, 6.0), (80.0, 12.0))), (cut_crack(2, length_mm=80.0), 16.0)],
@@ -72,6 +73,7 @@ def block(x_mm: float, y_mm: float, length_mm: float, width_mm: float) -> Floats
         ("lean", 8.0 * 2.0),
         # 2 mm at the floor, 8 mm down; its top is a ridge only above 11 mm.
         ("flare", 8.0 * (2.0 - SLOPE * 8.0)),
+        ("undercut", 8.0 * (2.0 - SLOPE * 8.0)),
         # Gaps of 3 and 1 mm in place of 6: all three of them open down to the floor but the narrow one, closed at 5.7.
         ("funnel", (6.0 * 8.0 - SLOPE * 64.0) - (3.0 * 8.0 - SLOPE * 64.0) - 1.0 / (4 * SLOPE)),
     ],
@@ -101,6 +103,8 @@ def test_a_stones_sides_stand_like_the_wall_on_their_side_of_the_centreline(y_mm
         ("vertical", 5.0, 0.02),
         ("lean", 5.0, 0.02),
         ("flare", 5.0, 0.02),
+        # A larger angle lets the stone of 1.2 mm hang.
+        ("undercut", 2.0, 0.02),
         # 4.5 % too much without what stones take by growing longer downward; 1 % for stations a millimetre apart.
         ("funnel", 5.0, 0.012),
         ("funnel", (2.0, 9.0), 0.012),

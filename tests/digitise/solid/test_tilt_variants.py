@@ -19,21 +19,23 @@ def test_the_paper_s_dimensions_hold_these_volumes():
     assert volume["vertical"] == pytest.approx(3968.0, rel=1e-4)
     assert volume["lean"] == pytest.approx(3968.0, rel=1e-4)
     assert volume["flare"] == pytest.approx(7948.9, rel=1e-4)
+    assert volume["undercut"] == pytest.approx(7948.9, rel=1e-4)
     assert volume["funnel"] == pytest.approx(988.8, rel=1e-3)
 
 
-@pytest.mark.parametrize("tilt", ["vertical", "lean", "flare", "funnel"])
+@pytest.mark.parametrize("tilt", ["vertical", "lean", "flare", "funnel", "undercut"])
 @pytest.mark.parametrize("depth_mm", [0.0, 4.0, 7.5])
 def test_sections_of_a_slot_have_the_width_of_their_depth(tilt, depth_mm):
     shape = CrackShape(depth_mm=16.0, tilt=tilt)
     footprint = lay_out(straight_slot(80.0, 3.1, CUT), shape, max(wall_shifts_mm(shape)))
     slope = np.tan(np.radians(11))
-    width_mm = 3.1 + {"flare": 2 * slope * (16.0 - depth_mm), "funnel": -2 * slope * depth_mm}.get(tilt, 0.0)
+    opening_mm = {"flare": 16.0 - depth_mm, "funnel": -depth_mm, "undercut": depth_mm}.get(tilt, 0.0)
+    width_mm = 3.1 + 2 * slope * opening_mm
     assert Slicer(footprint, shape).cavity(depth_mm).area() == pytest.approx(80.0 * width_mm, rel=1e-5)
 
 
 @pytest.mark.parametrize("depth_mm", [16.0, ((0.0, 6.0), (20.0, 16.0), (40.0, 10.0))], ids=["level", "table"])
-@pytest.mark.parametrize("tilt", ["vertical", "lean", "flare", "funnel"])
+@pytest.mark.parametrize("tilt", ["vertical", "lean", "flare", "funnel", "undercut"])
 def test_few_sections_are_enough(tilt, depth_mm):
     """Against eight times as many, on a crack that closes at another depth everywhere along itself."""
     shape = CrackShape(depth_mm=depth_mm, tilt=tilt)
@@ -46,6 +48,6 @@ def test_no_tilt_makes_all_readings_one():
     outline = arc_slot()
     variants = compare_tilts(outline, lay_out(outline, shape, 0.0), shape)
     volumes = list(variants.volume_mm3.values())
-    assert volumes == pytest.approx([volumes[0]] * 4, rel=1e-12)
+    assert volumes == pytest.approx([volumes[0]] * 5, rel=1e-12)
     assert variants.closing_depth_mm == ClosingDepth(None, None, 0.0)
     assert variants.mouth_width_mm == variants.floor_width_mm == variants.photo_width_mm

@@ -29,13 +29,16 @@ def wall_angles_deg(solid: Solid) -> tuple[Floats, Floats, Floats]:
     return np.degrees(np.arcsin(normal[:, 2] / (2 * area))), corners.mean(axis=1), area
 
 
-@pytest.mark.parametrize(("tilt", "left_deg", "right_deg"), [("flare", 8.0, 14.0), ("flare", 0.0, 14.0)])
-def test_a_slot_flares_by_both_its_angles(tilt, left_deg, right_deg):
+@pytest.mark.parametrize(
+    ("tilt", "left_deg", "right_deg"), [("flare", 8.0, 14.0), ("flare", 0.0, 14.0), ("undercut", 8.0, 14.0)]
+)
+def test_a_slot_opens_by_both_its_angles(tilt, left_deg, right_deg):
     solid = build(straight_slot(80.0, 3.1, CUT), tilt, left_deg, right_deg)
     opening_mm = (SLOPE[left_deg] + SLOPE[right_deg]) * DEPTH_MM
     assert solid.cavity_volume_mm3 == pytest.approx(80.0 * DEPTH_MM * (3.1 + opening_mm / 2), rel=1e-6)
     assert solid.wall_angles_deg == (left_deg, right_deg)
-    assert solid.figures.mouth_width_mm == pytest.approx(3.1 + opening_mm)
+    widths_mm = [solid.figures.mouth_width_mm, solid.figures.floor_width_mm]
+    assert widths_mm == pytest.approx([3.1 + opening_mm, 3.1] if tilt == "flare" else [3.1, 3.1 + opening_mm])
 
 
 def test_a_slot_closes_by_both_its_angles():
@@ -49,7 +52,7 @@ def test_a_slot_closes_by_both_its_angles():
     assert "8.7 mm on average" in solid.figures.warnings[0]
 
 
-@pytest.mark.parametrize("tilt", ["flare", "funnel"])
+@pytest.mark.parametrize("tilt", ["flare", "funnel", "undercut"])
 def test_each_wall_stands_at_its_own_angle(tilt):
     """Along +x what faces -y is the left wall."""
     angle_deg, middle, area = wall_angles_deg(build(straight_slot(40.0, 8.0, CLOSED), tilt, 5.0, 14.0))
@@ -57,7 +60,8 @@ def test_each_wall_stands_at_its_own_angle(tilt):
     for left, expected_deg in ((True, 5.0), (False, 14.0)):
         wall = sides & ((middle[:, 1] > 0) == left) & (area > 1e-3)
         assert wall.any()
-        assert angle_deg[wall] == pytest.approx(np.full(wall.sum(), expected_deg), abs=1e-6)
+        overhanging_deg = -expected_deg if tilt == "undercut" else expected_deg
+        assert angle_deg[wall] == pytest.approx(np.full(wall.sum(), overhanging_deg), abs=1e-6)
 
 
 def test_a_bend_flares_by_both_its_angles():
@@ -74,7 +78,7 @@ def test_a_bend_flares_by_both_its_angles():
     assert other.cavity_volume_mm3 < expected_mm3 * (1 - 0.02)
 
 
-@pytest.mark.parametrize("tilt", ["flare", "funnel"])
+@pytest.mark.parametrize("tilt", ["flare", "funnel", "undercut"])
 def test_a_mirrored_crack_swaps_its_angles(tilt):
     outline = wandering_crack(4)
     one, other = build(outline, tilt, 4.0, 14.0), build(mirrored(outline), tilt, 14.0, 4.0)
@@ -102,7 +106,7 @@ def test_a_wall_without_an_angle_stands_upright_up_to_the_tip():
     """A shift that begins at none leaves no flat piece behind, and holds as much as one that begins at hardly any."""
     slot = straight_slot(20.0, 4.0, CLOSED)
     outlines = [closed_crack(1), slot, reversed_path(slot)]
-    for outline, tilt in itertools.product(outlines, ("flare", "funnel")):
+    for outline, tilt in itertools.product(outlines, ("flare", "funnel", "undercut")):
         solid, nearly = (build(outline, tilt, left_deg, 8.0) for left_deg in (0.0, 1e-3))
         assert solid.figures.jitter_mm == 0.0
         assert check_mesh(solid.vertices_mm, solid.faces, expected_euler=2) == []

@@ -12,7 +12,7 @@ from digitise.weighing.fill import WeighedFill
 from digitise.weighing.fit_cavity import weigh
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.errors import InputError
-from tests.shapes import straight_slot
+from tests.shapes import CLOSED, straight_slot
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 80.0, 3.0, 16.0
 LEVELS_MM = (-12.0, -9.0, -6.0, -3.0, 0.0)
@@ -31,9 +31,11 @@ def fill_of(floor_mm, mouth_mm, depth_mm=DEPTH_MM, levels_mm=LEVELS_MM, off_g=No
     return WeighedFill(mass_g=tuple(mass_g.tolist()), level_mm=levels_mm, **said)
 
 
-@pytest.mark.parametrize(("tilt", "floor_mm", "mouth_mm"), [("flare", 3.0, 5.0), ("funnel", 1.4, 3.0)])
+@pytest.mark.parametrize(
+    ("tilt", "floor_mm", "mouth_mm"), [("flare", 3.0, 5.0), ("funnel", 1.4, 3.0), ("undercut", 5.0, 3.0)]
+)
 def test_steps_without_error_give_angle_and_depth(tilt, floor_mm, mouth_mm):
-    angle_deg = np.degrees(np.arctan((mouth_mm - floor_mm) / 2 / DEPTH_MM))
+    angle_deg = np.degrees(np.arctan(abs(mouth_mm - floor_mm) / 2 / DEPTH_MM))
     fill = fill_of(floor_mm, mouth_mm, mass_sd_g=5e-3, level_sd_mm=0.02, flush_sd_mm=0.02)
     outline, shape, weighed = weigh(slot(), CrackShape(depth_mm=15.0, tilt=tilt), fill, 0.3, 2.0)
     assert weighed.findings == ()
@@ -107,11 +109,24 @@ def test_a_fill_that_no_angle_explains_is_refused(factor):
         weigh(slot(), CrackShape(depth_mm=DEPTH_MM, tilt="flare"), wrong, 0.1, 0.2)
 
 
-@pytest.mark.parametrize(("tilt", "other", "traced_mm"), [("flare", "funnel", 5.0), ("funnel", "flare", 3.0)])
-def test_the_other_reading_of_the_tilt_is_named_where_it_fits_better(tilt, other, traced_mm):
-    fill = fill_of(3.0, 5.0, level_sd_mm=0.05, flush_sd_mm=0.05)
+@pytest.mark.parametrize(
+    ("tilt", "other", "traced_mm", "floor_mm", "mouth_mm"),
+    [
+        ("flare", "funnel", 5.0, 3.0, 5.0),
+        ("funnel", "flare", 3.0, 3.0, 5.0),
+        ("funnel", "undercut", 3.0, 5.0, 3.0),
+        ("flare", "undercut", 3.0, 5.0, 3.0),
+        ("undercut", "flare", 3.0, 3.0, 5.0),
+        ("undercut", "funnel", 5.0, 3.0, 5.0),
+    ],
+)
+def test_the_other_reading_of_the_tilt_is_named_where_it_fits_better(tilt, other, traced_mm, floor_mm, mouth_mm):
+    fill = fill_of(floor_mm, mouth_mm, level_sd_mm=0.05, flush_sd_mm=0.05)
     _, _, weighed = weigh(slot(traced_mm), CrackShape(depth_mm=DEPTH_MM, tilt=tilt), fill, 0.1, 0.2)
-    assert any(f'tilt = "{other}"' in finding for finding in weighed.findings)
+    assert [finding for finding in weighed.findings if "fits the weighed fill better" in finding] == [
+        f'tilt = "{other}" fits the weighed fill better: the photo then shows the width of the '
+        f"{'floor' if other == 'flare' else 'mouth'}."
+    ]
 
 
 def test_steps_that_scatter_more_than_declared_say_less():
@@ -129,6 +144,36 @@ def test_walls_that_open_downward_stay_upright_and_are_named():
     assert weighed.steps[1][1] > 0
     assert any("open downward" in finding for finding in weighed.findings)
     build_solid(outline, shape)
+
+
+def test_an_undercut_whose_fill_closes_stays_upright_and_says_so():
+    _, shape, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM, tilt="undercut"), fill_of(1.4, 3.0), 0.1, 0.2)
+    assert shape.wall_angle_deg == 0
+    assert any("close downward by" in finding and "an undercut cannot" in finding for finding in weighed.findings)
+
+
+def test_steps_below_the_photos_mouth_move_the_volume_with_the_angle():
+    """A degree more of an undercut is L D^2 / cos^2 more volume, as of a flare: the steps keep that sign."""
+    shape = CrackShape(depth_mm=DEPTH_MM, tilt="undercut")
+    _, _, weighed = weigh(slot(), shape, fill_of(5.0, 3.0), 0.2, 1.0)
+    root = np.array(weighed.steps)
+    gradient = [LENGTH_MM * DEPTH_MM, np.radians(LENGTH_MM * DEPTH_MM**2), LENGTH_MM * 5.0]
+    low_mm3, high_mm3 = weighed.volume_95_mm3
+    # The wrong sign of the angle gives more than twice as much.
+    assert (high_mm3 - low_mm3) / 4 == pytest.approx(np.linalg.norm(gradient @ root), rel=0.1)
+
+
+def test_what_an_undercut_gains_around_a_tip_is_weighed_too():
+    """A closed slot whose floor is wider all around, by the closed form of its levels."""
+    slope, outline = 1.0 / DEPTH_MM, straight_slot(LENGTH_MM, WIDTH_MM, CLOSED)
+    depth_mm = np.linspace(0.0, DEPTH_MM, 16_001)
+    area_mm2 = LENGTH_MM * WIDTH_MM + 2 * (LENGTH_MM + WIDTH_MM) * slope * depth_mm + np.pi * (slope * depth_mm) ** 2
+    below_mm3 = [np.trapezoid(area_mm2[at:], depth_mm[at:]) for at in np.searchsorted(depth_mm, -np.array(LEVELS_MM))]
+    mass_g = tuple(1e-3 * np.array(below_mm3))
+    fill = WeighedFill(mass_g=mass_g, level_mm=LEVELS_MM, density_kg_m3=1000.0, surface_tension_n_m=0.0)
+    _, _, weighed = weigh(outline, CrackShape(depth_mm=DEPTH_MM, tilt="undercut"), fill, 0.01, 0.01)
+    # Without the solid's own volumes it is 0.06 degrees too much.
+    assert weighed.wall_angle_deg == pytest.approx(np.degrees(np.arctan(slope)), abs=0.02)
 
 
 def test_parallel_walls_that_are_not_are_named_and_keep_their_tilt():

@@ -6,7 +6,7 @@ import pytest
 from simulate.slot.sections import Trapezoids, sections_of
 from tests.fluids import slot
 
-WAYS = {"flare": 5.5, "lean": 11.0, "vertical": 0.0, "funnel": 3.0}
+WAYS = {"flare": 5.5, "lean": 11.0, "vertical": 0.0, "funnel": 3.0, "undercut": 4.84}
 
 
 def made(tilt: str, angle_deg: float, reach_per_mm: float = 0.5) -> Trapezoids:

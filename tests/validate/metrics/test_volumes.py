@@ -36,6 +36,9 @@ def test_volumes_of_a_half_filled_crack():
     funnel = fill_volumes(level(-16), OUTLINE, solid("funnel", 11.0), 0, 80)
     assert funnel["underfill_mm3"] == pytest.approx(80 * 3**2 / (4 * np.tan(np.radians(11))))
     assert funnel["sealant_mm3"] == pytest.approx(0.0, abs=1e-9)
+    undercut = fill_volumes(level(-8), OUTLINE, solid("undercut", 5.5), 0, 80)
+    assert undercut["underfill_mm3"] == pytest.approx(80 * 8 * (3 + 2 * 4 * TANGENT))
+    assert undercut["sealant_mm3"] == pytest.approx(80 * 8 * (3 + 2 * 12 * TANGENT))
     heap = fill_volumes(level(2), OUTLINE, solid("lean", 11.0), 0, 80)
     full_mm3 = 80 * 3 * 16
     assert heap == pytest.approx(
@@ -45,7 +48,7 @@ def test_volumes_of_a_half_filled_crack():
 
 def test_a_full_crack_holds_its_cavity():
     """The sections of the profile and the mesh are one crack: 0.1 % is what rounding of the mesh leaves."""
-    for tilt, angle_deg in (("vertical", 0.0), ("flare", 5.5), ("funnel", 5.0), ("lean", 11.0)):
+    for tilt, angle_deg in (("vertical", 0.0), ("flare", 5.5), ("funnel", 5.0), ("undercut", 5.0), ("lean", 11.0)):
         sample = solid(tilt, angle_deg)
         held_mm3 = fill_volumes(level(0), OUTLINE, sample, 0, LENGTH_MM)["sealant_mm3"]
         assert held_mm3 == pytest.approx(sample.cavity_volume_mm3, rel=1e-3), tilt
@@ -54,6 +57,7 @@ def test_a_full_crack_holds_its_cavity():
 def test_the_mouth_of_a_flare_is_wider_than_what_was_traced():
     assert mouth_widths_mm(np.array([40.0]), OUTLINE, solid("flare", 5.5)) == pytest.approx(3 + 2 * 16 * TANGENT)
     assert mouth_widths_mm(np.array([40.0]), OUTLINE, solid("funnel", 5.5)) == pytest.approx(3)
+    assert mouth_widths_mm(np.array([40.0]), OUTLINE, solid("undercut", 5.5)) == pytest.approx(3)
 
 
 @pytest.mark.parametrize(
@@ -62,6 +66,7 @@ def test_the_mouth_of_a_flare_is_wider_than_what_was_traced():
         ("vertical", 0.0, 80 * 3 * 10, -6.0),
         ("vertical", 0.0, 80 * 3 * 20, 4.0),  # 80 x 3 x 16 below the face, the rest above its mouth
         ("flare", 5.5, 80 * (3 + 8 * TANGENT) * 8, -8.0),
+        ("undercut", 5.5, 80 * (3 + 24 * TANGENT) * 8, -8.0),
     ],
 )
 def test_a_volume_that_lies_flat_in_the_crack_has_the_level_of_a_prism(tilt, angle_deg, volume_mm3, level_mm):

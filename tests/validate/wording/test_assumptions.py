@@ -37,6 +37,13 @@ def test_the_mouth_of_a_flare_is_told_beside_the_width_in_the_photo(tmp_path):
     assert "traced width of 3.10 mm is taken for that of the floor: a mouth of 6.99 mm" in told
 
 
+def test_the_floor_of_an_undercut_is_told_beside_the_width_in_the_photo(tmp_path):
+    evidence = make_evidence(tmp_path)
+    undercut = build_solid(evidence.outline, CrackShape(depth_mm=10.0, tilt="undercut", wall_angle_deg=11.0))
+    sentences = " ".join(assumptions(replace(evidence, solid=undercut)))
+    assert "The mouth has the width of the photo, 3.10 mm; the floor, 6.99 mm wide" in sentences
+
+
 def test_paste_that_yields_is_told_with_its_stress_and_its_number(tmp_path):
     """By hand: 12 Pa over rho nu v / d; curing is then modelled, and only shrinkage is not."""
     evidence = make_evidence(tmp_path)

@@ -27,7 +27,7 @@ def test_each_reading_of_the_tilt_has_its_volume(tmp_path):
     assert solid["tilt"] == "vertical walls"
     assert solid["cavity over sealant"]
     volumes = next(text for name, text in solid.items() if name.startswith("volume by reading"))
-    assert all(tilt in volumes for tilt in ("lean", "flare", "funnel", "vertical"))
+    assert all(tilt in volumes for tilt in ("lean", "flare", "funnel", "undercut", "vertical"))
 
 
 def test_dams_are_told_from_the_sample(tmp_path):

@@ -1,0 +1,130 @@
+"""Walls that open downward under the photo's own mouth: what they are, and the angle up to which there is room."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from digitise.geometry.mesh_topology import check_mesh
+from digitise.geometry.polyline import signed_area
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
+from tests.shapes import CLOSED, CUT, arc_slot, closed_crack, cut_crack, straight_slot, wandering_crack, with_ring
+
+FACE_MM = (-5.0, -5.0, 45.0, 5.0)
+STONE_MM = np.array([(39.0, -0.8), (39.0, 0.8), (41.0, 0.8), (41.0, -0.8)])
+RING = arc_slot(8.0, 300.0, 3.0, CLOSED)  # Nearly a ring: the sample inside hangs on a neck
+STONY = replace(straight_slot(80.0, 5.0, CUT), islands_mm=(STONE_MM,))
+NARROW = replace(straight_slot(40.0, 3.0, CLOSED), face_mm=FACE_MM)
+
+
+def build(outline: Outline, angle_deg: Any, tilt: str = "undercut", depth_mm: Any = 16.0) -> Solid:
+    settings = {"depth_mm": depth_mm, "tilt": tilt, "wall_angle_deg": angle_deg}
+    return build_solid(outline, CrackShape.model_validate(settings))
+
+
+@pytest.mark.parametrize("outline", [closed_crack(1), cut_crack(2), wandering_crack(3, rough_mm=0.05)])
+@pytest.mark.parametrize("angle_deg", [7.0, (4.0, 9.0)])
+def test_an_undercut_is_a_flare_upside_down(outline, angle_deg):
+    """The same walls about another level, so that both solids hold the same: 1e-6 is rounding and the tidied mesh."""
+    undercut, flare = (build(outline, angle_deg, tilt) for tilt in ("undercut", "flare"))
+    assert check_mesh(*mesh_of(undercut), expected_euler=2) == []
+    assert undercut.cavity_volume_mm3 == pytest.approx(flare.cavity_volume_mm3, rel=1e-6)
+    assert undercut.figures.mouth_width_mm == flare.figures.floor_width_mm == undercut.figures.photo_width_mm
+    assert undercut.figures.floor_width_mm == flare.figures.mouth_width_mm
+
+
+def test_the_mouth_is_the_photo_s():
+    """The face lacks the traced crack and nothing else; its outline is simplified to 0.003 mm of 3 mm."""
+    outline = closed_crack(1)
+    solid = build(outline, 9.0)
+    face = solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.TOP]][:, :, :2]
+    step = face[:, 1:] - face[:, :1]
+    face_mm2 = np.abs(step[:, 0, 0] * step[:, 1, 1] - step[:, 0, 1] * step[:, 1, 0]).sum() / 2
+    x_min, y_min, x_max, y_max = solid.block_mm
+    mouth_mm2 = (x_max - x_min) * (y_max - y_min) - face_mm2
+    assert mouth_mm2 == pytest.approx(abs(signed_area(outline.outline_mm)), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("outline", "angle_deg", "fault", "largest_deg"),
+    [
+        # A neck of 8 mm by 60 degrees less the tips' half widths.
+        (RING, 12.0, "parts of the crack meet", None),
+        # A stone 1.6 mm wide ends at a depth of 16 mm with tan a = 0.8 / 16.
+        (STONY, 8.0, "parts of the crack meet", np.degrees(np.arctan(0.8 / 16))),
+        # From the wall at 1.5 mm to half a millimetre off the side at 5 mm.
+        (NARROW, 20.0, "within 0.5 mm of the block's side", np.degrees(np.arctan(3.0 / 16))),
+    ],
+    ids=["ring", "stone", "side"],
+)
+def test_without_room_the_largest_angle_is_named_and_fits(outline, angle_deg, fault, largest_deg):
+    with pytest.raises(InputError, match=fault) as refusal:
+        build(outline, angle_deg)
+    named = re.search(r"largest wall_angle_deg that fits is (\d+\.\d)", str(refusal.value))
+    assert named is not None
+    fits_deg = float(named[1])
+    # Rounded down to a tenth of a degree.
+    if largest_deg is not None:
+        assert largest_deg - 0.1 <= fits_deg <= largest_deg
+    solid = build(outline, fits_deg)
+    assert check_mesh(*mesh_of(solid), expected_euler=2) == []
+    with pytest.raises(InputError, match="largest wall_angle_deg"):
+        build(outline, fits_deg + 0.1)
+
+
+def test_a_tooth_of_the_wall_may_end_as_a_spike():
+    """A head on a thin neck: the neck ends first, and then the head, above the floor. No part of the sample hangs free.
+
+    With an even angle from both sides a neck of 0.4 mm ends at 0.2 mm of the walls' move, a head of 1.2 mm at 0.6 mm.
+    """
+    tooth = np.array([(38.0, -2.5), (38.0, -0.9), (37.6, -0.9), (37.6, 0.3), (38.8, 0.3), (38.8, -0.9), (38.4, -0.9)])
+    slot = straight_slot(80.0, 5.0, CUT)
+    ring = np.vstack([[(0.0, -2.5)], tooth, [(38.4, -2.5), (80.0, -2.5), (80.0, 2.5), (0.0, 2.5)]])
+    toothed = with_ring(slot, ring)
+    solid = build(toothed, 5.0)
+    assert check_mesh(*mesh_of(solid), expected_euler=2) == []
+    # Of a shallow crack the head reaches the floor: a bridge.
+    with pytest.raises(InputError, match="parts of the crack meet"):
+        build(toothed, 5.0, depth_mm=4.0)
+
+
+def test_a_bridge_at_the_face_must_reach_the_floor():
+    """Two pieces of crack 0.6 mm apart: as deep as their tips stay apart, 0.3 mm over the tangent."""
+    half = np.array([(0, -2), (20, -2), (20, -0.002), (20.6, -0.002), (20.6, -2), (40, -2)])
+    pieces = with_ring(straight_slot(40.0, 4.0, CLOSED), np.vstack([half, half[::-1] * (1, -1)]))
+    with pytest.raises(InputError, match="parts of the crack meet"):
+        build(pieces, 5.0)
+    assert check_mesh(*mesh_of(build(pieces, 5.0, depth_mm=3.0)), expected_euler=2) == []
+
+
+def mesh_of(solid: Solid) -> tuple[Floats, Integers]:
+    return solid.vertices_mm, solid.faces
+
+
+def test_two_angles_are_reduced_in_proportion():
+    with pytest.raises(InputError, match=r"fits is \[0\.5, 10\.6\]"):
+        build(NARROW, (1.0, 20.0))
+    build(NARROW, (0.5, 10.6))
+
+
+def test_a_trace_that_leaves_the_block_is_no_fault_of_the_tilt():
+    beside = replace(straight_slot(40.0, 3.0, CLOSED), face_mm=(-1.0, -1.6, 41.0, 20.0))
+    with pytest.raises(InputError, match="Mark an open end there"):
+        build(beside, 2.0)
+
+
+def test_other_tilts_list_no_volume_of_an_undercut_without_room():
+    assert "undercut" in build(STONY, 2.0, "flare").figures.volume_mm3
+    assert "undercut" not in build(STONY, 8.0, "flare").figures.volume_mm3
+
+
+@pytest.mark.parametrize("angle_deg", [-4.84, (-4.0, 5.0)])
+def test_a_negative_angle_is_told_the_tilt_s_name(angle_deg):
+    with pytest.raises(ValidationError, match='tilt = "undercut"'):
+        CrackShape.model_validate({"depth_mm": 16.0, "tilt": "flare", "wall_angle_deg": angle_deg})
