@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from manifold3d import Manifold
+from numpy.typing import NDArray
 
 from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import Box
@@ -24,6 +25,7 @@ BELOW_ROUGHNESS = 4.0  # The same in RMS of a rough face: all but 60 in a millio
 LEVELS = 8  # Sections, from the face to the underside, in which a side must be in material
 LINES = 400  # Lines across each section, one for every 0.4 mm of the paper's sample
 OPENING_MM = 1.0  # Distance behind most others at which a line's first material means a crack and not a rough side
+ROUNDING_MM = 1e-6  # The same that is rounding of a plane side
 MOST_OPENING = 0.5  # Largest share of a side's lines that may meet a crack
 MOST_OFF = 0.25  # Largest share of the body's extent outside the block: dams, chamfers and rough sides stay below
 TRIM_MM = 0.01  # Depth cut off a side that is not perfectly plane, so that the cut is in material and leaves no slivers
@@ -240,9 +242,20 @@ def _side(met: list[Floats]) -> float | None:
         if not np.isfinite(usual):
             return None
         scatter = float(np.median(np.abs(places - usual)[np.isfinite(places)]))
-        kept = places[places <= usual + 5 * scatter + OPENING_MM]
+        kept = places[~_into_crack(places - usual, 5 * scatter)]
         if len(kept) < (1 - MOST_OPENING) * LINES:
             return None
         held.append(float(kept.max()))
         plane &= usual == held[-1] == held[0]
     return max(held) + (0.0 if plane else TRIM_MM)
+
+
+def _into_crack(off_mm: Floats, rough_mm: float) -> NDArray[np.bool_]:
+    """Return True for each line into a crack: those beside one another beyond the side's roughness, if any is deep.
+
+    An oblique crack recedes from the side slowly at first: its first lines are as near as the chips of an edge.
+    """
+    beyond = off_mm > rough_mm + ROUNDING_MM
+    number = np.cumsum(np.diff(beyond, prepend=False))
+    deep = np.bincount(number, off_mm > rough_mm + OPENING_MM) > 0
+    return beyond & deep[number]

@@ -78,7 +78,8 @@ def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper, name, units
     assert farthest_mm(inside, midline(outline)) < 0.1
     assert back.outline.mean_width_mm == pytest.approx(outline.mean_width_mm, rel=2e-3)
     for wall in (back.outline.left_wall_mm, back.outline.right_wall_mm):
-        assert np.abs(nearest_on_ring(wall, back.outline.outline_mm) - wall).max() < 1e-9
+        # A station between two corners of the ring cuts off as much as the ring bends there.
+        assert np.abs(nearest_on_ring(wall, back.outline.outline_mm) - wall).max() < 0.01
 
 
 def test_its_faces_are_told_apart_as_those_that_we_made(tmp_path, paper):

@@ -1,0 +1,72 @@
+"""Ends of a crack in its mouth: an opening in the edge of the face, a tip, a blunt front, or a cut."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from digitise.geometry.polyline import Box, unit
+from digitise.mesh_import.rim import Place, dense, fine, first_exit, openings, stretch, within
+from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.solid_figures import EndKind
+
+ACROSS = 20  # Steps along the rim in the length of one width
+AHEAD = 2.0  # Widths ahead of a path within which the crack ends; of a longer rest the path is a part, cut there
+OPENS, POINTED = 0.15, 0.15  # Growth of the circles from a sharp tip on, at most, and their radius in it, in widths
+
+
+@dataclass(frozen=True)
+class MouthEnd:
+    """Places at which the rim, walked counter-clockwise, arrives at an end of the crack and goes on from it."""
+
+    kind: EndKind
+    arrives: Place
+    leaves: Place
+    blunt: bool = False  # True of a tip with a front across the crack, in which both walls begin
+
+
+def end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box, whole: bool) -> MouthEnd:
+    """Return the end of the crack before the first point of a path; ``whole`` paths lead to the crack's own ends."""
+    leaf_mm = path_mm[0]
+    sharp = False
+    if whole:
+        s_mm = arc_length(path_mm)
+        to_rim_mm = np.asarray(KDTree(dense(ring_mm, width_mm / ACROSS)).query(path_mm)[0])
+        # Into the corner of a blunt end, circles that fit shrink fast, and into a sharp tip slowly.
+        grows_mm = np.interp(s_mm + width_mm / 2, s_mm, to_rim_mm) - to_rim_mm
+        begin = int(np.argmax(grows_mm < OPENS * width_mm / 2))
+        sharp = begin == 0 and to_rim_mm[0] < POINTED * width_mm
+        path_mm = path_mm[begin:]
+    place_mm, ahead = path_mm[0], ahead_of(path_mm, width_mm)
+    at_mm, exit_at = first_exit(ring_mm, place_mm, ahead)
+    for arrives, leaves in openings(ring_mm, face_mm):
+        opening_mm = KDTree(fine(stretch(ring_mm, arrives, leaves), width_mm / ACROSS))
+        if opening_mm.query(leaf_mm)[0] <= width_mm / 2 or (
+            at_mm <= AHEAD * width_mm and within(exit_at, arrives, leaves)
+        ):
+            return MouthEnd("open", arrives, leaves)
+    if at_mm <= AHEAD * width_mm and not sharp:
+        return MouthEnd("closed", exit_at, exit_at, blunt=True)
+    if whole:
+        away_mm = np.linalg.norm(ring_mm - leaf_mm, axis=1)
+        near = away_mm <= max(width_mm, away_mm.min())
+        tip = int(np.argmax(np.where(near, (ring_mm - leaf_mm) @ ahead, -np.inf)))
+        return MouthEnd("closed", tip, tip)
+    aside = np.array([-ahead[1], ahead[0]])
+    arrives, leaves = (first_exit(ring_mm, place_mm, turn * aside)[1] for turn in (-1, 1))
+    return MouthEnd("cut", arrives, leaves)
+
+
+def straight_on(ring_mm: Floats, end: MouthEnd, centre_mm: Floats, width_mm: float) -> MouthEnd:
+    """Return a blunt end in the place in which the centreline, straight on from a width before it, meets the rim."""
+    if not end.blunt:
+        return end
+    centre_mm = centre_mm[arc_length(centre_mm) >= width_mm]
+    at_mm, exit_at = first_exit(ring_mm, centre_mm[0], ahead_of(centre_mm, width_mm))
+    return replace(end, arrives=exit_at, leaves=exit_at) if at_mm <= AHEAD * width_mm else end
+
+
+def ahead_of(path_mm: Floats, over_mm: float) -> Floats:
+    """Return the direction before the first point of a path, by a stretch of it."""
+    back = int(np.searchsorted(arc_length(path_mm), over_mm))
+    return unit(path_mm[0] - path_mm[min(back, len(path_mm) - 1)])
