@@ -227,13 +227,15 @@ def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Float
     """
     rim_mm = dense(ring_mm, width_mm / ACROSS)
     radius_mm = KDTree(rim_mm).query(path_mm)[0] + CLEAR * width_mm
-    away_mm, circle = map(np.asarray, KDTree(path_mm).query(rim_mm, k=min(CIRCLES, len(path_mm))))
+    away_mm, circle = KDTree(path_mm).query(rim_mm, k=min(CIRCLES, len(path_mm)))
+    circle = np.asarray(circle, dtype=int)
     beyond_mm = away_mm - radius_mm[circle]
     holds = beyond_mm.argmin(axis=1)[:, None]
-    deep_mm, nearest = (np.take_along_axis(values, holds, axis=1)[:, 0] for values in (beyond_mm, circle))
+    deep_mm = beyond_mm.min(axis=1)
     # Begin on the main crack, so that no stretch is in two parts.
     start = int(np.argmin(deep_mm))
-    rim_mm, deep_mm, nearest = (np.roll(values, -start, axis=0) for values in (rim_mm, deep_mm, nearest))
+    nearest = np.roll(np.take_along_axis(circle, holds, axis=1)[:, 0], -start)
+    rim_mm, deep_mm = np.roll(rim_mm, -start, axis=0), np.roll(deep_mm, -start)
     bounds = np.flatnonzero(np.diff(np.concatenate([[False], deep_mm > 0, [False]]).astype(int))).reshape(-1, 2)
     s_mm, rooms = arc_length(path_mm), []
     for begin, end in bounds.tolist():
@@ -259,7 +261,7 @@ def _without(wall_mm: Floats, rooms: Sequence[Floats], step_mm: float) -> Floats
     wall_mm = fine(wall_mm, step_mm)
     beside = np.zeros(len(wall_mm), dtype=bool)
     for room_mm in rooms:
-        away_mm, lips = map(np.asarray, KDTree(wall_mm).query(room_mm[[0, -1]]))
+        away_mm, lips = map(np.array, KDTree(wall_mm).query(room_mm[[0, -1]]))
         if away_mm.max() <= step_mm:
             # A wall that is walked clockwise meets the far lip first.
             beside[lips.min() + 1 : lips.max()] = True
