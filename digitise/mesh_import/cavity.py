@@ -181,7 +181,7 @@ def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
         scale_source=photo.scale_source,
         scale_residual_mm=None,
         path_source="mesh",
-        warnings=cavity.warnings,
+        warnings=(*cavity.warnings, *line.warnings),
         islands_mm=tuple(islands),
         branches_mm=line.side_lines_mm,
         branches_kept=len(line.side_lines_mm) > 0,

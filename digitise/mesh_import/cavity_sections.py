@@ -22,7 +22,7 @@ LEVELS = 48  # Layers of the cavity, each as its middle is: at 16 mm a step in t
 ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and most in all
 MOST_LINES = 4000  # Most lines from wall to wall
 SLOW = 1e-2  # Least square of the pace of a line's points along the crack: at an inner corner they stand
-APART = 0.25  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
+APART = 0.12  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
 BESIDE = 1.0  # Widths beside each wall up to which lines from wall to wall are continued, for undercut walls
 
 

@@ -3,14 +3,16 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from digitise.geometry.polyline import Box, unit
 from digitise.mesh_import.rim import Place, dense, fine, first_exit, openings, stretch, within
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.records import FACING, Floats, arc_length
 from sealtwin.core.solid_figures import EndKind
 
 ACROSS = 20  # Steps along the rim in the length of one width
+WAYS_ON = ((0.6, 0.4, True), (1.0, 1.0, False))  # Widths before a blunt end, over how many, and whether by the walls
 AHEAD = 2.0  # Widths ahead of a path within which the crack ends; of a longer rest the path is a part, cut there
 OPENS, POINTED = 0.15, 0.15  # Growth of the circles from a sharp tip on, at most, and their radius in it, in widths
 
@@ -57,13 +59,33 @@ def end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box, 
     return MouthEnd("cut", arrives, leaves)
 
 
-def straight_on(ring_mm: Floats, end: MouthEnd, centre_mm: Floats, width_mm: float) -> MouthEnd:
-    """Return a blunt end in the place in which the centreline, straight on from a width before it, meets the rim."""
+def straight_on(ring_mm: Floats, end: MouthEnd, lines_mm: Floats, width_mm: float) -> list[MouthEnd]:
+    """Return places in which the centreline, straight on, may meet the rim at a blunt end; any other end as it is.
+
+    ``lines_mm``, (n, 6), are centreline, left and right wall from this end on. In a bend the line is best continued from
+    near its end, square to the lines from wall to wall, and before a slanted front from farther off, by its direction.
+    """
     if not end.blunt:
-        return end
-    centre_mm = centre_mm[arc_length(centre_mm) >= width_mm]
-    at_mm, exit_at = first_exit(ring_mm, centre_mm[0], ahead_of(centre_mm, width_mm))
-    return replace(end, arrives=exit_at, leaves=exit_at) if at_mm <= AHEAD * width_mm else end
+        return [end]
+    s_mm, ends = arc_length(lines_mm[:, :2]), []
+    for before, over, by_walls in WAYS_ON:
+        near_mm = lines_mm[(s_mm >= before * width_mm) & (s_mm <= (before + over) * width_mm)]
+        if len(near_mm) < 2:
+            continue
+        backward = near_mm[-1, :2] - near_mm[0, :2]
+        x, y = (near_mm[:, 2:4] - near_mm[:, 4:]).sum(axis=0)
+        ahead = np.array([y, -x]) * -np.sign(y * backward[0] - x * backward[1]) if by_walls else -backward
+        at_mm, exit_at = first_exit(ring_mm, near_mm[0, :2], unit(ahead))
+        if at_mm <= AHEAD * width_mm:
+            ends.append(replace(end, arrives=exit_at, leaves=exit_at))
+    return ends or [end]
+
+
+def are_square(lines_mm: Floats) -> NDArray[np.bool_]:
+    """Return True for each station whose walls face each other square to the centreline; lines as in ``straight_on``."""
+    along, across_mm = np.gradient(lines_mm[:, :2], axis=0), lines_mm[:, 2:4] - lines_mm[:, 4:]
+    square_mm2 = np.abs(along[:, 0] * across_mm[:, 1] - along[:, 1] * across_mm[:, 0])
+    return square_mm2 >= FACING * np.linalg.norm(along, axis=1) * np.linalg.norm(across_mm, axis=1)
 
 
 def ahead_of(path_mm: Floats, over_mm: float) -> Floats:

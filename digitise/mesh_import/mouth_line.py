@@ -7,6 +7,7 @@ turn, and the middle advances at half the pace of the outer wall. So it does bef
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from manifold3d import CrossSection
@@ -18,11 +19,11 @@ from digitise.crack_path import medial_axis
 from digitise.crack_path.step_costs import cheapest, off_centre
 from digitise.geometry.polyline import Box, at_arc_length, depth_inside, resampled, signed_area, smoothed, unit
 from digitise.image.raster import coverage
-from digitise.mesh_import.mouth_ends import ACROSS, MouthEnd, end_before, straight_on
+from digitise.mesh_import.mouth_ends import ACROSS, MouthEnd, are_square, end_before, straight_on
 from digitise.mesh_import.rim import dense, fine, stretch
 from digitise.mesh_import.wall_pairs import facing
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import FACING, Floats, Integers, arc_length
+from sealtwin.core.records import Floats, Integers, arc_length
 from sealtwin.core.solid_figures import EndKind
 
 MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow
@@ -32,8 +33,9 @@ COVERED = 0.01  # Least share of a cell in the crack, above the rounding of a ro
 STATIONS = 16  # Stations of the outline in the length of one width
 SMOOTHING, RETURNS = 0.25, 4  # Sigma of the centreline in widths, and corrections: bends over 1.5 widths stay
 FRONT, PARTING = 4.0, 1.0  # Most widths of a front along each wall, and gain of their distance for each mm of both
+FORK = 0.75  # Length of a side crack over that of the followed arm beside it from which on the way is a choice
 UNSWEPT = 0.1  # Largest share of the area between both walls that is passed twice or not at all
-CLEAR = 0.06  # Widths by which a side crack begins beyond the largest circle in the main one: the raster is coarser
+CLEAR = 0.1  # Widths by which a side crack begins beyond the largest circle in the main one: a path is off by a third
 CIRCLES = 16  # Circles nearest to a place on the rim that may hold it
 DEEP, DEEPEST, BEND_DEG = 0.75, 2.0, 60.0
 """A room beside the main crack is a side crack if it is deeper than 0.75 times the width of its mouth. At a bend over
@@ -50,6 +52,7 @@ class MouthLine:
     right_mm: Floats
     ends: tuple[EndKind, EndKind]
     side_lines_mm: tuple[Floats, ...]  # From the centreline outward
+    warnings: tuple[str, ...]
 
 
 def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None = None) -> MouthLine:
@@ -71,18 +74,38 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
     ends = [end_before(ring_mm, way_mm, width_mm, face_mm, between_mm is None) for way_mm in (path_mm, path_mm[::-1])]
     lines_mm = _lines(ring_mm, ends, rooms, width_mm, face_mm)
     if any(end.blunt for end in ends):
-        ways_mm = lines_mm[:, :2], lines_mm[::-1, :2]
-        ends = [straight_on(ring_mm, end, way_mm, width_mm) for end, way_mm in zip(ends, ways_mm, strict=True)]
-        lines_mm = _lines(ring_mm, ends, rooms, width_mm, face_mm)
+        ways_mm = lines_mm, lines_mm[::-1]
+        choices = [straight_on(ring_mm, end, way_mm, width_mm) for end, way_mm in zip(ends, ways_mm, strict=True)]
+        # A front that is left beside its middle makes the line longer.
+        lines_mm = min(
+            (_lines(ring_mm, pair, rooms, width_mm, face_mm) for pair in product(*choices)),
+            key=lambda lines_mm: arc_length(lines_mm[:, :2])[-1],
+        )
     centre_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
     _require_swept(centre_mm, left_mm, right_mm)
+    side_lines_mm = tuple(_side_line(room, centre_mm) for room in rooms)
     return MouthLine(
         centre_mm,
         left_mm,
         right_mm,
         (ends[0].kind, ends[1].kind),
-        tuple(_side_line(room, centre_mm) for room in rooms),
+        side_lines_mm,
+        _doubts(centre_mm, side_lines_mm) if between_mm is None else (),
     )
+
+
+def _doubts(centre_mm: Floats, side_lines_mm: Sequence[Floats]) -> tuple[str, ...]:
+    """Return a warning for each side crack that is about as long as an arm of the crack that was followed."""
+    s_mm, doubts = arc_length(centre_mm), []
+    for line_mm in side_lines_mm:
+        from_mm = float(s_mm[np.argmin(np.linalg.norm(centre_mm - line_mm[0], axis=1))])
+        side_mm, arm_mm = float(arc_length(line_mm)[-1]), min(from_mm, float(s_mm[-1]) - from_mm)
+        if side_mm > FORK * arm_mm:
+            doubts.append(
+                f"the crack forks at s = {from_mm:.0f} mm: a side crack of {side_mm:.0f} mm is about as long as the "
+                f"{arm_mm:.0f} mm that were followed there; give a path to choose another way"
+            )
+    return tuple(doubts)
 
 
 def _outer_ring(mouth: CrossSection) -> Floats:
@@ -140,15 +163,12 @@ def _from_edge(lines_mm: Floats, face_mm: Box) -> Floats:
 
     The middle between both corners of an oblique opening is off this line by as much as the walls are rough there.
     """
-    centre_mm, across_mm = lines_mm[:, :2], lines_mm[:, 2:4] - lines_mm[:, 4:]
-    along = np.gradient(centre_mm, axis=0)
-    square = np.abs(along[:, 0] * across_mm[:, 1] - along[:, 1] * across_mm[:, 0])
-    facing_from = int(np.argmax(square >= FACING * np.linalg.norm(along, axis=1) * np.linalg.norm(across_mm, axis=1)))
+    facing_from = int(np.argmax(are_square(lines_mm)))
     if facing_from == 0:
         return lines_mm
     walls_mm = lines_mm[: facing_from + 1, 2:4], lines_mm[: facing_from + 1, 4:]
     longer_mm = max(walls_mm, key=lambda wall: arc_length(wall)[-1])
-    shifted_mm = longer_mm + centre_mm[facing_from] - longer_mm[-1]
+    shifted_mm = longer_mm + lines_mm[facing_from, :2] - longer_mm[-1]
     outside = np.flatnonzero(depth_inside(shifted_mm, face_mm) < 0)
     if len(outside):
         last, (here_mm, there_mm) = outside[-1], depth_inside(shifted_mm[outside[-1] :][:2], face_mm)
