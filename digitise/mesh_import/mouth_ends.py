@@ -62,8 +62,8 @@ def end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box, 
 def straight_on(ring_mm: Floats, end: MouthEnd, lines_mm: Floats, width_mm: float) -> list[MouthEnd]:
     """Return places in which the centreline, straight on, may meet the rim at a blunt end; any other end as it is.
 
-    ``lines_mm``, (n, 6), are centreline, left and right wall from this end on. In a bend the line is best continued from
-    near its end, square to the lines from wall to wall, and before a slanted front from farther off, by its direction.
+    ``lines_mm``, (n, 6), are centreline, left and right wall from this end on. In a bend the line is best continued
+    from near its end, square to the lines from wall to wall, and before a slanted front from farther off, as it runs.
     """
     if not end.blunt:
         return [end]
@@ -82,7 +82,7 @@ def straight_on(ring_mm: Floats, end: MouthEnd, lines_mm: Floats, width_mm: floa
 
 
 def are_square(lines_mm: Floats) -> NDArray[np.bool_]:
-    """Return True for each station whose walls face each other square to the centreline; lines as in ``straight_on``."""
+    """Return True for each station whose walls face each other square to the centreline; lines as ``straight_on``."""
     along, across_mm = np.gradient(lines_mm[:, :2], axis=0), lines_mm[:, 2:4] - lines_mm[:, 4:]
     square_mm2 = np.abs(along[:, 0] * across_mm[:, 1] - along[:, 1] * across_mm[:, 0])
     return square_mm2 >= FACING * np.linalg.norm(along, axis=1) * np.linalg.norm(across_mm, axis=1)

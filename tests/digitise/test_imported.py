@@ -25,6 +25,7 @@ from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid, arc_length
 from tests.meshes import Mesh, block, box, mesh_of, sheet, slotted, soup, turned
 from tests.shapes import CLOSED, OPEN, closed_crack, straight_slot, wandering_crack
+from tests.slots import block_around, strip, zigzag
 
 AXES = {"y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)), "-x": ((0, 0, -1), (0, 1, 0), (1, 0, 0))}
 """From upright to a file whose axis of that name points out of the face."""
@@ -126,6 +127,22 @@ def test_sections_hold_below_each_level_what_our_own_solid_holds(tmp_path, paper
         assert np.trapezoid(below_mm2, sections.s_mm) == pytest.approx(
             expected_mm3, abs=2e-3 * solid.cavity_volume_mm3
         ), level_mm
+
+
+@pytest.mark.parametrize("turn_deg", [100.0, 140.0])
+@pytest.mark.parametrize("given", [False, True])
+def test_a_zigzag_has_its_length_width_and_volume(tmp_path, turn_deg, given):
+    """A given line is taken at steps of 0.25 mm; smoothing rounds three bends by 1.5 % of the line at most."""
+    line_mm = zigzag(turn_deg)
+    settings = {"path": Path("path.csv")} if given else {}
+    np.savetxt(tmp_path / "path.csv", line_mm)
+    back = brought(tmp_path, mesh_of(block_around(strip(line_mm, 3.0), 10.0)), **settings)
+    assert back.outline.warnings == ()
+    assert back.outline.length_mm == pytest.approx(100.0, rel=0.02)
+    assert back.outline.mean_width_mm == pytest.approx(3.0, rel=0.03)
+    sections = back.solid.sections
+    assert back.solid.cavity_volume_mm3 == pytest.approx(3000.0, rel=1e-3)
+    assert np.trapezoid(sections.area_mm2, sections.s_mm) == pytest.approx(3000.0, rel=0.01)
 
 
 def test_a_solid_without_areas_by_level_is_of_an_earlier_state(tmp_path):
