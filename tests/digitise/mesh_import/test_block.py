@@ -87,3 +87,9 @@ def test_an_oblique_crack_moves_no_side(angle_deg):
     block = cut_block(slotted() - slot, BELOW_MM)
     assert block.size_mm == BLOCK_MM[:2]
     assert block.trimmed_mm == 0.0
+
+
+def test_a_thin_oblique_crack_moves_no_side():
+    """In a slot of 0.6 mm at 52 degrees no line is 1 mm behind the side, and the side is plane."""
+    slot = box((-100.0, -0.3, -10.0), (100.0, 0.3, 1.0)).rotate((0.0, 0.0, 52.0)).translate((50.0, 20.0, 0.0))
+    assert cut_block(slotted() - slot, BELOW_MM).size_mm == BLOCK_MM[:2]
