@@ -134,9 +134,9 @@ def test_sections_hold_below_each_level_what_our_own_solid_holds(tmp_path, paper
 def test_a_zigzag_has_its_length_width_and_volume(tmp_path, turn_deg, given):
     """A given line is taken at steps of 0.25 mm; smoothing rounds three bends by 1.5 % of the line at most."""
     line_mm = zigzag(turn_deg)
-    settings = {"path": Path("path.csv")} if given else {}
+    settings: dict[str, Any] = {"path": Path("path.csv")} if given else {}
     np.savetxt(tmp_path / "path.csv", line_mm)
-    back = brought(tmp_path, mesh_of(block_around(strip(line_mm, 3.0), 10.0)), **settings)
+    back = brought(tmp_path, mesh_of(block_around(strip(line_mm, 3.0), 10.0)), "scan.stl", **settings)
     assert back.outline.warnings == ()
     assert back.outline.length_mm == pytest.approx(100.0, rel=0.02)
     assert back.outline.mean_width_mm == pytest.approx(3.0, rel=0.03)
