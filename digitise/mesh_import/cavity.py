@@ -1,4 +1,4 @@
-"""The crack in a block: its cavity with one long mouth, an ideal photo to trace as any other, and the path along it."""
+"""The crack in a block: its cavity with one long mouth, a picture of it for reports, its outline, and a given path."""
 
 import re
 from dataclasses import dataclass, replace
@@ -29,9 +29,9 @@ WORTH_SAYING_MM2 = 1.0  # Area of a pit that earns a warning; smaller ones are p
 SLICE_MM = 1e-3  # Depth below its flat top at which a piece of the cavity is sliced
 UNDER_MM = 1.0  # Depth below the underside that is searched for a crack through it
 ON_EDGE_MM = 1e-3  # Tolerance of a wall point on the edge of the face
-ACROSS_PX = 40  # Pixels over the crack's width: interpolation then places a wall within half a hundredth of it
+ACROSS_PX = 40  # Pixels over the crack's width: a given path then enters the mouth within a fortieth of it
 LARGEST_PX = 12_000_000  # Largest picture, that of a phone
-LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would round off its walls
+LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would part a thin mouth
 ROUND_MM = 15.0  # Width of face shown around the crack, with space for the overlay's legend
 BORDER_MM = 8.0  # Width shown beside the face, with space for the overlay's text at open ends
 FACET_MM, FACETS = 1.0, 50_000  # Size of the pieces in which long facets are drawn, each in one shade; and their most
