@@ -1,4 +1,4 @@
-"""The crack in a block: its cavity with one long mouth, an ideal photo to trace as any other, and the path along it."""
+"""The crack in a block: its cavity with one long mouth, a picture of it for reports, its outline, and a given path."""
 
 import re
 from dataclasses import dataclass, replace
@@ -9,34 +9,29 @@ import numpy as np
 from manifold3d import CrossSection, JoinType, Manifold
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
-from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
-from digitise.crack_path.hints import CrackPath
-from digitise.crack_path.painted_path import painted_path
 from digitise.geometry.mesh_topology import normals
-from digitise.geometry.polyline import Box, at_arc_length, depth_inside, left_normals, resampled, signed_area
+from digitise.geometry.polyline import at_arc_length, resampled, signed_area
 from digitise.geometry.region import box_region
 from digitise.image.raster import coverage
 from digitise.mesh_import.block import Block, parted
+from digitise.mesh_import.mouth_line import MouthLine
 from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.settings import MeshUnit
 from digitise.solid.float_mesh import corners_mm
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, Sections, arc_length, arc_length_at
+from sealtwin.core.records import Floats, Outline, arc_length, arc_length_at
 
-STATION_MM = 1.0  # Spacing of sections: that of the nozzle's waypoints
-MOST_STATIONS = 400  # Most sections: more would take minutes on a long crack
-FROM_END_MM = 1e-3  # Distance of the first and last section from the crack's ends, whose own planes cut nothing
 RIVAL = 0.5  # Share of the largest opening's area from which on a second one is ambiguous
 WORTH_SAYING_MM2 = 1.0  # Area of a pit that earns a warning; smaller ones are pores
 SLICE_MM = 1e-3  # Depth below its flat top at which a piece of the cavity is sliced
 UNDER_MM = 1.0  # Depth below the underside that is searched for a crack through it
 ON_EDGE_MM = 1e-3  # Tolerance of a wall point on the edge of the face
-ACROSS_PX = 40  # Pixels over the crack's width: interpolation then places a wall within half a hundredth of it
+ACROSS_PX = 40  # Pixels over the crack's width: a given path then enters the mouth within a fortieth of it
 LARGEST_PX = 12_000_000  # Largest picture, that of a phone
-LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would round off its walls
+LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would part a thin mouth
 ROUND_MM = 15.0  # Width of face shown around the crack, with space for the overlay's legend
 BORDER_MM = 8.0  # Width shown beside the face, with space for the overlay's text at open ends
 FACET_MM, FACETS = 1.0, 50_000  # Size of the pieces in which long facets are drawn, each in one shade; and their most
@@ -50,37 +45,6 @@ HEADERS = (("x_mm", "y_mm"), ("x", "y"))  # Optional first line; without it, a l
 MOST_BESIDE = 0.05  # Largest share of a given line, between its entry and its exit, that may be beside the crack
 WHOLE = 0.9  # Least share of the mouth's area that a line along the whole crack covers: oblique ends take some of it
 SPACING_MM = 0.25  # Spacing of a given line's points: that of the centreline at 0.1 mm/px
-
-
-def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
-    """Return depth and area of the cavity in upright planes across the crack."""
-    length_mm = outline.length_mm
-    s_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STATION_MM), 8, MOST_STATIONS)) + 1)
-    at_mm = np.clip(s_mm, FROM_END_MM, length_mm - FROM_END_MM)
-    line_mm = outline.centreline_mm
-    lines = np.hstack([line_mm, left_normals(line_mm), outline.left_wall_mm, outline.right_wall_mm])
-    centre, normal, left, right = np.hsplit(at_arc_length(lines, outline.s_mm, at_mm), 4)
-    half_mm = np.maximum(np.linalg.norm(left - right, axis=1) / 2, FROM_END_MM)
-    cuts = [_cut(cavity, *station) for station in zip(centre, normal, half_mm, strict=True)]
-    return Sections(s_mm, *np.array(cuts).T)
-
-
-def _cut(cavity: Manifold, centre_mm: Floats, left: Floats, half_mm: float) -> tuple[float, float]:
-    """Return depth and area of the section at one station, without other parts of the crack in its plane."""
-    left = left / np.linalg.norm(left)
-    # The plane's own axes: to the left, up, and along the crack.
-    turn = np.array([[left[0], left[1], 0.0], [0.0, 0.0, 1.0], [left[1], -left[0], 0.0]])
-    moved = cavity.transform(np.column_stack([turn, -turn @ np.append(centre_mm, 0.0)]))
-    depth_mm, area_mm2 = 0.0, 0.0
-    for piece in moved.slice(0.0).decompose():
-        # A tip that the plane only touches leaves a piece without bounds.
-        if piece.is_empty():
-            continue
-        low, bottom, high, _ = piece.bounds()
-        if low <= half_mm and high >= -half_mm:
-            depth_mm = max(depth_mm, -bottom)
-            area_mm2 += piece.area()
-    return depth_mm, area_mm2
 
 
 @dataclass(frozen=True)
@@ -204,27 +168,27 @@ def _shaded(body: Manifold, view: View, shape: tuple[int, int], depth_mm: float)
     return np.repeat(picture[:, :, None], 3, axis=2)
 
 
-def with_mouth(traced: Outline, cavity: Cavity, photo: Photo, face_mm: Box) -> Outline:
-    """Return the traced outline with its walls on the mouth itself and without the photo's warnings."""
+def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
+    """Return the outline of the crack along a line through its mouth, whose rim is the outline's ring."""
     ring, *islands = sorted(map(np.asarray, cavity.mouth.to_polygons()), key=signed_area, reverse=True)
-    left_mm, right_mm = (_on_mouth(wall, ring, face_mm) for wall in (traced.left_wall_mm, traced.right_wall_mm))
-    return replace(
-        traced,
-        **photo.in_both_units(left_wall=left_mm, right_wall=right_mm, outline=ring),
+    return Outline(
+        **photo.in_both_units(
+            centreline=line.centreline_mm, left_wall=line.left_mm, right_wall=line.right_mm, outline=ring
+        ),
+        ends=line.ends,
+        face_mm=photo.face_mm,
+        mm_per_px=photo.mm_per_px,
+        scale_source=photo.scale_source,
+        scale_residual_mm=None,
+        path_source="mesh",
+        warnings=(*cavity.warnings, *line.warnings),
         islands_mm=tuple(islands),
-        branches_kept=len(traced.branches_mm) > 0,
-        warnings=cavity.warnings,
+        branches_mm=line.side_lines_mm,
+        branches_kept=len(line.side_lines_mm) > 0,
+        scale_uncertainty=photo.scale_uncertainty,
+        camera_tilt_deg=photo.camera_tilt_deg,
+        photo_size_px=photo.size_px,
     )
-
-
-def _on_mouth(wall_mm: Floats, ring_mm: Floats, face_mm: Box) -> Floats:
-    """Return the wall's points moved to the mouth's rim; those on the edge of the face to the mouth's corner there."""
-    place_mm = nearest_on_ring(wall_mm, ring_mm)
-    at_edge = depth_inside(wall_mm, face_mm) < ON_EDGE_MM
-    corners_mm = ring_mm[depth_inside(ring_mm, face_mm) < ON_EDGE_MM]
-    if at_edge.any() and len(corners_mm):
-        place_mm[at_edge] = corners_mm[KDTree(corners_mm).query(wall_mm[at_edge])[1]]
-    return place_mm
 
 
 def nearest_on_ring(points: Floats, ring: Floats) -> Floats:
@@ -275,18 +239,9 @@ def read_path(path: Path) -> Floats:
     return places_mm
 
 
-def middle_path(photo: Photo, line_mm: Floats | None) -> CrackPath:
-    """Find the path in the middle of the mouth: along its longest line, or between the ends of the given one."""
-    ends_px = None
-    if line_mm is not None:
-        (x0, y0), (x1, y1) = photo.to_px(_in_mouth(photo, line_mm)[[0, -1]]).tolist()
-        ends_px = ((x0, y0), (x1, y1))
-    return replace(painted_path(photo, ends_px), source="mesh")
-
-
 def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str]:
     """Return the outline with the given line as its centreline, and a note of its distance from the middle."""
-    line_mm = _in_mouth(photo, line_mm)
+    line_mm = in_mouth(photo, line_mm)
     beside = 1 - float(_covered(photo, line_mm).mean())
     if beside > MOST_BESIDE:
         raise InputError(
@@ -315,7 +270,7 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
     )
 
 
-def _in_mouth(photo: Photo, line_mm: Floats) -> Floats:
+def in_mouth(photo: Photo, line_mm: Floats) -> Floats:
     """Return the line between its first and last place in the crack's mouth, evenly spaced."""
     even_mm = resampled(line_mm, SPACING_MM)
     inside = np.flatnonzero(_covered(photo, even_mm))

@@ -13,15 +13,15 @@ from digitise.mesh_import.block import STEEPEST_DEG, Block, FacePlane, cut_block
 from digitise.mesh_import.cavity import (
     Cavity,
     along,
-    cavity_sections,
     find_cavity,
-    middle_path,
+    in_mouth,
+    outline_of,
     photograph,
     read_path,
-    with_mouth,
 )
+from digitise.mesh_import.cavity_sections import cavity_sections
+from digitise.mesh_import.mouth_line import line_of_mouth
 from digitise.mesh_import.repair import bounded_body, closed, one_surface
-from digitise.outline import outline_by_walls
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
 from digitise.solid.dams import DAM_OVERLAP_MM, NEAR_MM, dam_box, label_sides, plate_over
@@ -108,8 +108,9 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
         line_mm = moved(np.column_stack([given_mm, plane.height_mm(given_mm)]), placed)[:, :2]
     cavity = find_cavity(block, plane.below_mm, line_mm)
     photo = photograph(block, cavity, path, settings.units)
-    traced = outline_by_walls(replace(photo, drawn=None), middle_path(photo, line_mm))
-    outline = with_mouth(traced, cavity, photo, block.face_mm)
+    between_mm = None if line_mm is None else in_mouth(photo, line_mm)[[0, -1]]
+    line = line_of_mouth(cavity.mouth, block.face_mm, between_mm)
+    outline = outline_of(line, cavity, photo)
     if line_mm is not None:
         outline, note = along(outline, photo, line_mm)
         notes.append(note)

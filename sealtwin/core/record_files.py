@@ -124,7 +124,7 @@ def write_solid(folder: Path, solid: Solid) -> None:
     content = {
         "units": "mm",
         **{key: getattr(solid, key) for key in keys},
-        "sections": {key: _rounded(values) for key, values in vars(solid.sections).items()},
+        "sections": {key: _rounded(values) for key, values in vars(solid.sections).items() if values is not None},
         **solid.figures.recorded(),
         # A digit for each triangle of crack.ply, in its order.
         "face_label": "".join(str(label) for label in solid.face_label),
@@ -143,6 +143,8 @@ def read_solid(folder: Path) -> Solid:
             raise ValueError(
                 f"face_label has {len(content.face_label)} labels for the {len(mesh.faces)} faces of crack.ply"
             )
+        if content.tilt == "modelled" and not content.sections.by_level:
+            raise ValueError("sections.below_mm2 is missing: what the walls of the mesh hold below each level")
     return Solid(
         vertices_mm=mesh.vertices,
         faces=mesh.faces,

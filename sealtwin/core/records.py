@@ -146,7 +146,8 @@ class Outline:
 
         Beside an oblique open end the two wall points lie along the edge of the face, and the square part of their
         distance is as rough as the walls are there: the width is its mean, up to the nearest point whose walls face
-        each other. So widths add up to the crack's area.
+        each other. In a sharp bend, round whose inner corner the outer wall turns, it is the square part itself. So
+        widths add up to the crack's area.
         """
         s_mm, across_mm = self.s_mm, self.left_wall_mm - self.right_wall_mm
         width_mm = np.linalg.norm(across_mm, axis=1)
@@ -156,6 +157,9 @@ class Outline:
         square_mm = np.abs(ahead[:, 0] * across_mm[:, 1] - ahead[:, 1] * across_mm[:, 0])
         facing = np.flatnonzero(square_mm >= FACING * width_mm)
         if len(facing):
+            between = slice(facing[0], facing[-1] + 1)
+            bends = square_mm[between] < FACING * width_mm[between]
+            width_mm[between][bends] = square_mm[between][bends]
             oblique = slice(0, facing[0] + 1), slice(facing[-1], len(s_mm))
             for kind, stations in zip(self.ends, oblique, strict=True):
                 piece_mm = np.ptp(s_mm[stations])
@@ -181,6 +185,27 @@ class Sections:
     s_mm: Numbers  # (k,), increasing
     depth_mm: Numbers  # (k,)
     area_mm2: Numbers  # (k,): of the section square to the centreline, below the face
+    levels_mm: Numbers | None = None  # (n,), from the deepest floor up to 0; None if the walls are straight
+    below_mm2: Numbers | None = None  # (k, n): area of each section below each level
+
+    @property
+    def by_level(self) -> bool:
+        """True if areas are known by level, as of walls that no angle describes."""
+        return self.below_mm2 is not None
+
+    def below_at_mm2(self, s_mm: Floats, level_mm: Floats) -> Floats:
+        """Return the area of the sections at ``s_mm`` below ``level_mm``, (m,) each; of levels over 0, that below 0.
+
+        Raises ValueError if the walls are straight, whose areas follow from their angles.
+        """
+        if self.levels_mm is None or self.below_mm2 is None:
+            raise ValueError("no areas by level: the walls are straight")
+        columns = np.array([np.interp(s_mm, self.s_mm, area_mm2) for area_mm2 in self.below_mm2.T])
+        step_mm = self.levels_mm[1] - self.levels_mm[0]
+        place = np.clip((level_mm - self.levels_mm[0]) / step_mm, 0.0, len(self.levels_mm) - 1.0)
+        lower = np.minimum(place.astype(int), len(self.levels_mm) - 2)
+        one, other = (np.take_along_axis(columns, at[None], axis=0)[0] for at in (lower, lower + 1))
+        return one + (place - lower) * (other - one)
 
 
 @dataclass(frozen=True, eq=False)

@@ -183,7 +183,7 @@ def _unfit(
     if fluid.D_cm is not None:
         thickness = f"fluid.viscosity_pa_s = {paste.consistency_pa_s_n:.3g} in place of fluid.U and fluid.D_cm"
         wanted.append(thickness if fluid.U is not None else "no fluid.D_cm")
-    if outline.branches_kept:
+    if outline.branches_kept and outline.seen_in == "photo":
         wanted.append('photo.branches = "drop"')
     if wanted and (changes or not fitness.unfit):
         found.append(f"Inside it with: {'; '.join(wanted)}.")

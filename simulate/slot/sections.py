@@ -14,6 +14,7 @@ from sealtwin.core.records import Floats, Outline, Solid
 NARROWEST_MM = 0.05  # Width given to a section that closes, so that a depth follows from every area
 ROUND_CORNERS = 4 - np.pi
 """Twice what a corner's dead paste leaves out of area over radius squared: a square less its inscribed circle."""
+COMPARED = 17  # Levels at which a trapezoid is compared with a section of a mesh
 INVERTED, ROUNDING_MM = 20, 1e-9  # Newton steps for a depth above the face, at most, and the last of them
 
 
@@ -115,7 +116,8 @@ def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: flo
     """Return the sections of equal cells, from the traced walls, the depth and what the solid's sections hold.
 
     A trapezoid keeps the area of its section and one of its widths: that of the floor where the walls flare, else that
-    of the mouth. Where walls close above the floor, the section ends where they meet.
+    of the mouth. Where walls close above the floor, the section ends where they meet. Walls of a mesh need not be
+    straight: ``trapezoid_misfit`` is what a trapezoid misses of them.
     """
     s_mm = (np.arange(cells) + 0.5) * outline.length_mm / cells
     width_mm = np.maximum(_means(s_mm, outline.s_mm, outline.width_mm), NARROWEST_MM)
@@ -136,6 +138,21 @@ def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: flo
     x_min, y_min, x_max, y_max = solid.block_mm
     reach_mm = max(0.0, (min(x_max - x_min, y_max - y_min) - float(mouth_mm.mean())) / 2)
     return Trapezoids(s_mm, floor_mm, mouth_mm, depth_mm, slant, -depth_mm, reach_per_mm, reach_mm)
+
+
+def trapezoid_misfit(sections: Trapezoids, solid: Solid) -> float:
+    """Return how far the areas below a level are off those of the solid's table, as a share of the full section.
+
+    It is the largest over all levels of the mean along the crack; 0 for built walls, which are straight.
+    """
+    if not solid.sections.by_level:
+        return 0.0
+    heights = np.linspace(0.0, 1.0, COMPARED)[:, None] * sections.depth_mm
+    off_mm2 = [
+        sections.area_mm2(height_mm)[0] - solid.sections.below_at_mm2(sections.s_mm, height_mm + sections.bottom_mm)
+        for height_mm in heights
+    ]
+    return float(np.abs(off_mm2).mean(axis=1).max() / sections.full_mm2.mean())
 
 
 def _means(s_mm: Floats, known_mm: Floats, values: Floats) -> Floats:

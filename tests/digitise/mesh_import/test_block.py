@@ -78,3 +78,18 @@ def test_a_cut_that_loses_volume_is_refused():
 
     with pytest.raises(InputError, match="cannot be cut without loss"):
         parted(Lossy(), slotted())  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("angle_deg", [20.0, 45.0, 70.0])
+def test_an_oblique_crack_moves_no_side(angle_deg):
+    """Its walls recede from the side slowly: lines beside its opening are less than 1 mm behind it."""
+    slot = box((-100.0, -2.0, -10.0), (100.0, 2.0, 1.0)).rotate((0.0, 0.0, angle_deg)).translate((50.0, 20.0, 0.0))
+    block = cut_block(slotted() - slot, BELOW_MM)
+    assert block.size_mm == BLOCK_MM[:2]
+    assert block.trimmed_mm == 0.0
+
+
+def test_a_thin_oblique_crack_moves_no_side():
+    """In a slot of 0.6 mm at 52 degrees no line is 1 mm behind the side, and the side is plane."""
+    slot = box((-100.0, -0.3, -10.0), (100.0, 0.3, 1.0)).rotate((0.0, 0.0, 52.0)).translate((50.0, 20.0, 0.0))
+    assert cut_block(slotted() - slot, BELOW_MM).size_mm == BLOCK_MM[:2]

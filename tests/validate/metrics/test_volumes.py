@@ -7,7 +7,7 @@ import pytest
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from sealtwin.core.records import Profile
+from sealtwin.core.records import Floats, Profile, Sections, Solid
 from tests.shapes import straight_slot
 from validate.metrics.volumes import balance_profile, fill_volumes, mouth_widths_mm
 
@@ -87,3 +87,31 @@ def test_a_crack_that_closes_in_a_tip_has_a_level_too():
     )
     baseline = balance_profile(80 * 1.5 * 6, wedge, solid())
     assert np.interp(40, baseline.s_mm, baseline.level_mm) == pytest.approx(-10.0, abs=0.01)
+
+
+def of_a_mesh(width_mm: Floats) -> Solid:
+    """A solid whose sections are as wide as given, from the floor evenly up to the face."""
+    levels_mm = np.linspace(-DEPTH_MM, 0.0, len(width_mm))
+    layers_mm2 = (width_mm[1:] + width_mm[:-1]) / 2 * np.diff(levels_mm)
+    below_mm2 = np.concatenate([[0.0], np.cumsum(layers_mm2)])
+    s_mm = np.array([0.0, LENGTH_MM])
+    table = Sections(s_mm, np.full(2, DEPTH_MM), np.full(2, below_mm2[-1]), levels_mm, np.tile(below_mm2, (2, 1)))
+    return replace(solid(), tilt="modelled", sections=table)
+
+
+@pytest.mark.parametrize(("floor_mm", "mouth_mm"), [(6.0, 3.0), (3.0, 3.0), (0.0, 3.0), (1.5, 3.0)])
+@pytest.mark.parametrize("z_mm", [-12.0, -8.0, -1.0, 0.0, 2.0])
+def test_walls_of_a_mesh_hold_what_their_table_says(floor_mm, mouth_mm, z_mm):
+    """Prisms again, at the table's own levels, between which it is straight."""
+    sample = of_a_mesh(np.linspace(floor_mm, mouth_mm, 17))
+    below_mm = min(DEPTH_MM + z_mm, DEPTH_MM)
+    there_mm = floor_mm + (mouth_mm - floor_mm) * below_mm / DEPTH_MM
+    expected_mm3 = LENGTH_MM * (below_mm * (floor_mm + there_mm) / 2 + 3.0 * max(z_mm, 0.0))
+    assert fill_volumes(level(z_mm), OUTLINE, sample, 0, LENGTH_MM)["sealant_mm3"] == pytest.approx(expected_mm3)
+    flat = balance_profile(expected_mm3, OUTLINE, sample)
+    assert flat.level_mm == pytest.approx(np.full(len(flat.s_mm), z_mm), abs=1e-6)
+
+
+def test_areas_by_level_are_no_guess_for_straight_walls():
+    with pytest.raises(ValueError, match="the walls are straight"):
+        solid().sections.below_at_mm2(np.array([1.0]), np.array([-1.0]))

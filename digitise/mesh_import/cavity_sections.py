@@ -1,0 +1,137 @@
+"""Depth of a modelled cavity along its crack, and the area of its sections below every level, whatever its walls.
+
+The cavity is cut level by level. Of each cut, a cell belongs to the place along the crack whose line from wall to wall
+passes nearest to it. So sections add up to the cavity, at oblique ends and in sharp bends too, where planes square to
+the centreline miss some of it or meet other parts of the crack.
+"""
+
+import numpy as np
+from manifold3d import CrossSection, Manifold
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+from skimage.measure import points_in_poly
+
+from digitise.geometry.polyline import at_arc_length, signed_area
+from digitise.image.raster import coverage
+from sealtwin.core.records import Floats, Outline, Sections
+
+STATION_MM = 1.0  # Spacing of sections: that of the nozzle's waypoints
+MOST_STATIONS = 400  # Most sections: more would take minutes on a long crack
+FROM_END = 0.01  # Distance of the first and last cut of the floor from the crack's ends, in spacings of sections
+LEVELS = 48  # Layers of the cavity, each as its middle is: at 16 mm a step in the floor is placed within 0.2 mm
+ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and most in all
+MOST_LINES = 4000  # Most lines from wall to wall
+SLOW = 1e-2  # Least square of the pace of a line's points along the crack: at an inner corner they stand
+APART = 0.12  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
+BESIDE = 1.0  # Widths beside each wall up to which lines from wall to wall are continued, for undercut walls
+
+
+def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
+    """Return the sections of the cavity along the outline, without side cracks and what is beyond its ends."""
+    length_mm = outline.length_mm
+    s_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STATION_MM), 8, MOST_STATIONS)) + 1)
+    *low_mm, bottom_mm = np.asarray(cavity.bounding_box())[[0, 1, 2]].tolist()
+    size_mm = np.asarray(cavity.bounding_box())[[3, 4]] - low_mm
+    cell_mm = max(outline.mean_width_mm / ACROSS, float(np.sqrt(np.prod(size_mm) / MOST_CELLS)))
+    origin_mm = np.array(low_mm) - cell_mm
+    shape = tuple(int(np.ceil(side / cell_mm)) + 3 for side in size_mm)
+    levels_mm = np.linspace(bottom_mm, 0.0, LEVELS + 1)
+    layers = [
+        _covered(cavity.slice(float(middle)), origin_mm, cell_mm, (shape[0], shape[1]))
+        for middle in (levels_mm[1:] + levels_mm[:-1]) / 2
+    ]
+    rows, columns = np.nonzero(np.max(layers, axis=0))
+    cells_mm = origin_mm + cell_mm * np.column_stack([columns, rows])
+    at_mm, main = _places(cells_mm, outline, cell_mm)
+    cells = np.array([layer[rows, columns] for layer in layers]) * cell_mm**2
+    # Each cell is shared between both sections beside it, so that areas are linear between sections.
+    step_mm = s_mm[1]
+    before = np.clip((at_mm / step_mm).astype(int), 0, len(s_mm) - 2)
+    share = at_mm / step_mm - before
+    spacing_mm = np.full(len(s_mm), step_mm)
+    spacing_mm[[0, -1]] /= 2
+    width_mm = np.array(
+        [
+            np.bincount(before, layer * main * (1 - share), len(s_mm))
+            + np.bincount(before + 1, layer * main * share, len(s_mm))
+            for layer in cells
+        ]
+    )
+    below_mm2 = np.zeros((len(s_mm), LEVELS + 1))
+    below_mm2[:, 1:] = np.cumsum(width_mm.T / spacing_mm[:, None], axis=1) * (levels_mm[1] - levels_mm[0])
+    return Sections(s_mm, _depths_mm(cavity, outline, s_mm), below_mm2[:, -1], levels_mm, below_mm2)
+
+
+def _covered(region: CrossSection, origin_mm: Floats, cell_mm: float, shape: tuple[int, int]) -> Floats:
+    """Return the share of each cell in a region, (rows, columns)."""
+    covered = np.zeros(shape[::-1])
+    for ring in map(np.asarray, region.to_polygons()):
+        # Islands run clockwise.
+        covered += np.sign(signed_area(ring)) * coverage((ring - origin_mm) / cell_mm, shape)
+    return np.clip(covered, 0.0, 1.0)
+
+
+def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the arc length that each cell belongs to, (n,), and whether it is of the main crack."""
+    fine_mm = np.linspace(0.0, outline.length_mm, min(MOST_LINES, int(outline.length_mm / step_mm) + 2))
+    walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
+    left_mm, right_mm = np.hsplit(at_arc_length(walls_mm, outline.s_mm, fine_mm), 2)
+    share = np.linspace(-BESIDE, 1 + BESIDE, round((1 + 2 * BESIDE) * ACROSS) + 1)
+    within = (share >= 0) & (share <= 1)
+    places_mm = left_mm[:, None] + share[None, :, None] * (right_mm - left_mm)[:, None]
+    paces = np.gradient(places_mm, fine_mm, axis=0)
+    in_mouth = points_in_poly(cells_mm, outline.outline_mm)
+    nearest_line = np.zeros(len(cells_mm), dtype=int)
+    at_mm, main = np.empty(len(cells_mm)), np.zeros(len(cells_mm), dtype=bool)
+    # Beside the mouth, under its edge, lines are continued; in it, those of a bend's other leg would be nearer.
+    for these, columns in ((in_mouth, within), (~in_mouth, np.ones_like(within))):
+        if these.any():
+            lines_mm = places_mm[:, columns].reshape(-1, 2)
+            away_mm, near = KDTree(lines_mm).query(cells_mm[these])
+            # From the nearest line on, by the pace at which lines pass there.
+            pace = paces[:, columns].reshape(-1, 2)[near]
+            onward_mm = ((cells_mm[these] - lines_mm[near]) * pace).sum(axis=1) / np.maximum(
+                (pace**2).sum(axis=1), SLOW
+            )
+            onward_mm = np.clip(onward_mm, -fine_mm[1] / 2, fine_mm[1] / 2)
+            line = np.asarray(near) // int(columns.sum())
+            at_mm[these] = np.clip(fine_mm[line] + onward_mm, 0.0, fine_mm[-1])
+            nearest_line[these] = line
+            main[these] = away_mm <= APART * outline.mean_width_mm
+    if in_mouth.any() and not in_mouth.all():
+        nearest = KDTree(cells_mm[in_mouth]).query(cells_mm[~in_mouth])[1]
+        main[~in_mouth] = main[in_mouth][nearest]
+    for end in (0, -1):
+        across_mm = left_mm[end] - right_mm[end]
+        inward = np.array([across_mm[1], -across_mm[0]]) * (1 if end == 0 else -1)
+        inward_mm = (cells_mm - left_mm[end]) @ inward / max(float(np.linalg.norm(across_mm)), step_mm)
+        # A cell in half is of either side.
+        main &= ~(in_mouth & (nearest_line == np.arange(len(fine_mm))[end]) & (inward_mm < -step_mm / 2))
+    return at_mm, main
+
+
+def _depths_mm(cavity: Manifold, outline: Outline, s_mm: Floats) -> Floats:
+    """Return the depth of the cavity on upright planes from wall to wall, (n,)."""
+    end_mm = FROM_END * s_mm[1]
+    lines_mm = np.hstack([outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm])
+    stations = at_arc_length(lines_mm, outline.s_mm, np.clip(s_mm, end_mm, s_mm[-1] - end_mm))
+    return np.array([_depth_mm(cavity, *np.split(station, 3)) for station in stations])
+
+
+def _depth_mm(cavity: Manifold, centre_mm: Floats, left_mm: Floats, right_mm: Floats) -> float:
+    """Return the depth of the cavity below a line from wall to wall, without other parts of the crack in its plane."""
+    across_mm = left_mm - right_mm
+    left = across_mm / np.linalg.norm(across_mm)
+    # The plane's own axes: to the left, up, and along the crack.
+    turn = np.array([[left[0], left[1], 0.0], [0.0, 0.0, 1.0], [left[1], -left[0], 0.0]])
+    moved = cavity.transform(np.column_stack([turn, -turn @ np.append(centre_mm, 0.0)]))
+    bounds = [(wall_mm - centre_mm) @ left for wall_mm in (right_mm, left_mm)]
+    depth_mm = 0.0
+    for piece in moved.slice(0.0).decompose():
+        # A tip that the plane only touches leaves a piece without bounds.
+        if piece.is_empty():
+            continue
+        low, bottom, high, _ = piece.bounds()
+        if low <= bounds[1] and high >= bounds[0]:
+            depth_mm = max(depth_mm, -bottom)
+    return depth_mm

@@ -1,0 +1,300 @@
+"""The line along a crack's mouth, half way between its walls, from the mouth's own polygon.
+
+Places on both walls that face each other (``wall_pairs``) have their middle on the centreline. In a slot of constant
+width it is the line that the slot was drawn along, in bends with mitred corners too: round an inner corner the pairs
+turn, and the middle advances at half the pace of the outer wall. So it does before an oblique end.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from manifold3d import CrossSection
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+from skimage.measure import points_in_poly
+
+from digitise.crack_path import medial_axis
+from digitise.crack_path.step_costs import cheapest, off_centre
+from digitise.geometry.polyline import Box, at_arc_length, depth_inside, resampled, signed_area, smoothed, unit
+from digitise.image.raster import coverage
+from digitise.mesh_import.mouth_ends import ACROSS, MouthEnd, are_square, end_before, straight_on
+from digitise.mesh_import.rim import dense, fine, stretch
+from digitise.mesh_import.wall_pairs import facing
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Integers, arc_length
+from sealtwin.core.solid_figures import EndKind
+
+MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow
+SMOOTH = 0.0025  # Widths by which the rim is simplified: scans have corners without number
+MOST_CELLS, MOST_STEPS = 4_000_000, 4000  # Most cells of the raster for the rough path, and most steps along a wall
+COVERED = 0.01  # Least share of a cell in the crack, above the rounding of a row of cells
+STATIONS = 16  # Stations of the outline in the length of one width
+SMOOTHING, RETURNS = 0.25, 4  # Sigma of the centreline in widths, and corrections: bends over 1.5 widths stay
+FRONT, PARTING = 4.0, 1.0  # Most widths of a front along each wall, and gain of their distance for each mm of both
+FORK = 0.75  # Length of a side crack over that of the followed arm beside it from which on the way is a choice
+UNSWEPT = 0.1  # Largest share of the area between both walls that is passed twice or not at all
+CLEAR = 0.1  # Widths by which a side crack begins beyond the largest circle in the main one: a path is off by a third
+CIRCLES = 16  # Circles nearest to a place on the rim that may hold it
+DEEP, DEEPEST, BEND_DEG = 0.75, 2.0, 60.0
+"""A room beside the main crack is a side crack if it is deeper than 0.75 times the width of its mouth. At a bend over
+60 degrees, whose outer corner is such a room too, it must be deeper than twice that, as no corner is in bends up to 150
+degrees."""
+
+
+@dataclass(frozen=True)
+class MouthLine:
+    """Stations along the crack; (n, 2) each."""
+
+    centreline_mm: Floats
+    left_mm: Floats
+    right_mm: Floats
+    ends: tuple[EndKind, EndKind]
+    side_lines_mm: tuple[Floats, ...]  # From the centreline outward
+    warnings: tuple[str, ...]
+
+
+def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None = None) -> MouthLine:
+    """Return the line along the longest way through the mouth, or on the way between two places, (2, 2).
+
+    At an open end it ends where it meets the edge of the face, at a closed one where, straight on, it meets the rim. A
+    crack that goes on past the given places is cut there, square to the line. Islands count as crack, and side cracks
+    do not. Raises InputError for a mouth too short to have a direction, or whose walls face each other along no line.
+    """
+    ring_mm = _outer_ring(mouth)
+    path_mm, width_mm = _rough_path(ring_mm, between_mm)
+    ring_mm = _outer_ring(mouth.simplify(SMOOTH * width_mm))
+    if arc_length(path_mm)[-1] < (MIN_SLENDERNESS - 1) * width_mm:
+        raise InputError(
+            f"The opening in the face is no crack: it is about {arc_length(path_mm)[-1] + width_mm:.1f} mm long and "
+            f"{width_mm:.1f} mm wide; a crack is at least {MIN_SLENDERNESS:g} times as long as wide."
+        )
+    rooms = _side_rooms(ring_mm, path_mm, width_mm)
+    ends = [end_before(ring_mm, way_mm, width_mm, face_mm, between_mm is None) for way_mm in (path_mm, path_mm[::-1])]
+    lines_mm = _lines(ring_mm, ends, rooms, width_mm, face_mm)
+    if any(end.blunt for end in ends):
+        ways_mm = lines_mm, lines_mm[::-1]
+        choices = [straight_on(ring_mm, end, way_mm, width_mm) for end, way_mm in zip(ends, ways_mm, strict=True)]
+        # A front that is left beside its middle makes the line longer.
+        lines_mm = min(
+            (_lines(ring_mm, pair, rooms, width_mm, face_mm) for pair in product(*choices)),
+            key=lambda lines_mm: arc_length(lines_mm[:, :2])[-1],
+        )
+    centre_mm, left_mm, right_mm = np.hsplit(lines_mm, 3)
+    _require_swept(centre_mm, left_mm, right_mm)
+    side_lines_mm = tuple(_side_line(room, centre_mm) for room in rooms)
+    return MouthLine(
+        centre_mm,
+        left_mm,
+        right_mm,
+        (ends[0].kind, ends[1].kind),
+        side_lines_mm,
+        _doubts(centre_mm, side_lines_mm) if between_mm is None else (),
+    )
+
+
+def _doubts(centre_mm: Floats, side_lines_mm: Sequence[Floats]) -> tuple[str, ...]:
+    """Return a warning for each side crack that is about as long as an arm of the crack that was followed."""
+    s_mm, doubts = arc_length(centre_mm), []
+    for line_mm in side_lines_mm:
+        from_mm = float(s_mm[np.argmin(np.linalg.norm(centre_mm - line_mm[0], axis=1))])
+        side_mm, arm_mm = float(arc_length(line_mm)[-1]), min(from_mm, float(s_mm[-1]) - from_mm)
+        if side_mm > FORK * arm_mm:
+            doubts.append(
+                f"the crack forks at s = {from_mm:.0f} mm: a side crack of {side_mm:.0f} mm is about as long as the "
+                f"{arm_mm:.0f} mm that were followed there; give a path to choose another way"
+            )
+    return tuple(doubts)
+
+
+def _outer_ring(mouth: CrossSection) -> Floats:
+    return max((np.asarray(ring, dtype=float) for ring in mouth.to_polygons()), key=signed_area)
+
+
+def _require_swept(centre_mm: Floats, left_mm: Floats, right_mm: Floats) -> None:
+    """Raise InputError if the lines from wall to wall, on their way along the crack, leave out or repeat part of it."""
+    between_mm2 = signed_area(np.concatenate([right_mm, left_mm[::-1]]))
+    ahead_mm, across_mm = np.diff(centre_mm, axis=0), left_mm - right_mm
+    across_mm = (across_mm[1:] + across_mm[:-1]) / 2
+    swept_mm2 = float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
+    if abs(swept_mm2 - between_mm2) > UNSWEPT * between_mm2:
+        raise InputError(
+            f"The crack's walls do not face each other along one line: it passes {swept_mm2:.0f} of the "
+            f"{between_mm2:.0f} mm² between them. Give a path along the crack's middle that ends in a straight part of "
+            "it, or crop the mesh."
+        )
+
+
+def _lines(ring_mm: Floats, ends: Sequence[MouthEnd], rooms: Sequence[Floats], width_mm: float, face_mm: Box) -> Floats:
+    """Return centreline, left and right wall at even stations, (n, 6)."""
+    first, last = ends
+    right_mm = stretch(ring_mm, first.leaves, last.arrives)
+    left_mm = stretch(ring_mm, last.leaves, first.arrives)[::-1]
+    step_mm = max(width_mm / ACROSS, max(arc_length(wall)[-1] for wall in (left_mm, right_mm)) / MOST_STEPS)
+    left_mm, right_mm = (_without(wall, rooms, step_mm) for wall in (left_mm, right_mm))
+    fronts, ways = [], (slice(None), slice(None, None, -1))
+    for end, way in zip(ends, ways, strict=True):
+        front, left_mm, right_mm = _front(left_mm[way], right_mm[way], width_mm, end)
+        fronts.append(front[way])
+        left_mm, right_mm = left_mm[way], right_mm[way]
+    pairs = facing(left_mm, right_mm)
+    walls_mm = np.concatenate([fronts[0], np.hstack([left_mm[pairs[:, 0]], right_mm[pairs[:, 1]]]), fronts[1]])
+    lines_mm = _even(np.hstack([(walls_mm[:, :2] + walls_mm[:, 2:]) / 2, walls_mm]), width_mm)
+    for end, way in zip(ends, ways, strict=True):
+        if end.kind == "open":
+            lines_mm = _from_edge(lines_mm[way], face_mm)[way]
+        elif end.kind == "closed":
+            lines_mm[way][0] = np.tile(lines_mm[way][0, :2], 3)
+    lines_mm = _even(lines_mm, width_mm)
+    lines_mm[1:-1, :2] = smoothed(lines_mm[:, :2], SMOOTHING * STATIONS, RETURNS)[1:-1]
+    return _even(lines_mm, width_mm)
+
+
+def _even(lines_mm: Floats, width_mm: float) -> Floats:
+    """Return lines, the first of which is the centreline, at even stations."""
+    s_mm = arc_length(lines_mm[:, :2])
+    stations_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] * STATIONS / width_mm)))
+    return at_arc_length(lines_mm, s_mm, stations_mm)
+
+
+def _from_edge(lines_mm: Floats, face_mm: Box) -> Floats:
+    """Return lines whose first part, before an oblique open end, is half a width from the wall that is longer there.
+
+    The middle between both corners of an oblique opening is off this line by as much as the walls are rough there.
+    """
+    facing_from = int(np.argmax(are_square(lines_mm)))
+    if facing_from == 0:
+        return lines_mm
+    walls_mm = lines_mm[: facing_from + 1, 2:4], lines_mm[: facing_from + 1, 4:]
+    longer_mm = max(walls_mm, key=lambda wall: arc_length(wall)[-1])
+    shifted_mm = longer_mm + lines_mm[facing_from, :2] - longer_mm[-1]
+    outside = np.flatnonzero(depth_inside(shifted_mm, face_mm) < 0)
+    if len(outside):
+        last, (here_mm, there_mm) = outside[-1], depth_inside(shifted_mm[outside[-1] :][:2], face_mm)
+        edge_mm = shifted_mm[last] + here_mm / (here_mm - there_mm) * (shifted_mm[last + 1] - shifted_mm[last])
+        shifted_mm = np.vstack([edge_mm, shifted_mm[last + 1 :]])
+    s_mm = arc_length(shifted_mm)
+    lines_mm = lines_mm.copy()
+    lines_mm[: facing_from + 1, :2] = at_arc_length(shifted_mm, s_mm, np.linspace(0.0, s_mm[-1], facing_from + 1))
+    return lines_mm
+
+
+def _front(left_mm: Floats, right_mm: Floats, width_mm: float, end: MouthEnd) -> tuple[Floats, Floats, Floats]:
+    """Return pairs across the front of a blunt end, (k, 4), and both walls from there on.
+
+    At a blunt end both walls begin in one place and leave it at one pace, until they no longer part.
+    """
+    if not end.blunt:
+        return np.empty((0, 4)), left_mm, right_mm
+    arcs_mm = [arc_length(wall) for wall in (left_mm, right_mm)]
+    at_mm = np.arange(0.0, min(FRONT * width_mm, arcs_mm[0][-1] / 2, arcs_mm[1][-1] / 2), width_mm / ACROSS / 4)
+    pairs_mm = np.hstack(
+        [at_arc_length(wall, arc_mm, at_mm) for wall, arc_mm in zip((left_mm, right_mm), arcs_mm, strict=True)]
+    )
+    apart_mm = np.linalg.norm(pairs_mm[:, :2] - pairs_mm[:, 2:], axis=1)
+    window = ACROSS
+    parting = apart_mm[window:] - apart_mm[:-window] > PARTING * (at_mm[window:] - at_mm[:-window])
+    last = int(np.argmin(parting)) if not parting.all() else len(parting) - 1
+    last += int(np.argmax(apart_mm[last : last + window + 1] > 0.999 * apart_mm[last : last + window + 1].max()))
+    left_mm, right_mm = (
+        np.vstack([pair_mm, wall[arc_mm > at_mm[last]]])
+        for pair_mm, wall, arc_mm in zip(np.hsplit(pairs_mm[last], 2), (left_mm, right_mm), arcs_mm, strict=True)
+    )
+    return pairs_mm[:last], left_mm, right_mm
+
+
+def _rough_path(ring_mm: Floats, between_mm: Floats | None) -> tuple[Floats, float]:
+    """Return a path through the middle of the ring, at blunt ends into a corner, and the usual width."""
+    rim_mm = arc_length(np.vstack([ring_mm, ring_mm[:1]]))[-1]
+    # The width of a long strip is twice its area over its rim.
+    cell_mm = 2 * signed_area(ring_mm) / rim_mm / ACROSS
+    size_mm = np.ptp(ring_mm, axis=0)
+    cell_mm = max(cell_mm, float(np.sqrt(np.prod(size_mm) / MOST_CELLS)))
+    origin_mm = ring_mm.min(axis=0) - 2 * cell_mm
+    width, height = (int(np.ceil(side / cell_mm)) + 5 for side in size_mm)
+    # A cell that is covered at all counts, so that no neck parts the crack.
+    region = coverage((ring_mm - origin_mm) / cell_mm, (width, height)) > COVERED
+    to_rim = medial_axis.radius(region)
+    if between_mm is None:
+        way = medial_axis.longest_line(region)
+        # Rightward, as a painted crack is followed.
+        way = way if way[0, 1] <= way[-1, 1] else way[::-1]
+    else:
+        way = _way_between(region, to_rim, (between_mm - origin_mm) / cell_mm)
+    usual = max(2 * float(np.median(to_rim[tuple(way.T)])) - 1, 1.0) if len(way) else 1.0
+    path_mm = resampled(origin_mm + cell_mm * way[:, ::-1].astype(float), usual / ACROSS * 2 * cell_mm)
+    # A cell at the rim has its middle outside.
+    inside = np.flatnonzero(points_in_poly(path_mm, ring_mm))
+    if len(inside) < 2:
+        return path_mm[:1], usual * cell_mm
+    return path_mm[inside[0] : inside[-1] + 1], usual * cell_mm
+
+
+def _way_between(region: NDArray[np.bool_], to_rim: Floats, ends: Floats) -> Integers:
+    """Return the cells of a way along the middle from one place to another, column and row each."""
+    cells = np.argwhere(region)
+    start, end = (cells[int(np.argmin(np.sum((cells - place[::-1]) ** 2, axis=1)))] for place in ends)
+    usual = max(2 * float(np.median(to_rim[region])), 1.0)
+    return cheapest(np.where(region, off_centre(to_rim, usual), np.inf), start, end, margin=max(region.shape))
+
+
+def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Floats]:
+    """Return the rims of the side cracks, each from one lip of its mouth to the other.
+
+    The main crack is what circles along the path cover, each as large as fits into the mouth. The rest of the rim is in
+    stretches, each around a room beside it.
+    """
+    rim_mm = dense(ring_mm, width_mm / ACROSS)
+    radius_mm = KDTree(rim_mm).query(path_mm)[0] + CLEAR * width_mm
+    away_mm, circle = KDTree(path_mm).query(rim_mm, k=min(CIRCLES, len(path_mm)))
+    circle = np.asarray(circle, dtype=int)
+    beyond_mm = away_mm - radius_mm[circle]
+    holds = beyond_mm.argmin(axis=1)[:, None]
+    deep_mm = beyond_mm.min(axis=1)
+    # Begin on the main crack, so that no stretch is in two parts.
+    start = int(np.argmin(deep_mm))
+    nearest = np.roll(np.take_along_axis(circle, holds, axis=1)[:, 0], -start)
+    rim_mm, deep_mm = np.roll(rim_mm, -start, axis=0), np.roll(deep_mm, -start)
+    bounds = np.flatnonzero(np.diff(np.concatenate([[False], deep_mm > 0, [False]]).astype(int))).reshape(-1, 2)
+    s_mm, rooms = arc_length(path_mm), []
+    for begin, end in bounds.tolist():
+        room_mm, at_lips = rim_mm[begin:end], s_mm[nearest[[begin, end - 1]]]
+        # What is beside an end belongs to that end.
+        if end - begin < 3 or at_lips.min() < width_mm / 2 or at_lips.max() > s_mm[-1] - width_mm / 2:
+            continue
+        mouth_mm = max(float(np.linalg.norm(room_mm[0] - room_mm[-1])), width_mm / ACROSS)
+        along = (room_mm[-1] - room_mm[0]) / mouth_mm
+        away_mm = room_mm - room_mm[0]
+        reach_mm = float(np.abs(along[0] * away_mm[:, 1] - along[1] * away_mm[:, 0]).max())
+        first_mm, last_mm = np.sort(at_lips)
+        stretch = np.array([first_mm - width_mm, first_mm, last_mm, last_mm + width_mm])
+        before, _, after = np.diff(at_arc_length(path_mm, s_mm, stretch), axis=0)
+        turn_deg = np.degrees(np.arccos(np.clip(unit(before) @ unit(after), -1, 1)))
+        if reach_mm > (DEEPEST if turn_deg > BEND_DEG else DEEP) * mouth_mm:
+            rooms.append(room_mm)
+    return rooms
+
+
+def _without(wall_mm: Floats, rooms: Sequence[Floats], step_mm: float) -> Floats:
+    """Return a wall in fine steps, straight across the mouths of side cracks."""
+    wall_mm = fine(wall_mm, step_mm)
+    beside = np.zeros(len(wall_mm), dtype=bool)
+    for room_mm in rooms:
+        away_mm, lips = map(np.array, KDTree(wall_mm).query(room_mm[[0, -1]]))
+        if away_mm.max() <= step_mm:
+            # A wall that is walked clockwise meets the far lip first.
+            beside[lips.min() + 1 : lips.max()] = True
+    return fine(wall_mm[~beside], step_mm)
+
+
+def _side_line(room_mm: Floats, centre_mm: Floats) -> Floats:
+    """Return the line of a side crack from the centreline to its farthest place."""
+    begin_mm = room_mm[[0, -1]].mean(axis=0)
+    away_mm = np.linalg.norm(room_mm - begin_mm, axis=1)
+    tip = int(np.clip(np.argmax(away_mm), 1, len(room_mm) - 2))
+    right_mm, left_mm = room_mm[: tip + 1], room_mm[: tip - 1 : -1]
+    pairs = facing(left_mm, right_mm)
+    middle_mm = (left_mm[pairs[:, 0]] + right_mm[pairs[:, 1]]) / 2
+    foot_mm = centre_mm[np.argmin(np.linalg.norm(centre_mm - begin_mm, axis=1))]
+    return np.vstack([foot_mm, resampled(middle_mm, float(away_mm.max()) / ACROSS)])

@@ -1,0 +1,125 @@
+"""The line between the walls of a slot is the line that it was drawn along."""
+
+import numpy as np
+import pytest
+from manifold3d import CrossSection, FillRule
+
+from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, arc_length
+from tests.shapes import CLOSED, CUT, OPEN
+from tests.slots import oblique, straight, strip, zigzag
+
+FAR_MM = (-1e3, -1e3, 1e3, 1e3)
+FACE_MM = (0.0, 0.0, 200.0, 40.0)
+
+
+def length_mm(line: MouthLine) -> float:
+    return float(arc_length(line.centreline_mm)[-1])
+
+
+def swept_mm2(line: MouthLine) -> float:
+    """Area that the lines from wall to wall pass on their way."""
+    across_mm, ahead_mm = line.left_mm - line.right_mm, np.diff(line.centreline_mm, axis=0)
+    across_mm = (across_mm[1:] + across_mm[:-1]) / 2
+    return float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 30.0, 60.0, 100.0, 140.0, 150.0])
+def test_a_zigzag_is_as_long_as_its_legs(turn_deg):
+    """Smoothing rounds a bend of 150 degrees by 0.2 widths: three bends of 3 mm are 1.8 of 100 mm."""
+    mouth = strip(zigzag(turn_deg), 3.0)
+    line = line_of_mouth(mouth, FAR_MM)
+    assert length_mm(line) == pytest.approx(100.0, rel=0.02)
+    assert length_mm(line) == pytest.approx(100.0 - 3 * 0.6 * turn_deg / 150, abs=0.6)
+    assert swept_mm2(line) == pytest.approx(mouth.area(), rel=0.005)
+    assert line.ends == CLOSED
+    assert line.side_lines_mm == ()
+
+
+@pytest.mark.parametrize("width_mm", [3.0, 6.2])
+@pytest.mark.parametrize("angle_deg", [90.0, 60.0, 45.0, 30.0, 20.0])
+def test_an_oblique_slot_is_as_long_as_its_axis_from_edge_to_edge(angle_deg, width_mm):
+    """Walls are straight, so the middle is exact but for steps of a twentieth of the width."""
+    line = line_of_mouth(oblique(angle_deg, width_mm), FACE_MM)
+    assert line.ends == OPEN
+    assert length_mm(line) == pytest.approx(40.0 / np.sin(np.radians(angle_deg)), abs=0.01)
+    assert sorted(line.centreline_mm[[0, -1], 1]) == pytest.approx([0.0, 40.0], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("mouth", "expected_mm"),
+    [
+        (straight(14.0, 4.0), 14.0),
+        (straight(60.0, 4.0) + CrossSection.circle(2.0, 100) + CrossSection.circle(2.0, 100).translate((60, 0)), 64.0),
+        (CrossSection([np.array([[2, -2], [62, -2], [58, 2], [-2, 2.0]])], FillRule.NonZero), 60.0),
+        (CrossSection([np.array([[0, 0], [60, -2], [60, 2.0]])], FillRule.NonZero), 60.0),
+    ],
+    ids=["square", "round", "slanted by 45 degrees", "pointed"],
+)
+def test_a_closed_crack_ends_where_its_line_meets_the_rim(mouth, expected_mm):
+    line = line_of_mouth(mouth, FAR_MM)
+    assert line.ends == CLOSED
+    assert length_mm(line) == pytest.approx(expected_mm, abs=0.05)
+    assert line.left_mm[[0, -1]] == pytest.approx(line.right_mm[[0, -1]])
+
+
+def ray(towards_deg: float, from_mm: tuple[float, float], reach_mm: float) -> Floats:
+    turn = np.radians(towards_deg)
+    return np.array([from_mm, np.add(from_mm, reach_mm * np.array([np.cos(turn), np.sin(turn)]))])
+
+
+def test_side_cracks_are_lines_of_their_own():
+    """A wall goes straight across their mouths, a little beyond the corners: 0.06 of the width, and 1.6 mm wide."""
+    mouth = straight(60.0, 3.0)
+    for towards_deg, x_mm, reach_mm in ((60.0, 15.0, 12.0), (-90.0, 30.0, 15.0), (120.0, 45.0, 10.0)):
+        mouth += strip(ray(towards_deg, (x_mm, 0.0), reach_mm), 1.6)
+    line = line_of_mouth(mouth, FAR_MM)
+    assert length_mm(line) == pytest.approx(60.0, abs=0.1)
+    assert np.abs(line.centreline_mm[:, 1]).max() < 0.2
+    assert swept_mm2(line) == pytest.approx(180.0, rel=0.005)
+    assert sorted(round(arc_length(side)[-1]) for side in line.side_lines_mm) == [10, 12, 15]
+
+
+def test_a_star_is_followed_along_the_arms_that_are_given():
+    mouth = CrossSection()
+    for arm in range(5):
+        mouth += strip(ray(72.0 * arm, (0.0, 0.0), 30.0), 3.0)
+    ends_mm = np.array([ray(72.0 * arm, (0.0, 0.0), 29.9)[1] for arm in (0, 2)])
+    line = line_of_mouth(mouth, FAR_MM, ends_mm)
+    assert line.ends == CLOSED
+    assert line.centreline_mm[[0, -1]] == pytest.approx(ends_mm, abs=0.2)
+    # Where five arms meet, the middle keeps away from the corner between its two.
+    assert length_mm(line) == pytest.approx(60.0, abs=1.5)
+
+
+def test_a_part_of_a_crack_is_cut_square_to_it():
+    line = line_of_mouth(straight(60.0, 3.0), FAR_MM, np.array([[12.0, 0.0], [40.0, 0.0]]))
+    assert line.ends == CUT
+    assert length_mm(line) == pytest.approx(28.0, abs=0.2)
+    assert swept_mm2(line) == pytest.approx(3.0 * length_mm(line), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("mouth", "between_mm", "says"),
+    [
+        (CrossSection.square((12.0, 8.0)), None, r"no crack: it is about 12\.\d mm long and 7\.9 mm wide"),
+        (CrossSection.circle(6.0, 64), None, r"no crack: it is about 12\.\d mm long and 12\.\d mm wide"),
+        (strip(zigzag(100.0), 3.0), zigzag(100.0)[[0, 2]], "do not face each other along one line"),
+    ],
+    ids=["square", "disc", "path that ends in a bend"],
+)
+def test_what_has_no_line_is_refused_in_words_of_a_mesh(mouth, between_mm, says):
+    with pytest.raises(InputError, match=says) as refusal:
+        line_of_mouth(mouth, FAR_MM, between_mm)
+    assert not any(word in str(refusal.value) for word in ("photo", "ends_px", "px"))
+
+
+def test_a_fork_into_arms_of_about_one_length_is_told():
+    """An arm of 18 mm beside the 20 mm that are followed; one of 6 mm is a side crack without a doubt."""
+    for reach_mm, doubts in ((18.0, 1), (6.0, 0)):
+        mouth = straight(60.0, 3.0) + strip(ray(90.0, (40.0, 0.0), reach_mm), 2.0)
+        line = line_of_mouth(mouth, FAR_MM)
+        assert len(line.side_lines_mm) == 1
+        assert len(line.warnings) == doubts
+        assert all("forks at s = 40 mm" in warning for warning in line.warnings)
