@@ -45,10 +45,7 @@ for name, one in judged.items():
 figure, (above, below) = plt.subplots(2, figsize=(8, 5), layout="constrained")
 above.step(plan.t_s, plan.flow_mm3_s, where="post")
 above.set(xlabel="time (s)", ylabel="flow (mm³/s)")
-assert plan.half_width_mm is not None, "a band needs two seeds"
-low_mm, high_mm = plan.level_mm - plan.half_width_mm, plan.level_mm + plan.half_width_mm
-below.fill_between(plan.s_mm, low_mm, high_mm, alpha=0.3)
-below.plot(plan.s_mm, plan.level_mm)
+below.errorbar(plan.s_mm, plan.level_mm, plan.half_width_mm, ecolor="lightgrey")
 below.set(xlabel="s (mm)", ylabel="level from the face (mm)")
 
 # %%

@@ -80,9 +80,9 @@ def _wetted_mm2(profile: Profile, outline: Outline, solid: Solid) -> float:
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:
     """Return the sealant, the room left below the face and the heap above it over a stretch of s, and the share filled.
 
-    The section is that of the solid's table, if its walls are a mesh's own. Else it is as wide as the mouth at the face,
-    and below it narrows by the tangents of the walls' angles (flare, funnel), widens by them (undercut), or keeps its
-    width. Sealant on the face beside the mouth is in no profile.
+    The section is that of the solid's table, if its walls are a mesh's own. Else it is as wide as the mouth at the
+    face, and below it narrows by the tangents of the walls' angles (flare, funnel), widens by them (undercut), or keeps
+    its width. Sealant on the face beside the mouth is in no profile.
     """
     tabled_mm = solid.sections.s_mm if solid.sections.by_level else np.empty(0)
     s_mm = np.unique(np.concatenate([profile.s_mm, outline.s_mm, tabled_mm, [from_mm, to_mm]]))
