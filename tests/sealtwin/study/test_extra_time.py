@@ -74,12 +74,12 @@ def test_the_fast_models_draws_take_as_long_as_one_of_them_on_this_machine(tmp_p
 def test_a_sealant_that_is_too_stiff_in_finer_particles_has_no_time_and_no_fault(run_folder):
     """The run stands, and its report is written: what cannot be is for 'sealtwin validate RUN --uncertainty' to say."""
     width_mm = record_files.read_outline(run_folder).mean_width_mm
-    stiff = TRIAL.replace("readings.csv", "inputs/readings.csv").replace("U = 30.0", "viscosity_pa_s = 250")
+    stiff = TRIAL.replace("readings.csv", "inputs/readings.csv").replace("U = 30.0", "viscosity_pa_s = 1000")
     (run_folder / "trial.toml").write_text(stiff)
     trial, path = load_trial(run_folder / "trial.toml"), record_files.read_trajectory(run_folder)
     size_of(trial, path, width_mm)
     finer = trial.model_copy(update={"solver": trial.solver.model_copy(update={"radius_mm": 0.45 / 1.3})})
-    with pytest.raises(InputError, match=r"fluid\.viscosity_pa_s is 250"):
+    with pytest.raises(InputError, match=r"fluid\.viscosity_pa_s is 1000"):
         size_of(finer, path, width_mm)
     with open_folder(run_folder, create=False) as folder:
         assert time_of_extra_runs(resume_job(folder, "cpu", Progress())) == ""
