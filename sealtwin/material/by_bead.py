@@ -18,7 +18,7 @@ from simulate.spread_law import GRAVITY_M_S2
 
 MASS_ERROR_G = 0.03  # Of a scale that shows 0.05 g, with what sticks to the nozzle
 SPEED_ERROR = 0.005  # Relative standard uncertainty of an arm's speed on a straight line
-LAW = 0.05  # Relative standard uncertainty of a yield stress by beads in particles (benchmarks/beads.py)
+LAW = 0.057  # Relative standard uncertainty of a yield stress: RMS over the beads in particles (benchmarks/beads.py)
 SECTION = 0.03  # That of the section in the middle, by the same beads
 STIFFEST = 0.16
 """Stress over rho g sqrt(A) beyond which a bead is so near the shape in which it was laid that it shows none."""

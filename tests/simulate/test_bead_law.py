@@ -44,9 +44,9 @@ def test_an_edge_that_lies_farther_out_is_that_of_the_wider_bead():
     assert large[0] == pytest.approx(8 * narrow.volume_mm3(0.5 * ONE, ONE, NO, STRETCH)[0])
 
 
-def test_the_correction_grows_with_stiffness_and_needs_no_unit():
+def test_the_correction_turns_with_stiffness_and_needs_no_unit():
     stiff, soft = (slumped_stress(k * ONE, 64.0 * ONE)[0] / k for k in (1.2, 0.5))
-    assert soft == 1 < stiff < 1.15
+    assert 0.94 < soft < 1 < stiff < 1.15
     assert slumped_stress(2.4 * ONE, 256.0 * ONE)[0] == pytest.approx(2 * slumped_stress(1.2 * ONE, 64.0 * ONE)[0])
     assert 1.03 < laid_section(0.8 * ONE, 64.0 * ONE)[0] / 64 < 1.12
 

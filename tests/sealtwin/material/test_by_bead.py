@@ -86,7 +86,7 @@ def test_the_marks_distance_is_the_pumps_delay(bead):
     [
         ({"start_mm": (16.0, 45.0)}, r"--start-mm 16,45 is no start of the bead, .* 15\.0 mm beside it"),
         ({"start_mm": (35.0, 30.0)}, r"--start-mm 35,30 is no start of the bead, which begins -\d\.\d mm"),
-        ({"mass_g": 8.0}, r"39 mm of 120 mm² were laid, 3\.6 times the section's root, need 4"),
+        ({"mass_g": 8.0}, r"40 mm of 120 mm² were laid, 3\.6 times the section's root, need 4"),
         ({"mass_g": 1.0}, "spread to 16 mm, as far as surface tension lets water"),
         ({"asked_mm3_s": 4.0}, "--asked-mm3-s is 4: no pump is off by a factor of 5"),
         ({"density_error_kg_m3": 900.0}, "as uncertain as they are large"),
