@@ -16,8 +16,6 @@ from validate.units import counted, signed
 
 COVERAGE = 2.0  # Coverage factor k of a 95 % interval of a normal distribution
 
-MOSTLY = 0.9  # Share of the variance at a station by the errors that a sentence names
-
 NOT_ASSESSED = "ASME V&V 20: not assessed: 'sealtwin validate RUN --uncertainty'"
 
 
@@ -109,27 +107,20 @@ def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], know
     count, off = len(stations.error_mm), stations.off
     above = int(stations.above.sum())
     high = int((off & (stations.error_mm > 0)).sum())
-    where = f" (too high at {high}, too low at {int(off.sum()) - high})" if off.any() else ""
+    where = f" ({high} too high, {int(off.sum()) - high} too low)" if off.any() else ""
     chance = f"about {stations.by_chance:.0f}" if stations.by_chance >= 0.5 else "fewer than 1"
+    largest = max(parts, key=lambda one: one.station_mm).name
     return (
-        f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the simulated level leaves the 95 % band of the "
-        f"whole profile{where}, by {known}. {above or 'None'} of {count} {'lies' if above == 1 else 'lie'} "
-        f"outside their own 95 % band; {chance} would by chance, if the simulated level were right and no error were "
-        f"missing from the budget, which is mostly {_largest(parts)}."
+        f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the level leaves the 95 % band of the whole "
+        f"profile{where}, by {known}. {above or 'None'} {'lies outside its' if above == 1 else 'lie outside their'} own "
+        f"band; {chance} would by chance, if the budget of errors (mostly {largest}) is complete."
     )
-
-
-def _largest(parts: Sequence[BudgetPart]) -> str:
-    """Return the names of the errors that make nine tenths of the variance at a station, the largest first."""
-    ordered = sorted(parts, key=lambda one: -one.station_mm)
-    summed = np.cumsum([one.station_mm**2 for one in ordered])
-    return ", ".join(one.name for one in ordered[: 1 + int((summed < MOSTLY * summed[-1]).sum())])
 
 
 def missing_sentence(missing: Sequence[BudgetPart]) -> str:
     """Return the sentence on errors of the readings that are in no interval."""
     names = ", ".join(one.name for one in missing)
-    return f"In no interval, since nobody declared it and no repeat can show it: {names}."
+    return f"In no interval (declare it to include it): {names}."
 
 
 def two_level_design(inputs: int) -> Integers:
