@@ -1,10 +1,11 @@
 """The band of ``sealtwin validate --uncertainty`` on trials of the blind prediction: EMULATED, reported, not judged.
 
-    python -m benchmarks.blind_own_band [--trials 3 17]
+    python -m benchmarks.blind_own_band [--trials 3 17 ...]
 
 ``benchmarks.blind_prediction`` judges a band whose numerics are one number, the same for all trials. The command takes
 them from three runs at each of three particle sizes. This benchmark makes those runs and 1,000 draws of the fast model,
-and reports the band that the command would give. It has no part by readings. A minute of one core a trial.
+and reports the band that the command would give. It has no part by readings. A minute of one core a trial, of which
+there are twenty.
 """
 
 import argparse
@@ -15,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import slumps
-from benchmarks.blind_cases import JUDGED_SEED, STATIONS_MM, level_mm
+from benchmarks.blind_cases import FOLDER, JUDGED_SEED, STATIONS_MM, level_mm
 from benchmarks.blind_measured import Measured, measured
 from benchmarks.table import Row, finish
 from sealtwin.core.progress import Progress
@@ -53,11 +54,14 @@ def sized(one: Measured, factor: float) -> SizeRuns:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--trials", type=int, nargs="+", default=[3, 17], help="numbers of trials of the judged draw")
+    judged = sorted(int(path.stem) for path in (FOLDER / f"{JUDGED_SEED}").glob("[0-9]*.csv"))
+    parser.add_argument("--trials", type=int, nargs="+", default=judged, help="numbers of judged trials; default: all")
     trials = parser.parse_args().trials
     # Trials are emulated by them: they come first.
     slumps.KEPT.require()
-    finish([row for number in trials for row in bands(number)])
+    rows = [row for number in trials for row in bands(number)]
+    halves_mm = [row.value for row in rows[::2]]
+    finish([*rows, Row("half of the command's band, median of the trials", float(np.median(halves_mm)), "mm")])
 
 
 if __name__ == "__main__":

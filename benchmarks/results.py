@@ -63,7 +63,6 @@ COMMANDS = {
     "stated_intervals": "-m benchmarks.stated_intervals",
     "calibration": "-m benchmarks.calibration",
     "blind_prediction": "-m benchmarks.blind_prediction",
-    "blind_own_band": "-m benchmarks.blind_own_band",
 }
 """Arguments of Python by the name of a benchmark, the short ones first."""
 PACKAGES = ("benchmarks", "digitise", "sealtwin", "simulate", "tests", "validate")

@@ -110,10 +110,11 @@ def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], know
     where = f" ({high} too high, {int(off.sum()) - high} too low)" if off.any() else ""
     chance = f"about {stations.by_chance:.0f}" if stations.by_chance >= 0.5 else "fewer than 1"
     largest = max(parts, key=lambda one: one.station_mm).name
+    verb, whose = ("lies", "its") if above == 1 else ("lie", "their")
     return (
         f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the level leaves the 95 % band of the whole "
-        f"profile{where}, by {known}. {above or 'None'} {'lies outside its' if above == 1 else 'lie outside their'} own "
-        f"band; {chance} would by chance, if the budget of errors (mostly {largest}) is complete."
+        f"profile{where}, by {known}. {above or 'None'} {verb} outside {whose} own band; {chance} would by chance, if "
+        f"the budget of errors (mostly {largest}) is complete."
     )
 
 
