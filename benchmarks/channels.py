@@ -1,6 +1,6 @@
 """Flow between plane walls against closed forms, with the settings of a trial file and nothing else.
 
-    python -m benchmarks.channels [--only momentum|channel|thin|bingham|herschel|fronts]
+    python -m benchmarks.channels [--only momentum|channel|thin|bingham|herschel|plugs|fronts]
 
 Fluids have a density of 1000 kg/m3, stick to the walls since no D is given, and move as in a run: pressure, viscosity,
 collisions. A channel repeats itself along x and z, its walls are planes in y; a push takes the place of gravity.
@@ -18,6 +18,7 @@ import numpy as np
 from benchmarks.collapse import fronts
 from benchmarks.physics_endless import Endless, stirred_mm
 from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, raised, step_of
+from benchmarks.sinking import plugs
 from benchmarks.table import Row, finish
 from sealtwin.core.records import Floats
 from simulate.settings import Fluid
@@ -240,7 +241,7 @@ def herschel() -> Iterator[Row]:
 
 
 CASES: dict[str, Callable[[], Iterator[Row]]] = {
-    case.__name__: case for case in (momentum, channel, thin, bingham, herschel, fronts)
+    case.__name__: case for case in (momentum, channel, thin, bingham, herschel, plugs, fronts)
 }
 
 

@@ -40,8 +40,9 @@ def remarks_on(
     if not fluid.yields and viscosity_mm2_s * THIN < added_mm2_s:
         yield (
             f"fluid.{given[0] if given else 'curve begins thin'}: {viscosity_mm2_s:.3g} mm2/s, to which particles of "
-            f"solver.radius_mm = {radius_mm:g} add about {added_mm2_s:.2g} of their own. The fluid "
-            f"acts as one of {viscosity_mm2_s + added_mm2_s:.3g} mm2/s; smaller particles add less."
+            f"solver.radius_mm = {radius_mm:g} add about {added_mm2_s:.2g} of their own, within a factor of two. The "
+            f"fluid flows as one of about {viscosity_mm2_s + added_mm2_s:.3g} mm2/s, but does not come to rest as one: "
+            "particles of fluid as thin as water stay in motion. Smaller particles add less."
         )
     _, stress_pa = fluid.fresh
     width_mm = outline.mean_width_mm

@@ -241,7 +241,7 @@ def error_uncertainty(
         mean_level=overall,
         stations=stations,
         sentences=(
-            *validation.level_sentences(overall, stations, calibrated=calibrated, screening=screening),
+            *validation.level_sentences(overall, stations, summary.parts, calibrated=calibrated, screening=screening),
             *((validation.missing_sentence(summary.missing),) if summary.missing else ()),
         ),
         alignment=alignment(simulated, measured),

@@ -88,6 +88,7 @@ def page(parts: Sequence[Told], missing: Mapping[str, str], slots: Finding, feed
         {"claim": found[0].claim, "paper": found[0].paper, "found": found}
         for found in zip(*(part.findings for part in parts), strict=True)
     ]
+    judgements = sum(len(part.findings) for part in parts) + 1  # The slots' beside them
     return environment.get_template("page.md.j2").render(
         studies=[_listed(part) for part in parts],
         missing=missing,
@@ -98,7 +99,16 @@ def page(parts: Sequence[Told], missing: Mapping[str, str], slots: Finding, feed
         along_mm=f"{ALONG_MM:g}",
         level_mm=f"{LEVEL_MM:g}",
         first_mm=[f"{level:g}" for level in FIRST_MM],
+        middle_error=_share_error(0.5),
+        limit_error=_share_error(0.05),
+        judgements=judgements,
+        by_chance=f"{0.05 * judgements:.0f}",
     )
+
+
+def _share_error(share: float) -> str:
+    """Return half of the 95 % interval of a share of the draws, in percent."""
+    return f"{196 * np.sqrt(share * (1 - share) / SETS):.1f}"
 
 
 def _listed(part: Told) -> dict[str, Any]:

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.blind_cases import STATIONS_MM
 from benchmarks.blind_measured import LENGTH_MM, course, measured
-from benchmarks.blind_prediction import judge, read, rows
+from benchmarks.blind_prediction import judge, over_trials, read, rows
 from benchmarks.slumps import DENSITY_KG_M3, MINI_CONE
 
 pytestmark = pytest.mark.usefixtures("kept_of_any_number")
@@ -26,6 +26,15 @@ def test_a_prediction_is_held_within_its_band_and_lost_beyond_it():
     found = {row.name: row for row in rows([near, far], 0.25)}
     assert found["the same in the trial that has fewest"].missed
     assert found["EMULATED trials judged"].missed, "two of twenty"
+
+
+def test_the_interval_of_a_share_is_over_trials_and_not_over_their_stations():
+    """Ten of twenty trials hold all, ten half: 6 to 14 of twenty drawn again hold all, by the binomial law.
+
+    Over 320 stations the interval would be 70 to 80 %.
+    """
+    assert over_trials(np.repeat([100.0, 50.0], 10)) == pytest.approx([65.0, 85.0])
+    assert over_trials(np.full(20, 95.0)) == pytest.approx([95.0, 95.0])
 
 
 def test_a_caliper_errs_by_what_is_declared():

@@ -13,7 +13,7 @@ from sealtwin.trial.stage_numbers import NUMBERS
 KEPT = (beads.KEPT, blind_measured.KEPT, calibration.KEPT, slot_cases.KEPT, slumps.KEPT)
 JUDGES = (
     "beads", "blind_prediction", "calibration", "slot", "slumps", "material_by_bead", "material_by_scale",
-    "input_uncertainty",
+    "input_uncertainty", "blind_own_band",
 )  # fmt: skip
 
 

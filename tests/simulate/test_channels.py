@@ -79,7 +79,7 @@ def test_a_fluid_that_its_particles_thicken_is_told_before_the_run():
     (remark,) = water.remarks_on(0)
     added_mm2_s = 100 * added_viscosity(0.06, water.engine.step_s)
     assert remark.startswith("fluid.viscosity_pa_s is 0.001: 1 mm2/s")
-    assert f"acts as one of {1 + added_mm2_s:.3g} mm2/s" in remark
+    assert f"flows as one of about {1 + added_mm2_s:.3g} mm2/s, but does not come to rest as one" in remark
     assert not remarks_of(viscosity_pa_s=0.1)
 
 

@@ -46,7 +46,12 @@ def mean_level_budget(
 
 
 def level_sentences(
-    mean: MeanLevelBudget, stations: StationErrors, *, calibrated: bool = False, screening: bool = False
+    mean: MeanLevelBudget,
+    stations: StationErrors,
+    parts: Sequence[BudgetPart],
+    *,
+    calibrated: bool = False,
+    screening: bool = False,
 ) -> tuple[str, str]:
     """Return the sentences on the mean level and on the stations.
 
@@ -55,9 +60,11 @@ def level_sentences(
     a model for ``screening`` made the level.
     """
     if screening:
-        return "ASME V&V 20: not assessed: the level is the fast model's.", _station_sentence(stations, _known(mean))
+        return "ASME V&V 20: not assessed: the level is the fast model's.", _station_sentence(
+            stations, parts, _known(mean)
+        )
     if mean.resolved is None:
-        return _not_assessed(mean), _station_sentence(stations, _known(mean))
+        return _not_assessed(mean), _station_sentence(stations, parts, _known(mean))
     half_mm = COVERAGE * mean.validation_mm
     span = f"{signed(mean.error_mm - half_mm, 2)} and {signed(mean.error_mm + half_mm, 2)} mm"
     figures = f"ASME V&V 20: E = {signed(mean.error_mm, 2)} mm, {COVERAGE:g} u_val = {half_mm:.2f} mm"
@@ -71,7 +78,7 @@ def level_sentences(
         )
     if calibrated:
         text += " The model was calibrated on these readings, which makes E smaller than that of a prediction."
-    return text, _station_sentence(stations, "readings, numerics and inputs")
+    return text, _station_sentence(stations, parts, "readings, numerics and inputs")
 
 
 def with_time(findings: Sequence[str], extra_runs: str) -> tuple[str, ...]:
@@ -92,25 +99,29 @@ def _known(mean: MeanLevelBudget) -> str:
     return " and ".join(parts if mean.inputs_mm is None else [*parts, "some inputs"]) + " alone"
 
 
-def _station_sentence(stations: StationErrors, known: str) -> str:
-    """Return the sentence on the stations; the bands are those by what is ``known``.
+def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], known: str) -> str:
+    """Return the sentence on the stations; the bands are those by what is ``known``, whose ``parts`` are named.
 
     Many stations are many tests, so that one is off where its error leaves the band of all together.
     """
     count, off = len(stations.error_mm), stations.off
+    above = int(stations.above.sum())
     high = int((off & (stations.error_mm > 0)).sum())
-    where = f" (too high at {high}, too low at {int(off.sum()) - high})" if off.any() else ""
+    where = f" ({high} too high, {int(off.sum()) - high} too low)" if off.any() else ""
+    chance = f"about {stations.by_chance:.0f}" if stations.by_chance >= 0.5 else "fewer than 1"
+    largest = max(parts, key=lambda one: one.station_mm).name
+    verb, whose = ("lies", "its") if above == 1 else ("lie", "their")
     return (
-        f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the simulated level leaves the 95 % band of the "
-        f"whole profile{where}, by {known}. {int(stations.above.sum())} leave their own band; chance alone would make "
-        f"it {stations.by_chance:.1f}."
+        f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the level leaves the 95 % band of the whole "
+        f"profile{where}, by {known}. {above or 'None'} {verb} outside {whose} own band; {chance} would by chance, if "
+        f"the budget of errors (mostly {largest}) is complete."
     )
 
 
 def missing_sentence(missing: Sequence[BudgetPart]) -> str:
     """Return the sentence on errors of the readings that are in no interval."""
     names = ", ".join(one.name for one in missing)
-    return f"In no interval, since nobody declared it and no repeat can show it: {names}."
+    return f"In no interval (declare it to include it): {names}."
 
 
 def two_level_design(inputs: int) -> Integers:

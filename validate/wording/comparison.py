@@ -276,7 +276,8 @@ def _result(found: ErrorUncertainty) -> Rows:
         ("stations with E outside the band of all together", f"{int(stations.off.sum())} of {count}"),
         (
             "stations with E outside their own band",
-            f"{int(stations.above.sum())} of {count}; {stations.by_chance:.1f} by chance alone",
+            f"{int(stations.above.sum())} of {count}; on average {stations.by_chance:.1f} by chance, if the level is "
+            "right and the budget complete",
         ),
     ]
 

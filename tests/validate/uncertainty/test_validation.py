@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sealtwin.core.comparison import StationErrors
+from sealtwin.core.comparison import BudgetPart, StationErrors
 from validate.uncertainty.validation import level_sentences, mean_level_budget, with_time
 
 ALL_KNOWN = (0.3, 0.4, 0.0)  # Of readings, numerics and inputs
@@ -27,8 +27,24 @@ def stations(error_mm, standard_mm, times: float = 1.5) -> StationErrors:
 NONE_OFF = stations([0.0, 0.0], [0.2, 0.2])
 
 
+def part(name: str, station_mm: float) -> BudgetPart:
+    """An error of the readings with that standard uncertainty at a station."""
+    return BudgetPart(
+        name=name,
+        setting="",
+        source="declared",
+        kind="readings",
+        mean_level_mm=0,
+        mean_error_mm=0,
+        station_mm=station_mm,
+    )
+
+
+PARTS = [part("last digit", 0.05), part("common shift of the stations", 0.4), part("scatter of the repeats", 0.2)]
+
+
 def test_an_error_within_the_doubt_is_consistent_and_does_not_say_that_the_model_is_right():
-    sentence, _ = level_sentences(mean_level_budget(-0.2, 0.5, *ALL_KNOWN), NONE_OFF)
+    sentence, _ = level_sentences(mean_level_budget(-0.2, 0.5, *ALL_KNOWN), NONE_OFF, PARTS)
     assert sentence.startswith(
         "The mean level is consistent with the readings (ASME V&V 20: E = -0.20 mm, 2 u_val = 1.00"
     )
@@ -40,7 +56,7 @@ def test_an_error_within_the_doubt_is_consistent_and_does_not_say_that_the_model
 def test_an_error_beyond_it_has_a_sign_and_bounds(error_mm, way):
     mean = mean_level_budget(error_mm, 0.5, *ALL_KNOWN)
     assert mean.resolved
-    sentence, _ = level_sentences(mean, NONE_OFF)
+    sentence, _ = level_sentences(mean, NONE_OFF, PARTS)
     assert f"lies between {error_mm - 1:+.2f} and {error_mm + 1:+.2f} mm" in sentence
     assert f"mean level is {way}" in sentence
     assert "onsistent" not in sentence
@@ -54,7 +70,7 @@ def test_until_numerics_and_inputs_are_known_nothing_is_concluded(parts, error_m
     """With one sentence for all, numerics and inputs that were not computed were blamed on the model."""
     mean = mean_level_budget(error_mm, 0.2, *parts)
     assert mean.resolved is None
-    told = with_time(level_sentences(mean, stations([1.0, -1.0], [0.2, 0.2])), "12 min")
+    told = with_time(level_sentences(mean, stations([1.0, -1.0], [0.2, 0.2]), PARTS), "12 min")
     assert told[0].startswith("ASME V&V 20: not assessed")
     assert ("about 12 min" in told[0]) is (parts != (0.1, 0.1))  # Then no run is missing: no input is declared
     for word in ("onsistent", "model", "u_val", "E ="):
@@ -62,27 +78,35 @@ def test_until_numerics_and_inputs_are_known_nothing_is_concluded(parts, error_m
 
 
 def test_without_a_time_none_is_said():
-    findings = level_sentences(mean_level_budget(1.0, 0.2, 0.1), NONE_OFF)
+    findings = level_sentences(mean_level_budget(1.0, 0.2, 0.1), NONE_OFF, PARTS)
     assert findings[0].endswith("RUN --uncertainty'.")
     assert with_time(findings, "") == findings
 
 
 def test_an_error_on_readings_that_were_calibrated_on_is_none_of_a_prediction():
     mean = mean_level_budget(0.1, 0.5, *ALL_KNOWN)
-    alone, warned = (level_sentences(mean, NONE_OFF, calibrated=calibrated)[0] for calibrated in (False, True))
+    alone, warned = (level_sentences(mean, NONE_OFF, PARTS, calibrated=calibrated)[0] for calibrated in (False, True))
     assert warned.startswith(alone)
     assert "calibrated on these readings" in warned.removeprefix(alone)
 
 
 def test_stations_are_counted_by_the_side_on_which_they_are_off():
-    _, sentence = level_sentences(mean_level_budget(0.0, 0.5, *ALL_KNOWN), stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4))
+    _, sentence = level_sentences(
+        mean_level_budget(0.0, 0.5, *ALL_KNOWN), stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4), PARTS
+    )
     assert sentence.startswith("At 2 of 4 stations")
-    assert "(too high at 1, too low at 1), by readings, numerics and inputs." in sentence
-    assert sentence.endswith(" 3 leave their own band; chance alone would make it 0.2.")
+    assert "(1 too high, 1 too low), by readings, numerics and inputs." in sentence
+    assert " 3 lie outside their own band; fewer than 1 would by chance, if " in sentence
 
 
 def test_many_stations_are_many_tests():
     """One of twenty outside its own band is chance, and the model is not called off for it."""
-    _, sentence = level_sentences(mean_level_budget(0.0, 0.5, 0.1), stations([0.5, *[0.0] * 19], [0.2] * 20))
+    _, sentence = level_sentences(mean_level_budget(0.0, 0.5, 0.1), stations([0.5, *[0.0] * 19], [0.2] * 20), PARTS)
     assert sentence.startswith("At none of 20 stations")
-    assert "by readings alone. 1 leave their own band; chance alone would make it 1.0." in sentence
+    assert "by readings alone. 1 lies outside its own band; about 1 would by chance, if " in sentence
+
+
+def test_the_number_by_chance_names_the_error_that_it_rests_on_most():
+    """With the first of the budget in place of the largest it was the last digit."""
+    _, sentence = level_sentences(mean_level_budget(0.0, 0.5, 0.1), NONE_OFF, PARTS)
+    assert sentence.endswith("if the budget of errors (mostly common shift of the stations) is complete.")
