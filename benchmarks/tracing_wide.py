@@ -16,11 +16,11 @@ from scipy.spatial import KDTree
 from benchmarks.table import Row
 from digitise.crack_path.find_path import CrackSearch, find_path
 from digitise.geometry.polyline import depth_inside, left_normals, signed_area
-from digitise.image.raster import coverage
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
 from fixtures.generate.lighting import DISPLAY_GAMMA as GAMMA
+from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, arc_length
 

@@ -1,13 +1,14 @@
 """Levels along a crack of 80 mm, those of the paper and arbitrary ones, and their comparison."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
 
+from digitise.settings import CrackShape, Tilt
+from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Outline, Profile, Solid
-from sealtwin.core.solid_figures import SolidFigures
-from tests.shapes import level_floor
 from validate.compare import compare
 
 LENGTH_MM, WIDTH_MM, DEPTH_MM = 80.0, 3.0, 16.0
@@ -25,12 +26,9 @@ def outline(length_mm: float = LENGTH_MM) -> Outline:
     return Outline(line, left, right, ring, line, left, right, ring, ("cut", "cut"), None, 0.1, "given", None, "ends")
 
 
-def solid(tilt: str = "vertical", angle_deg: float = 0.0) -> Solid:
-    none, box = np.empty((0, 3)), (0.0, 0.0, 0.0, 0.0)
-    angles_deg, sections = (angle_deg, angle_deg), level_floor(DEPTH_MM)
-    return Solid(
-        none, none.astype(int), np.empty(0, int), box, DEPTH_MM, tilt, angles_deg, 3968.0, sections, SolidFigures()
-    )
+@cache
+def solid(tilt: Tilt = "vertical", angle_deg: float = 0.0) -> Solid:
+    return build_solid(outline(), CrackShape(depth_mm=DEPTH_MM, tilt=tilt, wall_angle_deg=angle_deg))
 
 
 def profile(x, y, **kind) -> Profile:

@@ -10,7 +10,7 @@ import pypdf
 import pypdf.generic
 import pytest
 
-from digitise.image.raster import coverage
+from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats
 
 MM_PER_PT = 25.4 / 72

@@ -6,11 +6,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from digitise.image.raster import blurred, coverage
+from digitise.image.raster import blurred
 from digitise.photo import DISPLAY_GAMMA
 from digitise.scale.marker_print import board_around, board_toml, draw_frame
 from digitise.scale.marker_scale import black_modules
 from fixtures.generate.camera import camera_above
+from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats
 
 FACE_MM, BEAD_FACE_MM = (150.0, 150.0), (90.0, 60.0)

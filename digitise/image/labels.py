@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.image.raster import coverage
+from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline
 

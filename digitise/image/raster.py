@@ -1,4 +1,4 @@
-"""Blur, reduction, samples, shift and exact fill of one-channel pictures."""
+"""Blur, reduction, samples and shift of one-channel pictures."""
 
 import cv2
 import numpy as np
@@ -9,7 +9,6 @@ from sealtwin.core.records import Floats
 Map = NDArray[np.float32]  # One number per pixel, (height, width)
 FAR = 1e-3  # Weight of the usual value beside those nearby, for places with nothing near
 MOST_ROWS = 16384  # Most rows of a picture that OpenCV samples at once, a power of two below its 32,767
-ROWS_PER_PX = 8  # Sub-rows of the exact fill, which place edges to better than 0.01 px
 
 
 def blurred(picture: Map | NDArray[np.float64], sigma_px: float) -> Map:
@@ -57,25 +56,3 @@ def moved(picture: Map, x_px: float, y_px: float, how: int, beyond: int) -> Map:
 def widened(mask: NDArray[np.generic], reach_px: int) -> NDArray[np.bool_]:
     """Return a mask with all pixels up to ``reach_px`` rows and columns away."""
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * reach_px + 1,) * 2, np.uint8)) > 0
-
-
-def coverage(ring: Floats, size_px: tuple[int, int]) -> Map:
-    """Return the share of each pixel inside a ring, (height, width); OpenCV's fill grows a shape by half a pixel."""
-    width, height = size_px
-    start, end = ring, np.roll(ring, -1, axis=0)
-    low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])
-    # Sub-row r is sampled at y = (r + 0.5) / ROWS_PER_PX - 0.5.
-    first = np.maximum(np.ceil((low + 0.5) * ROWS_PER_PX - 0.5), 0).astype(int)
-    last = np.minimum(np.ceil((high + 0.5) * ROWS_PER_PX - 0.5), height * ROWS_PER_PX).astype(int)
-    count = np.maximum(last - first, 0)
-    edge = np.repeat(np.arange(len(ring)), count)
-    row = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + first[edge]
-    y = (row + 0.5) / ROWS_PER_PX - 0.5
-    (x0, y0), (x1, y1) = start[edge].T, end[edge].T
-    x = np.clip(x0 + (y - y0) * (x1 - x0) / (y1 - y0) + 0.5, 0, width)
-    sign = np.sign(y1 - y0) / ROWS_PER_PX
-    column = np.floor(x).astype(int)
-    steps = np.zeros((height, width + 2), dtype=np.float64)
-    np.add.at(steps, (row // ROWS_PER_PX, column), sign * (column + 1 - x))
-    np.add.at(steps, (row // ROWS_PER_PX, column + 1), sign * (x - column))
-    return np.abs(np.cumsum(steps, axis=1)[:, :width]).astype(np.float32)

@@ -14,13 +14,13 @@ from skimage.measure import points_in_poly
 from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import at_arc_length, resampled, signed_area
 from digitise.geometry.region import box_region
-from digitise.image.raster import coverage
 from digitise.mesh_import.block import Block, parted
 from digitise.mesh_import.mouth_line import MouthLine
 from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.settings import MeshUnit
 from digitise.solid.float_mesh import corners_mm
+from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, arc_length, arc_length_at
 

@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
 from digitise.geometry.polyline import at_arc_length, signed_area
-from digitise.image.raster import coverage
+from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats, Outline, Sections
 
 STATION_MM = 1.0  # Spacing of sections: that of the nozzle's waypoints

@@ -18,10 +18,10 @@ from skimage.measure import points_in_poly
 from digitise.crack_path import medial_axis
 from digitise.crack_path.step_costs import cheapest, off_centre
 from digitise.geometry.polyline import Box, at_arc_length, depth_inside, resampled, signed_area, smoothed, unit
-from digitise.image.raster import coverage
 from digitise.mesh_import.mouth_ends import ACROSS, MouthEnd, are_square, end_before, straight_on
 from digitise.mesh_import.rim import dense, fine, stretch
 from digitise.mesh_import.wall_pairs import facing
+from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, arc_length
 from sealtwin.core.solid_figures import EndKind

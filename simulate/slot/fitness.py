@@ -14,7 +14,7 @@ STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
 """Largest slope that the walls hold, height of a mound, share of the crack that is filled, and level over the face."""
 MOST_MISFIT = 0.05
 """Largest difference of areas below a level between a mesh's sections and trapezoids: at a depth of 10 mm, levels are
-wrong by half a millimetre."""
+wrong by half a millimetre. Also that of the volume of the sections from the crack's."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,9 @@ class Fitness:
     """Highest level of the filled bed over the face; 0 where it stays below."""
     misfit: float = 0.0
     """Difference of areas below a level between a mesh's sections and this model's trapezoids, as a share of them."""
+    left_out: float = 0.0
+    """Share of the crack's volume that this model's sections leave out: side cracks, and room under closed tips whose
+    walls open downward. Below 0 if they have more than the crack."""
 
     @property
     def unfit(self) -> tuple[str, ...]:
@@ -64,19 +67,33 @@ class Fitness:
                 f"The walls of this mesh are not straight: below a level, sections hold {self.misfit:.0%} of their "
                 f"area more or less than the trapezoids of this model; {MOST_MISFIT:.0%} are allowed."
             )
+        if abs(self.left_out) > MOST_MISFIT:
+            found.append(
+                f"This model's sections have {abs(self.left_out):.0%} {'less' if self.left_out > 0 else 'more'} volume "
+                f"than the crack, of which they leave out side cracks and room under closed tips; {MOST_MISFIT:.0%} is "
+                "allowed."
+            )
         return tuple(found)
 
 
 def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: HerschelBulkley) -> Fitness:
     """The numbers of a case by its settings, without its level; means along the crack, all cells filled alike."""
     sections = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
-    fill = trajectory.dispensed_mm3 / float(sections.full_mm2.sum()) / sections.step_mm
+    sections_mm3 = float(sections.full_mm2.sum()) * sections.step_mm
+    fill = trajectory.dispensed_mm3 / sections_mm3
     held_mm = paste.yield_stress_pa / paste.weight_pa_mm
     slope, mound_mm = _held(sections, min(fill, 1.0), held_mm)
     allowed = _held(sections, min(fill, FULLEST), held_mm)
     excess = max(allowed[0] / STEEPEST, allowed[1] / TALLEST_MM)
     most_pa = _rounded_down(paste.yield_stress_pa / excess) if excess > 0 else np.inf
-    return Fitness(slope, mound_mm, fill, most_pa, misfit=trapezoid_misfit(sections, solid))
+    return Fitness(
+        slope,
+        mound_mm,
+        fill,
+        most_pa,
+        misfit=trapezoid_misfit(sections, solid),
+        left_out=1 - sections_mm3 / solid.cavity_volume_mm3,
+    )
 
 
 def _held(sections: Trapezoids, fill: float, held_mm: float) -> tuple[float, float]:

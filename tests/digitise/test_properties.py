@@ -10,12 +10,13 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import left_normals, resampled, smoothed
-from digitise.image.raster import blurred, coverage
+from digitise.image.raster import blurred
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import NozzlePath, PhotoInput, Pixel
 from digitise.trajectory import plan_trajectory
 from fixtures.generate.specimen import Recipe, Specimen, make_specimen
+from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats, Outline, Trajectory, arc_length
 from tests.pictures import SMALL_FACE, distance_to, mortar, rms, write_png
 

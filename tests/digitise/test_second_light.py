@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from digitise.geometry.polyline import rectangle
-from digitise.image.raster import Map, coverage
+from digitise.image.raster import Map
 from digitise.photo import darker_of_both, load_photo
 from fixtures.generate.lighting import DIFFUSE, STRONG_LAMP
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
+from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
 from tests.pictures import SMALL_FACE, mortar, with_crack, write_png
 

@@ -5,9 +5,9 @@ import numpy as np
 
 from sealtwin.core.comparison import MassBalance
 from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, Solid
+from validate.metrics.cavity import cavity_by_level
 from validate.settings import Readings
 
-LAYER_MM = 0.01  # Thickness of the layer at a level whose area gives the width there
 CELL_MM = 0.2  # Cell of the raster on which sealant beside the mouth is measured: half a particle of the paper's size
 
 
@@ -69,41 +69,39 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
 
 
 def _wetted_mm2(profile: Profile, outline: Outline, solid: Solid) -> float:
-    """Return the area of the level within the crack, where it stands above the floor."""
-    s_mm = np.unique(np.concatenate([profile.s_mm, outline.s_mm]))
-    level_mm = np.interp(s_mm, profile.s_mm, profile.level_mm)
-    width_mm = _width_mm(level_mm, s_mm, mouth_widths_mm(s_mm, outline, solid), solid)
-    wet = level_mm > -solid.depth_at_mm(s_mm)
-    return float(np.trapezoid(np.where(wet, np.maximum(width_mm, 0.0), 0.0), s_mm))
+    """Return the area of the level within the crack, where it is above the floor."""
+    cavity = cavity_by_level(outline, solid)
+    level_mm = np.interp(cavity.middles_mm, profile.s_mm, profile.level_mm)
+    wet = level_mm > -solid.depth_at_mm(cavity.middles_mm)
+    return float(cavity.area_at_mm2(level_mm)[wet].sum())
 
 
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:
     """Return the sealant, the room left below the face and the heap above it over a stretch of s, and the share filled.
 
-    The section is that of the solid's table, if its walls are a mesh's own. Else it is as wide as the mouth at the
-    face, and below it narrows by the tangents of the walls' angles (flare, funnel), widens by them (undercut), or keeps
-    its width. Sealant on the face beside the mouth is in no profile.
+    The cavity is that of the mesh, at the level of the nearest place on the main crack. Above the face it goes straight
+    up; sealant on the face beside the mouth is in no profile.
     """
-    tabled_mm = solid.sections.s_mm if solid.sections.by_level else np.empty(0)
-    s_mm = np.unique(np.concatenate([profile.s_mm, outline.s_mm, tabled_mm, [from_mm, to_mm]]))
-    s_mm = s_mm[(s_mm >= from_mm) & (s_mm <= to_mm)]
-    level_mm = np.interp(s_mm, profile.s_mm, profile.level_mm)
-    mouth_mm = mouth_widths_mm(s_mm, outline, solid)
-    left_mm3 = float(np.trapezoid(_room_mm2(level_mm, s_mm, mouth_mm, solid), s_mm))
-    room_mm3 = float(np.trapezoid(_room_mm2(-solid.depth_at_mm(s_mm), s_mm, mouth_mm, solid), s_mm))
-    heap_mm3 = float(np.trapezoid(mouth_mm * np.maximum(level_mm, 0.0), s_mm))
+    cavity = cavity_by_level(outline, solid)
+    share = cavity.share_between(from_mm, to_mm)
+    level_mm = np.interp(cavity.middles_mm.clip(from_mm, to_mm), profile.s_mm, profile.level_mm)
+    face_mm = np.zeros_like(level_mm)
+    room_mm3 = float(share @ cavity.below_mm3(face_mm))
+    sealant_mm3 = float(share @ cavity.below_mm3(level_mm))
+    heap_mm3 = float(share @ (cavity.area_at_mm2(face_mm) * np.maximum(level_mm, 0.0)))
     return {
-        "underfill_mm3": left_mm3,
+        "underfill_mm3": room_mm3 - sealant_mm3,
         "overfill_mm3": heap_mm3,
-        "sealant_mm3": room_mm3 - left_mm3 + heap_mm3,
-        "fill_ratio": 1 - left_mm3 / room_mm3,
+        "sealant_mm3": sealant_mm3 + heap_mm3,
+        "fill_ratio": sealant_mm3 / room_mm3,
     }
 
 
 def mouth_widths_mm(s_mm: Floats, outline: Outline, solid: Solid) -> Floats:
     """Return the width of the crack at the face, square to the centreline, at each s, (n,)."""
     traced_mm = np.interp(s_mm, outline.s_mm, outline.width_mm)
-    return traced_mm + (_closing(solid) * solid.depth_mm if solid.tilt == "flare" else 0.0)
+    opening = float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if solid.tilt == "flare" else 0.0
+    return traced_mm + opening * solid.depth_mm
 
 
 def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profile:
@@ -125,31 +123,3 @@ def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profil
         lambda level_mm: held(level_mm)["sealant_mm3"] - volume_mm3, bracket=(-solid.depth_mm, highest_mm)
     ).root
     return Profile(outline.s_mm, np.maximum(floor_mm, level_mm), source="volume balance")
-
-
-def _room_mm2(level_mm: Floats, s_mm: Floats, mouth_mm: Floats, solid: Solid) -> Floats:
-    """Return the area of each section between the level and the face, (n,)."""
-    if solid.sections.by_level:
-        return solid.sections.below_at_mm2(s_mm, np.zeros_like(s_mm)) - solid.sections.below_at_mm2(s_mm, level_mm)
-    closing = _closing(solid)
-    below_mm = np.maximum(-level_mm, 0.0)
-    if closing > 0:
-        # Walls of a narrow funnel meet above the floor, and leave no room below.
-        below_mm = np.minimum(below_mm, mouth_mm / closing)
-    return mouth_mm * below_mm - closing * below_mm**2 / 2
-
-
-def _width_mm(level_mm: Floats, s_mm: Floats, mouth_mm: Floats, solid: Solid) -> Floats:
-    """Return the width of each section at the level, that of the mouth above the face, (n,)."""
-    if solid.sections.by_level:
-        lower_mm2, upper_mm2 = (
-            solid.sections.below_at_mm2(s_mm, level_mm + step_mm) for step_mm in (-LAYER_MM / 2, LAYER_MM / 2)
-        )
-        return np.where(level_mm < -LAYER_MM / 2, (upper_mm2 - lower_mm2) / LAYER_MM, mouth_mm)
-    return mouth_mm - _closing(solid) * np.maximum(-level_mm, 0.0)
-
-
-def _closing(solid: Solid) -> float:
-    """Return the width that a section loses with each millimetre of depth; negative if it gains width."""
-    inward = {"flare": 1.0, "funnel": 1.0, "undercut": -1.0}.get(solid.tilt, 0.0)
-    return inward * float(np.tan(np.radians(solid.wall_angles_deg)).sum())

@@ -2,8 +2,9 @@ import cv2
 import numpy as np
 import pytest
 
-from digitise.image.raster import Map, blurred, coverage
+from digitise.image.raster import Map, blurred
 from digitise.scale.corners import refined_corners
+from sealtwin.core.coverage import coverage
 from tests.pictures import rms
 
 MODULE_PX = 12.0

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from digitise.geometry.polyline import rectangle
-from digitise.image.raster import blurred, coverage
+from digitise.image.raster import blurred
 from digitise.scale.marker_scale import check_level
 from digitise.scale.view import View
 from fixtures.generate.rendering import BOARD, GAP, MORTAR
+from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
 
 FILE = Path("photo.jpg")

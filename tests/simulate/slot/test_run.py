@@ -81,6 +81,15 @@ def test_paste_that_holds_a_mound_by_itself_is_outside_in_a_crack_of_any_width()
     assert "mound" in str(fitness_of(solid, outline, trajectory, stiffer).unfit)
 
 
+@pytest.mark.parametrize(("room", "fit"), [(1.0, True), (1.04, True), (1.06, False), (0.94, False)])
+def test_a_crack_with_room_that_sections_leave_out_is_outside(room: float, fit: bool):
+    """Such as side cracks, or closed tips of walls that open downward; 5 % are allowed."""
+    solid, outline = slot(40.0)
+    roomy = replace(solid, cavity_volume_mm3=room * solid.cavity_volume_mm3)
+    found = fitness_of(roomy, outline, path(outline, 1.2, trim_mm=6.0), HerschelBulkley(1690.0, 4.0, 0.3))
+    assert ("volume" not in str(found.unfit)) is fit
+
+
 @pytest.mark.parametrize("change", [{"freeze_after_s": 2.0}, {"structuration_pa_per_s": 0.1}])
 def test_sealant_that_ages_is_refused(change: dict[str, Any]):
     with pytest.raises(InputError, match="knows no age"):

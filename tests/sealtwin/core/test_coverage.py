@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from digitise.geometry.polyline import signed_area
-from digitise.image.raster import coverage
+from sealtwin.core.coverage import coverage
 
 
 def test_coverage_adds_up_to_the_area_of_the_ring():
