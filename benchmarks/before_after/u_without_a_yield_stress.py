@@ -9,9 +9,7 @@ from tests.fluids import path, slot
 solid, crack = slot(12.0)
 with warnings.catch_warnings(record=True) as caught:
     warnings.simplefilter("always")
-    run = st.inject(
-        crack, solid, path(crack, 0.05, speed_mm_s=20.0), st.Fluid(U=1e5), solver=st.Solver(radius_mm=0.6)
-    )
+    run = st.inject(crack, solid, path(crack, 0.05, speed_mm_s=20.0), st.Fluid(U=1e5), solver=st.Solver(radius_mm=0.6))
 recorded = run.health.viscosity_pa_s
 line = "no viscosity is recorded" if recorded is None else f"{recorded:.0f} Pa s are recorded"
 told = [str(one.message) for one in caught if "without a yield stress" in str(one.message)]

@@ -225,7 +225,9 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
         if best["baselines"]:
             from validate.metrics.baselines import against_baselines
 
-            lines.append(against_baselines(best["mean_error_mm"], best["baselines"], "calibrated-on", best["varied"] or None))
+            lines.append(
+                against_baselines(best["mean_error_mm"], best["baselines"], "calibrated-on", best["varied"] or None)
+            )
     if unranked := swept["not_ranked"]:
         which = ", ".join(f"{run['number']} ({run['volume_ratio']:.3f})" for run in unranked[:MOST_NAMED])
         more = f" and {len(unranked) - MOST_NAMED} more" if len(unranked) > MOST_NAMED else ""

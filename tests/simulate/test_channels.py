@@ -107,7 +107,8 @@ def test_sealant_too_thick_to_sink_is_told_before_the_run(fluid, key, mm_s):
 
 
 @pytest.mark.parametrize(
-    ("fluid", "until"), [({"U": 30.0}, ""), ({"U": 1e5}, ""), ({"U": 30.0, "freeze_after_s": 2.58}, " until they freeze")]
+    ("fluid", "until"),
+    [({"U": 30.0}, ""), ({"U": 1e5}, ""), ({"U": 30.0, "freeze_after_s": 2.58}, " until they freeze")],
 )
 def test_u_that_makes_nothing_viscous_is_told_before_the_run(fluid, until):
     """U = 30, with or without what freezes, is the paper's own."""
