@@ -44,6 +44,12 @@ def remarks_on(
             f"fluid flows as one of about {viscosity_mm2_s + added_mm2_s:.3g} mm2/s, but does not come to rest as one: "
             "particles of fluid as thin as water stay in motion. Smaller particles add less."
         )
+    elif fluid.U and not fluid.yields:
+        until = " until they freeze" if fluid.freezes else ""
+        yield (
+            f"fluid.{given[0]}: without a yield stress particles move before its viscosity acts, as in the paper. No U "
+            f"makes them viscous: they level like a thin liquid{until}. Viscous liquid needs fluid.viscosity_pa_s."
+        )
     _, stress_pa = fluid.fresh
     width_mm = outline.mean_width_mm
     if stress_pa > (stands_pa := standing_stress_pa(fluid.density_kg_m3, width_mm)):

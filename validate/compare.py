@@ -76,8 +76,9 @@ def compare(
     worst = int(np.argmax(np.abs(error.value)))
     bins = error_bins(simulated, measured, outline.length_mm)
     flat_level_mm, flat_error_mm = best_flat_line(error, measured)
-    count = len(fitted) if fitted else None
-    baselines = () if role == "calibrated-on" else tuple(unseen)
+    count = None if fitted is None else len(fitted)
+    # With no setting fitted the simulation has seen no more than they have.
+    baselines = () if role == "calibrated-on" and count != 0 else tuple(unseen)
     if role != "held-out":
         baselines += best_curves(measured, from_mm, to_mm, (*ALWAYS, *([count] if count else [])))
     basis = basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)
@@ -243,6 +244,7 @@ def error_uncertainty(
         sentences=(
             *validation.level_sentences(overall, stations, summary.parts, calibrated=calibrated, screening=screening),
             *((validation.missing_sentence(summary.missing),) if summary.missing else ()),
+            *readings.unused,
         ),
         alignment=alignment(simulated, measured),
         numerics=numerics,

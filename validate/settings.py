@@ -142,7 +142,7 @@ class Readings(Declared):
     role: Role
     fitted: tuple[str, ...] | None = None
     """Settings of the trial that were fitted to these readings, by dotted name, as "fluid.yield_stress_pa"; only where
-    the role is "calibrated-on"."""
+    the role is "calibrated-on". An empty list declares that none was; left out, nobody declared it."""
     state: Literal["wet", "cured"] | None = None
     """State of the sealant when it was read. Cured sealant has lost volume that was dispensed."""
     shrinkage_percent: float | None = Field(default=None, ge=0, lt=100)
@@ -158,7 +158,11 @@ class Readings(Declared):
 
     @model_validator(mode="after")
     def _fits_its_role(self) -> Self:
-        if self.fitted is not None and self.role != "calibrated-on":
+        if self.fitted == () and self.role == "undeclared":
+            raise ValueError(
+                'fitted is empty, and role is "undeclared": readings that nothing was fitted to are "held-out"'
+            )
+        if self.fitted and self.role != "calibrated-on":
             raise ValueError(
                 f'fitted names settings, and role is "{self.role}": readings that something was fitted to have the '
                 'role "calibrated-on"'

@@ -1,12 +1,17 @@
-"""U = 100,000 without a yield stress levels like water: its record must not call it a viscosity."""
+"""U = 100,000 without a yield stress levels like water: no viscosity may be recorded, and Python must warn."""
 
 import json
+import warnings
 
 import sealtwin as st
 from tests.fluids import path, slot
 
 solid, crack = slot(12.0)
-run = st.inject(crack, solid, path(crack, 0.05, speed_mm_s=20.0), st.Fluid(U=1e5), solver=st.Solver(radius_mm=0.6))
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    run = st.inject(crack, solid, path(crack, 0.05, speed_mm_s=20.0), st.Fluid(U=1e5), solver=st.Solver(radius_mm=0.6))
 recorded = run.health.viscosity_pa_s
 line = "no viscosity is recorded" if recorded is None else f"{recorded:.0f} Pa s are recorded"
-print(json.dumps({"line": f"U = 1e5 without a yield stress: {line}", "sound": recorded is None}))
+told = [str(one.message) for one in caught if "without a yield stress" in str(one.message)]
+line = f"U = 1e5 without a yield stress: {line}; {told[0] if told else 'no warning'}"
+print(json.dumps({"line": line, "sound": recorded is None and len(told) == 1}))

@@ -1,4 +1,4 @@
-"""Water weighed into a crack that opens downward by 4 degrees: the fit must name that tilt, and give its angle."""
+"""Water weighed into cracks that open downward by 4 and by 25 degrees: the fit must name that tilt, and its angle."""
 
 import json
 import subprocess
@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-ANGLE_DEG, DEPTH_MM = 4.0, 16.0
+ANGLE_DEG, STEEP_DEG, DEPTH_MM = 4.0, 25.0, 16.0
 LENGTH_MM, WIDTH_MM = 79.55, 3.123  # Of the shipped photo's crack, as traced
 FIXTURE = Path("fixtures/paper-trial").resolve()
 
 
-def digitised(tilt: str, place: Path) -> tuple[int, str, dict]:
+def digitised(tilt: str, place: Path, angle_deg: float = ANGLE_DEG) -> tuple[int, str, dict]:
     """Exit code, last line on stderr and the weighed cavity of solid.json."""
-    slope = np.tan(np.radians(ANGLE_DEG))
+    slope = np.tan(np.radians(angle_deg))
     rows = []
     for level_mm in (-12.0, -9.0, -6.0, -3.0, 0.0):
         area_mm2 = WIDTH_MM * (DEPTH_MM + level_mm) + slope * (DEPTH_MM**2 - level_mm**2)
@@ -37,8 +37,11 @@ def digitised(tilt: str, place: Path) -> tuple[int, str, dict]:
 with tempfile.TemporaryDirectory() as folder:
     _, _, funnel = digitised("funnel", Path(folder, "funnel"))
     code, fault, undercut = digitised("undercut", Path(folder, "undercut"))
+    _, _, steep = digitised("lean", Path(folder, "lean"), STEEP_DEG)
 named = any('tilt = "undercut"' in finding for finding in funnel["findings"])
 angle_deg = undercut.get("wall_angle_deg", float("nan"))
 line = f'as a funnel: {"names undercut" if named else "upright, no tilt named"}; as tilt = "undercut": '
 line += f"{angle_deg:.1f} degrees of {ANGLE_DEG:g}" if undercut else f"exit code {code}, {fault[:60]}"
-print(json.dumps({"line": line, "sound": named and abs(angle_deg - ANGLE_DEG) < 0.5}))
+steeply = any("undercut" in finding and f"{STEEP_DEG:.0f}." in finding for finding in steep["findings"])
+line += f'; {STEEP_DEG:g} degrees as tilt = "lean": {"" if steeply else "not "}named'
+print(json.dumps({"line": line, "sound": named and abs(angle_deg - ANGLE_DEG) < 0.5 and steeply}))

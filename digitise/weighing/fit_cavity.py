@@ -35,7 +35,10 @@ LEAST_SHARE = 0.02  # Of the cavity's volume, below which nothing is told by the
 LEAST_PROBABILITY = 0.01  # Of a misfit by chance, below which the steps contradict straight walls or each other
 FAR = 2.5  # Standard deviations from which a difference is named as a contradiction
 STEEPEST = 2 * np.tan(np.radians(59.0))
-OPPOSED = 0.5  # Largest change of width for each millimetre down that is looked for against the tilt's own way
+OPPOSED = 0.5
+"""Largest change of width for each millimetre down, against the tilt's own way, that widens the doubt of the angle; the
+findings look for ``STEEPEST`` both ways.
+"""
 THIN_MM = 0.02  # Height of a slab of liquid whose volume gives the area of its surface
 NORMAL_95 = 1.96
 TINY = 1e-12
@@ -117,12 +120,12 @@ def weigh(
     walls = _walls(outline, shape)
     _require_likeness(walls, fill)
     if not tilted and len(fill.levels_mm) > 1:
-        findings += _closing_unasked(_fit(walls, fill, known, np.zeros(UNKNOWNS), np.ones(UNKNOWNS, bool)), shape)
+        findings += _closing_unasked(_fit_both_ways(walls, fill, known, np.ones(UNKNOWNS, bool)), shape)
     # Side cracks are part of the outline, and only a main crack can be widened.
     free = np.array([not outline.branches_kept, tilted, True, True, True])
     walls, fit = _fit_to_solid(outline, shape, fill, walls, known, free)
     if tilted and walls.inward * fit.unknown[CLOSING] < 0:
-        findings += _opposed(fit, shape)
+        findings += _opposed(_fit_both_ways(walls, fill, known, free), shape)
         # The angle stays as doubtful as it is, and the others are those at upright walls.
         upright = _fit_to_solid(outline, shape, fill, walls, known, free & [True, False, True, True, True])
         walls, fit = upright[0], replace(upright[1], covariance=fit.covariance)
@@ -182,7 +185,14 @@ def _in_proportion(walls: _Walls, outline: Outline, shape: CrackShape, about: Fl
     return replace(walls, scale_at_mm=at_mm[:-1][sound], scale=below_mm3[sound] / sections_mm3[sound])
 
 
-def _fit(walls: _Walls, fill: WeighedFill, known: Floats, about: Floats, free: Booleans) -> _Fit:
+def _fit_both_ways(walls: _Walls, fill: WeighedFill, known: Floats, free: Booleans) -> _Fit:
+    """Fit about upright walls, which may open as far as they may close, for the findings."""
+    return _fit(walls, fill, known, np.zeros(UNKNOWNS), free, opposed=STEEPEST)
+
+
+def _fit(
+    walls: _Walls, fill: WeighedFill, known: Floats, about: Floats, free: Booleans, opposed: float = OPPOSED
+) -> _Fit:
     """Fit the ``free`` unknowns, with the area of the liquid's surface between the walls ``about`` which the fit is."""
     width_mm = float(walls.width_mm @ walls.along_mm / walls.along_mm.sum())
     capillary_mm = capillary_length_mm(fill.surface_tension_n_m, fill.density_kg_m3)
@@ -210,7 +220,7 @@ def _fit(walls: _Walls, fill: WeighedFill, known: Floats, about: Floats, free: B
         return np.concatenate([misfit_mm3(unknown) / sd_mm3, (unknown / known)[np.isfinite(known)]])
 
     low, high = np.full(UNKNOWNS, -np.inf), np.full(UNKNOWNS, np.inf)
-    ends = np.sort(walls.inward * np.array([-OPPOSED, STEEPEST]))
+    ends = np.sort(walls.inward * np.array([-opposed, STEEPEST]))
     low[CLOSING], high[CLOSING] = ends / size[CLOSING]
     start = np.zeros(free.sum())
     found = least_squares(residuals, start, bounds=(low[free], high[free]), x_scale="jac", xtol=1e-12, ftol=1e-12)

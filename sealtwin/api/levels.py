@@ -82,8 +82,8 @@ def read_readings(
         the reading [3, 1].
     data, role, fitted
         Where the readings come from, as in ``read_photo``; whether the fluid was tuned on them, "calibrated-on" or
-        "held-out"; and which settings of a trial were, as ``("fluid.U", "fluid.D_cm")``. Left "undeclared", every
-        report says so.
+        "held-out"; and which settings of a trial were, as ``("fluid.U", "fluid.D_cm")``, or ``()`` for none. Left
+        "undeclared", every report says so.
     state, shrinkage_percent
         "wet" or "cured", and the volume lost until it was read, in percent.
     resolution_mm, limit_mm, probe_mm, datum_error_mm

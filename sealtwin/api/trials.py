@@ -346,6 +346,11 @@ def write_map(
     ------
     InputError
         The sweep cannot be mapped, or the readings cannot be read.
+
+    Warns
+    -----
+    RuntimeWarning
+        Another version of digitise or simulate computed the runs.
     """
     from sealtwin.lab.held_out import note_use
     from sealtwin.study.study_map import PAGE, map_study
@@ -354,6 +359,8 @@ def write_map(
     target, caliper = (None if path is None else Path(path) for path in (out, readings))
     shown = progress_for_stderr(quiet=not progress)
     mapped = map_study(folder, target, caliper, data, device if fills else None, shown, any_volume=any_volume)
+    for text in mapped.content["other_versions"]:
+        warnings.warn(text, RuntimeWarning, stacklevel=2)
     if caliper is not None:
         note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
     return mapped.folder / PAGE

@@ -34,15 +34,17 @@ def export(
     Example: sealtwin export reports/paper-trial --format dxf,mask --out drawn
     """
     with answering("cpu", as_json, quiet) as command:
+        from sealtwin.core.run_folder import look_into
         from sealtwin.trial.exports import KINDS, export_runs
-        from sealtwin.trial.job import shown
+        from sealtwin.trial.job import other_versions, shown
 
         asked = formats.split(",")
         if unknown := [name for name in asked if name not in KINDS]:
             raise typer.BadParameter(f"--format {unknown[0]}: allowed are {', '.join(KINDS)}")
         written = export_runs(folders, [kind for kind in KINDS if kind in asked], out)
         names = [shown(path) for path in written]
-        command.reply(Answer({"version": 1, "files": names}, names))
+        others = other_versions(*map(look_into, folders), stage="digitise")
+        command.reply(Answer({"version": 1, "files": names, "other_versions": others}, [*others, *names]))
 
 
 def import_dxf(

@@ -88,9 +88,5 @@ def loop(
         assert emulate is not None, "one of the two"
         content = make_loop.run_loop(folder, emulate, command.progress(), seed=seed, corrects=not uncorrected)
         stopped = [f"It {content['stopped']}"] if content["stopped"] else []
-        command.reply(
-            Answer(
-                content,
-                [*stopped, loop_finding(content), f"Log: {content['folder']}/{content['log']}. Page: loop.html"],
-            )
-        )
+        files = f"Log: {content['folder']}/{content['log']}. Page: loop.html"
+        command.reply(Answer(content, [*content["other_versions"], *stopped, loop_finding(content), files]))

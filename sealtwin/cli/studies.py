@@ -208,6 +208,7 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
     lines = [f"{swept['name']}: {len(runs)} runs, {counts}."]
     if len(runs) < total:
         lines.append(f"These are {len(runs)} of the study's {total} runs; 'sealtwin sweep merge' joins its shards.")
+    lines += swept["other_versions"]
     if swept["computed_by"]:
         left = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"
         lines.append(f"Computed by {swept['computed_by']}{left}.")
@@ -224,7 +225,9 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
         if best["baselines"]:
             from validate.metrics.baselines import against_baselines
 
-            lines.append(against_baselines(best["mean_error_mm"], best["baselines"], "calibrated-on", best["varied"]))
+            lines.append(
+                against_baselines(best["mean_error_mm"], best["baselines"], "calibrated-on", best["varied"] or None)
+            )
     if unranked := swept["not_ranked"]:
         which = ", ".join(f"{run['number']} ({run['volume_ratio']:.3f})" for run in unranked[:MOST_NAMED])
         more = f" and {len(unranked) - MOST_NAMED} more" if len(unranked) > MOST_NAMED else ""

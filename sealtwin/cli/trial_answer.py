@@ -87,7 +87,7 @@ def _reply(command: Command, result: dict[str, Any], stages: "Sequence[StageName
 
 def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
     """Return the lines that a person reads at the end of a command whose last stage was ``last``."""
-    lines = []
+    lines = [*result["other_versions"]]
     if "length_mm" in result:
         lines.append(
             f"Crack: {result['length_mm']:.1f} mm long, {_width(result)} (path: {result['path_source']}); "

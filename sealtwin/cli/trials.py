@@ -39,14 +39,17 @@ def film(folder: RunFolderPath, out: FilmOut = None, as_json: Json = False, quie
     anywhere; MP4 (VP9) has all colours, plays in browsers and VLC, and needs an OpenCV that can write it.
     """
     with answering("auto", as_json, quiet) as command:
-        from sealtwin.trial.job import shown
+        from sealtwin.core.run_folder import look_into
+        from sealtwin.trial.job import other_versions, shown
         from sealtwin.trial.pipeline import make_film
 
         path = out or folder / "fill.gif"
         with command.progress() as progress:
             frames, lasts_s = make_film(folder, path, progress)
+        others = other_versions(look_into(folder), stage="simulate")
         content = {"version": 1, "film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2)}
-        command.reply(Answer(content, [f"Film: {shown(path)}, {frames} frames, {lasts_s:.1f} s."]))
+        lines = [*others, f"Film: {shown(path)}, {frames} frames, {lasts_s:.1f} s."]
+        command.reply(Answer({**content, "other_versions": others}, lines))
 
 
 def robot(
@@ -99,6 +102,7 @@ def robot(
             command.say(f"note: {warning}")
         frame = report["frame"]
         lines = [
+            *report["other_versions"],
             f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, "
             f"{report['sealant_mm3'] / 1000:.3g} ml; "
             f"the worst of {frame['taught_points']} taught points misses by {frame['worst_residual_mm']:.2f} mm, "

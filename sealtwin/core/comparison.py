@@ -124,7 +124,7 @@ class LevelMetrics(JsonRecord):
     readings: ReadingsScatter
     role: Role
     fitted: tuple[str, ...] | None = None
-    """Settings that were fitted to these readings, by dotted name; None where nobody declared them."""
+    """Settings that were fitted to these readings, by dotted name: empty if none was, None if nobody declared it."""
     lab_searched: bool = False
     """True if a lab's catalogue was searched, and names no study or calibration with held-out readings."""
     readings_data: DataKind

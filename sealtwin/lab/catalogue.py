@@ -7,7 +7,7 @@ from typing import Any
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.stage_keys import stage_key
+from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.lab.found_files import TRIAL, Role, Said
 from sealtwin.lab.pairing import Decisions
 from sealtwin.lab.sample_trials import KeptFile
@@ -185,7 +185,8 @@ def progress_of(catalogue: Catalogue, record: Record) -> str:
     """Return in words how far the trial is."""
     result = read_run(catalogue.lab, record)
     if result is not None and "mean_error_mm" in result:
-        return f"mean error {result['mean_error_mm']:.2f} mm"
+        by = result.get("computed_by", {}).get("validate", {}).get("stage_numbers", {})
+        return f"mean error {result['mean_error_mm']:.2f} mm{' (other version)' if other_numbers(by, NUMBERS) else ''}"
     if catalogue.unready(record):
         return "not sound"
     return "not run" if result is None else f"{', '.join(result.get('stages', ())) or 'nothing'} done"

@@ -47,7 +47,7 @@ def run_loop(
         )
     with holding(folder), progress:
         passes = passes_of(bench, trial)
-        factor = _volume_factor(folder, progress)
+        factor, others = _volume_factor(folder)
         physics = trial.fluid, trial.solver.model_copy(update={"volume_factor": factor}), trial.nozzle
         model = _model(folder, bench, trial, passes, physics, progress)
         progress.start("Pouring, EMULATED", round(passes.motion.t_s[-1]))
@@ -57,7 +57,7 @@ def run_loop(
         tables_sha256 = files.sha256(folder / TABLES)
         head = {"version": 1, "tables_sha256": tables_sha256, "emulated": faults.model_dump(), "seed": seed}
         files.write_text(log, "".join(f"{json.dumps(line)}\n" for line in (head, *poured.lines)))
-        content = _content(folder, log, poured, model)
+        content = {**_content(folder, log, poured, model), "other_versions": others}
         from sealtwin.plan.loop_page import write_loop_page
 
         write_loop_page(folder / PAGE, poured, content)
@@ -99,19 +99,19 @@ def _plan_in(folder: Path) -> tuple[Trial, Bench]:
     return trial.model_copy(update={"readings": None, "gate": None}), read_bench(folder / SAMPLE, None)
 
 
-def _volume_factor(folder: Path, progress: Progress) -> float:
-    """Return the volume factor that the plan's own runs ended with, on average.
+def _volume_factor(folder: Path) -> tuple[float, list[str]]:
+    """Return the volume factor that the plan's own runs ended with, on average, and whether another version ran them.
 
     The folder may have runs of other stage numbers beside them, which do not count.
     """
     verification = read_plan(folder / VERIFICATION)
-    if other := other_numbers(verification.numbers, numbers_up_to("simulate")):
-        progress.note(f"{folder}: its plan was computed by {other}. 'sealtwin plan TRIAL' plans anew.")
+    other = other_numbers(verification.numbers, numbers_up_to("simulate"))
+    others = [f"{shown(folder)}: its plan was computed by {other}. 'sealtwin plan TRIAL' plans anew."] if other else []
     with files.understood(folder / VERIFICATION):
         factors = [float(run.figures["health"]["volume_factor"]) for run in verification.runs if run.figures]
     if not factors:
         raise InputError(f"{folder / VERIFICATION}: holds no finished run. 'sealtwin plan TRIAL' makes them again.")
-    return float(np.mean(factors))
+    return float(np.mean(factors)), others
 
 
 def _model(folder: Path, bench: Bench, trial: Trial, passes: TwoPasses, physics: Any, progress: Progress) -> LoopModel:

@@ -13,7 +13,17 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import Judged
 from sealtwin.core.run_folder import look_into
 from sealtwin.core.stage_keys import UNNUMBERED
-from sealtwin.trial.job import DIGITISED, SIMULATED, STAGES, Job, made_by, resume_job, shown, stage_settings
+from sealtwin.trial.job import (
+    DIGITISED,
+    SIMULATED,
+    STAGES,
+    Job,
+    made_by,
+    other_versions,
+    resume_job,
+    shown,
+    stage_settings,
+)
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import readings_of
 from validate.settings import Role
@@ -61,7 +71,8 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Fi
         _side(job, job.trial.name if names[job.trial.name] == 1 else f"{job.trial.name} ({shown(job.path)})")
         for job in jobs
     ]
-    sheet = compare_sheet(sides)
+    others = other_versions(*(job.folder for job in jobs))
+    sheet = compare_sheet(sides, others)
     written = write_sheet_of_figures(out, PAGE, sheet)
     content = {
         "version": 1,
@@ -87,6 +98,7 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Fi
         ],
         "differing": differing(sides),
         "replicates": replicate_words(sides),
+        "other_versions": others,
         "files": [CONTENT, *written],
     }
     files.write_json(out / CONTENT, content)

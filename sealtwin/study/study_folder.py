@@ -15,6 +15,8 @@ from typing import Any, Literal
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.stage_keys import other_numbers
+from sealtwin.trial.job import shown
+from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from validate.metrics.verdict import kept_volume
 
@@ -99,6 +101,19 @@ def read_plan(folder: Path) -> Plan:
         runs = [with_outcome(folder, StudyRun(**run)) for run in content["runs"]]
         numbers = content.get("stage_numbers", {})
         return Plan(content["study"], runs, content["total"], content["started_unix_s"], numbers)
+
+
+def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> list[str]:
+    """Return a sentence if finished runs were computed by other stage numbers, up to ``stage``, than this version's.
+
+    A study without readings does not depend on validate, and records no number of it.
+    """
+    own = {name: number for name, number in numbers_up_to(stage).items() if name in (plan.numbers or NUMBERS)}
+    done = sum(run.state == "done" for run in plan.runs)
+    if not (done and (other := other_numbers(plan.numbers, own))):
+        return []
+    runs = "one finished run was" if done == 1 else f"{done} finished runs were"
+    return [f"{shown(folder)}: {runs} computed by {other}. 'sealtwin sweep' with its study computes them anew."]
 
 
 def write_plan(folder: Path, plan: Plan) -> None:

@@ -18,7 +18,15 @@ from sealtwin.core.run_folder import holding
 from sealtwin.core.stage_keys import other_numbers
 from sealtwin.core.vtk_files import read_frame, write_frame
 from sealtwin.study.runner import INPUTS, read_bench, ready
-from sealtwin.study.study_folder import Plan, StudyRun, is_intact, profile_path, read_plan, run_path
+from sealtwin.study.study_folder import (
+    Plan,
+    StudyRun,
+    is_intact,
+    other_versions,
+    profile_path,
+    read_plan,
+    run_path,
+)
 from sealtwin.study.sweep import screening
 from sealtwin.trial.job import check_sheet, shown
 from sealtwin.trial.simulate_stage import HEALTH, read_health
@@ -107,9 +115,11 @@ def map_study(
             scene = _scene(folder, done[held.number])
             fills.append(Fill(held, f"{letter}  {chart.said(held)}", scene, seen))
     target = out or folder / MAP
-    sheet = map_sheet(chart, fills)
+    # Levels are compared anew; digitise and simulate made them.
+    others = other_versions(folder, plan, "simulate")
+    sheet = map_sheet(chart, fills, others)
     written = write_sheet_of_figures(target, PAGE, sheet)
-    content = _content(chart, plan, target, written)
+    content = {**_content(chart, plan, target, written), "other_versions": others}
     files.write_json(target / CONTENT, content)
     return Mapped(content, chart, sheet, target)
 

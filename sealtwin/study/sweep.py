@@ -227,6 +227,7 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
         "states": {state: sum(run.state == state for run in runs) for state in study_folder.STATES},
         "runs_of_study": plan.total,
         "stage_numbers": plan.numbers,
+        "other_versions": study_folder.other_versions(folder, plan),
         "computed_by": holder,
         "left_s": _left_s(plan) if holder else None,
         "best": _best(runs),
@@ -288,7 +289,8 @@ def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
     varied = sum(name != "seed" for name in run.settings)
     curves = [Baseline.model_validate(one) for one in (run.figures or {}).get("baselines", ())]
     curves = [one for one in curves if one.numbers in (*ALWAYS, varied)]
-    beats = beaten(error_mm, curves, "calibrated-on", varied)
+    # Of runs that differ in seed alone one was chosen with the readings too.
+    beats = beaten(error_mm, curves, "calibrated-on", varied or 1)
     return {"varied": varied, "baselines": [one.model_dump() for one in curves], "beats_baseline": beats}
 
 

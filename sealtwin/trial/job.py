@@ -72,6 +72,21 @@ class Job:
         return other_numbers(self.folder.numbers_of(stage), numbers_up_to(stage))
 
 
+def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[str]:
+    """Return a sentence for each run folder that was not computed by this version's stage numbers.
+
+    What counts is ``stage``, whose numbers include those before it; None: the last one that is finished.
+    """
+    told: list[str] = []
+    for folder in folders:
+        finished: list[StageName] = [one for one in STAGES if one in folder.finished()]
+        last = stage or (finished[-1] if finished else None)
+        if last and (other := other_numbers(folder.numbers_of(last), numbers_up_to(last))):
+            place = shown(folder.path)
+            told.append(f"{place}: computed by {other}. 'sealtwin run TRIAL --out {place}' computes it anew.")
+    return told
+
+
 def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:
     """Set up a trial in ``folder``; nothing is written before a stage has results.
 

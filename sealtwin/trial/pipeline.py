@@ -19,6 +19,7 @@ from sealtwin.trial.job import (
     Job,
     StageName,
     adopt_trial,
+    other_versions,
     require_sample,
     require_solid,
     shown,
@@ -133,6 +134,7 @@ def read_result(job: Job) -> dict[str, Any]:
         "wall_time_s": round(sum(folder.manifest["stages"][stage]["wall_time_s"] for stage in stages), 1),
         "stages": stages,
         "computed_by": {stage: _computed_by(folder, stage) for stage in stages},
+        "other_versions": other_versions(folder),
         "edited": [name for stage in stages for name in folder.edited(stage)],
     }
     with files.understood(folder.path):

@@ -19,7 +19,7 @@ from sealtwin.core.records import Trajectory
 from sealtwin.core.run_folder import RunFolder, require_folder
 from sealtwin.core.settings import read_settings
 from sealtwin.core.stage_keys import stage_key
-from sealtwin.trial.job import shown
+from sealtwin.trial.job import other_versions, shown
 from sealtwin.trial.trial_file import load_trial
 
 REPORT = "robot.json"
@@ -40,7 +40,8 @@ def write_robot_files(
     """Write the path in each of ``formats``, by default those of the cell, into ``out``, by default robot/ of the run.
 
     "all" stands for every format that the cell has tables for. All files are made before the first is written. Returns
-    the content of robot.json, which is written beside them, with its folder and the names of kept files.
+    the content of robot.json, which is written beside them, with its folder, the names of kept files, and a sentence if
+    other stage numbers made the path.
 
     Raises InputError if the run is not digitised, its path was found automatically and not confirmed, the cell file has
     a fault, or the path exceeds one of its limits.
@@ -79,7 +80,8 @@ def write_robot_files(
         wall_time_s, numbers = time.monotonic() - began, folder.numbers_of("digitise")
         facts = {"numbers": numbers, "given": [one.name for one in given]}
         folder.record("robot", stage_key(inputs, settings, numbers), settings, inputs, outputs, wall_time_s, **facts)
-    return {**report, "folder": shown(target), "kept": kept}
+    others = other_versions(folder, stage="digitise")
+    return {**report, "folder": shown(target), "kept": kept, "other_versions": others}
 
 
 def read_cell(path: Path) -> RobotCell:

@@ -107,10 +107,27 @@ def test_sealant_too_thick_to_sink_is_told_before_the_run(fluid, key, mm_s):
 
 
 @pytest.mark.parametrize(
-    "fluid", [{"viscosity_pa_s": 0.5}, {"U": 1e5, "D_cm": 0.3}, {"viscosity_pa_s": 100.0, "D_cm": 0}]
+    ("fluid", "until"),
+    [({"U": 30.0}, ""), ({"U": 1e5}, ""), ({"U": 30.0, "freeze_after_s": 2.58}, " until they freeze")],
 )
-def test_sealant_that_sinks_or_slips_has_no_remark(fluid):
-    """0.5 Pa s sinks 2.2 times the depth; U without a yield stress and walls that slip are another matter."""
+def test_u_that_makes_nothing_viscous_is_told_before_the_run(fluid, until):
+    """U = 30, with or without what freezes, is the paper's own."""
+    (remark,) = remarks_of(**fluid)
+    assert remark.startswith(f"fluid.U is {fluid['U']:g}: without a yield stress particles move before")
+    assert f"level like a thin liquid{until}. Viscous" in remark
+
+
+@pytest.mark.parametrize(
+    "fluid",
+    [
+        {"viscosity_pa_s": 0.5},
+        {"viscosity_pa_s": 100.0, "D_cm": 0},
+        {"U": 300.0, "yield_stress_pa": 3.0},
+        {"U": 300.0, "structuration_pa_per_s": 1.0},
+    ],
+)
+def test_sealant_that_sinks_slips_or_yields_has_no_remark(fluid):
+    """0.5 Pa s sinks 2.2 times the depth; walls that slip, and paste of the paper's U, are another matter."""
     assert not remarks_of(**fluid)
 
 

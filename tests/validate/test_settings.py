@@ -25,6 +25,10 @@ def test_only_readings_that_were_calibrated_on_had_something_fitted():
     assert Readings.model_validate(content | {"role": "calibrated-on"}).fitted == ("fluid.U",)
     with pytest.raises(ValidationError, match="calibrated-on"):
         Readings.model_validate(content | {"role": "held-out"})
+    # An empty list declares that nothing was, which a sheet of no declared role cannot.
+    assert Readings.model_validate(content | {"role": "held-out", "fitted": ()}).fitted == ()
+    with pytest.raises(ValidationError, match=r'fitted is empty, and role is "undeclared"'):
+        Readings.model_validate(content | {"role": "undeclared", "fitted": ()})
 
 
 @pytest.mark.parametrize(

@@ -110,7 +110,7 @@ def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: i
     None if there is none. With ``fitted`` settings a curve with as many numbers has, or with fewer if there is no such
     curve; what was not declared is taken for one.
     """
-    most = 0 if role == "held-out" else fitted or 1
+    most = 0 if role == "held-out" else 1 if fitted is None else fitted
     fair = [one.mean_error_mm for one in baselines if one.numbers <= most]
     return error_mm < min(fair) if fair else None
 
@@ -124,7 +124,7 @@ def against_baselines(
 ) -> str:
     """Return the sentences that hold a mean error against those of the baselines.
 
-    ``fitted`` is the number of settings that were fitted to the readings, or None if nobody declared them, and
+    ``fitted`` is the number of settings that were fitted to the readings, or None if nobody declared it, and
     ``stations`` that of the stations that shape the readings' line, if it is known.
     """
     levels = [one if isinstance(one, Baseline) else Baseline.model_validate(one) for one in baselines]
@@ -133,8 +133,8 @@ def against_baselines(
         "calibrated-on": "the simulation, of which nobody declared what was fitted,",
         "undeclared": "the simulation",
     }[role]
-    if role != "held-out" and fitted:
-        simulated = f"the simulation, with {counted(fitted, 'setting')} fitted,"
+    if role != "held-out" and fitted is not None:
+        simulated = f"the simulation, with {counted(fitted, 'setting') if fitted else 'no setting'} fitted,"
     if not levels:
         return f"{simulated[0].upper()}{simulated[1:]} is {error_mm:.2f} mm off; no baseline is known."
     first, *others = levels
@@ -142,8 +142,12 @@ def against_baselines(
     text = f"{first.name[0].upper()}{first.name[1:]} is {first.mean_error_mm:.2f} mm off{rest}; {simulated} "
     text += f"{error_mm:.2f} mm."
     if role != "held-out" and fitted and stations is not None and fitted >= stations:
-        text += f" A curve with {fitted} numbers would meet all {stations} stations."
+        text += (
+            f" So many settings can fit any readings exactly: a curve with {fitted} numbers would meet all {stations} "
+            "stations."
+        )
     elif beaten(error_mm, levels, role, fitted) is False:
-        peer = "a baseline that has not seen them" if role == "held-out" else "a curve with no more numbers"
+        unseen = role == "held-out" or fitted == 0
+        peer = "a baseline that has not seen them" if unseen else "a curve with no more numbers"
         text += f" The simulation meets these readings no better than {peer}."
     return text

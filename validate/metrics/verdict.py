@@ -130,7 +130,8 @@ def _held_against(
 
 
 def _beside_baselines(m: LevelMetrics) -> str:
-    return against_baselines(m.mean_error_mm, m.baselines, m.role, len(m.fitted) if m.fitted else None, m.stations_used)
+    fitted = None if m.fitted is None else len(m.fitted)
+    return against_baselines(m.mean_error_mm, m.baselines, m.role, fitted, m.stations_used)
 
 
 def _use_of_readings(m: LevelMetrics) -> str:
@@ -144,6 +145,8 @@ def _use_of_readings(m: LevelMetrics) -> str:
 def _role_sentence(m: LevelMetrics) -> str:
     readings = "readings" if m.readings_data == "measured" else f"{m.readings_data} readings"
     if m.role == "calibrated-on":
+        if m.fitted == ():
+            return f"Calibrated on these {readings} (no setting was fitted, as was declared): no test."
         what = "what was fitted is not declared"
         if m.fitted:
             count = counted(m.stations_compared, "station")

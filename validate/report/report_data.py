@@ -67,7 +67,7 @@ class ReportedVerdict(JsonRecord):
     role: Role | None
     """Use of the readings: the fluid was calibrated on them, or not; None without readings."""
     fitted: tuple[str, ...] | None
-    """Settings that were fitted to the readings, by dotted name; None where nobody declared them."""
+    """Settings that were fitted to the readings, by dotted name: empty if none was, None if nobody declared it."""
     photo_data: DataKind
     """Origin of the photo or the mesh; only measured data can validate."""
     readings_data: DataKind | None

@@ -239,7 +239,9 @@ class Chart:
     @property
     def beside_baselines(self) -> str:
         """Statement about the nearest run, which these readings chose whatever their role, beside the baselines."""
-        return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted)
+        x = level_difference(self.best.profile, self.readings).x
+        stations = 2 + int(((self.readings.s_mm > x[0]) & (self.readings.s_mm < x[-1])).sum())
+        return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted, stations)
 
     @property
     def places(self) -> Floats:

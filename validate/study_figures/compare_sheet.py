@@ -51,7 +51,8 @@ LEGEND_COLUMNS = 10  # Largest number of two-digit labels, with their strokes, s
 Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each run, and the form of a value on the page
 
 
-def compare_sheet(sides: Sequence[Side]) -> figure_sheet.FigureSheet:
+def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> figure_sheet.FigureSheet:
+    """Return the page of some runs; ``cautions`` come before those that the runs themselves show."""
     compared = [side for side in sides if side.metrics]
     best, held_out_mm, settings = nearest(sides), held_out_mean_mm(sides), differing(sides)
     key_figures = [("settings that differ", str(len(settings)))]
@@ -86,7 +87,7 @@ def compare_sheet(sides: Sequence[Side]) -> figure_sheet.FigureSheet:
     return figure_sheet.FigureSheet(
         title="Runs side by side",
         lead="All tables and figures name a run by its number in the first table.",
-        cautions=_cautions(sides),
+        cautions=[*cautions, *_cautions(sides)],
         finding=f"{len(sides)} runs, {len(compared)} of them with readings. {finding}",
         key_figures=key_figures,
         parts=parts,
@@ -162,7 +163,8 @@ def _figures(sides: Sequence[Side]) -> list[Row]:
 
 def _beside_baselines(metrics: Mapping[str, Any]) -> str:
     fitted, error_mm = metrics.get("fitted"), metrics["mean_error_mm"]
-    return against_baselines(error_mm, metrics.get("baselines", ()), metrics["role"], len(fitted) if fitted else None)
+    count, stations = None if fitted is None else len(fitted), metrics.get("stations_used")
+    return against_baselines(error_mm, metrics.get("baselines", ()), metrics["role"], count, stations)
 
 
 def _held_out_words(sides: Sequence[Side]) -> str:

@@ -24,7 +24,8 @@ ERRORS = {
 """Names and forms of a run's errors, by label."""
 
 
-def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill]) -> FigureSheet:
+def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequence[str] = ()) -> FigureSheet:
+    """Return the page of a study's map; ``cautions`` come before those that its runs themselves show."""
     best = chart.best
     as_near = "not known: no pair was run again"
     if chart.scatter_of_replicates_mm is not None:
@@ -42,7 +43,7 @@ def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill]) -> FigureSheet:
     return FigureSheet(
         title=f"{chart.name}: {first.name} and {second.name} against {chart.readings.source}",
         lead=f"{len(chart.runs)} runs, each compared with the same readings along the crack.",
-        cautions=_cautions(chart),
+        cautions=[*cautions, *_cautions(chart)],
         finding=(
             f"Nearest to the readings: {chart.said(best)}, {best.mean_error_mm:.2f} mm off on average. "
             f"{chart.beside_baselines} {chart.flatness} {chart.exclusion}"

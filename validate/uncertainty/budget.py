@@ -82,6 +82,7 @@ class Budget:
     """Errors that are neither declared nor shown by the readings, each with ``UNDECLARED_MM`` of it."""
     scatter_known: bool = True
     notes: tuple[str, ...] = ()  # Sentences on what was seen in the readings
+    unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict and that no interval has
 
     def only(self, keep: Callable[[Component], bool]) -> "Budget":
         return replace(self, components=tuple(one for one in self.components if keep(one)))

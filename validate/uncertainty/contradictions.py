@@ -8,6 +8,9 @@ from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import draws_for, normals
 from validate.uncertainty.passes import FALSE_ALARM, coefficients, require_pass_mm, shapes_of_passes
 
+COARSE = 1.2
+"""Last digits larger than this many standard deviations hide the scatter, and are modelled as cut off. Below it they
+are as good as an error of their own (Sheppard)."""
 WRITTEN_MM = 0.006  # Distance from a multiple of an inch's fraction that is written in hundredths of a millimetre
 ODD_SHARE = 0.05  # Share of readings that may be no multiple of the last digit, as read between two marks
 
@@ -58,19 +61,46 @@ def _require_scatter(
     """Refuse a repeatability that repeats exceed, by the chi-squared distribution of normal readings."""
     from scipy.stats import chi2
 
-    shapes = np.zeros((len(s_mm), 0)) if declared.pass_mm == 0 else shapes_of_passes(s_mm)
-    own_mm = residual_mm - shapes @ coefficients(residual_mm, shapes)
-    own_mm -= np.nanmean(own_mm, axis=1, keepdims=True)
-    freedom = ((~np.isnan(residual_mm)).sum(axis=1) - 1).sum() * (1 - shapes.shape[1] / len(s_mm))
     assert declared.repeatability_mm is not None, "asked only where it is declared"
     variance_mm2 = declared.repeatability_mm**2 + resolution_mm**2 / 12
-    squares_mm2 = float(np.nansum(own_mm**2))
+    squares_mm2, freedom = _scatter(residual_mm, s_mm, declared)
     if squares_mm2 > variance_mm2 * chi2.ppf(1 - FALSE_ALARM, freedom):
         raise InputError(
             f"{source}: uncertainty.repeatability_mm = {declared.repeatability_mm:g}: the repeats contradict it: they "
             f"scatter by {np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), as in fewer than "
             "1 of 100 sheets of normal readings with that repeatability. Leave it out: the repeats show the scatter."
         )
+
+
+def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> tuple[str, ...]:
+    """Return a sentence on a declared repeatability that repeats stay below; it enters no interval beside repeats.
+
+    The test is that of ``_require_scatter``, at the other end; there is none if the last digit hides the scatter.
+    """
+    from scipy.stats import chi2
+
+    declared_mm, repeats_mm = declared.repeatability_mm, measured.repeats_mm
+    if declared_mm is None or repeats_mm is None or resolution_mm > COARSE * declared_mm:
+        return ()
+    residual_mm = repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)
+    squares_mm2, freedom = _scatter(residual_mm, measured.s_mm, declared)
+    variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
+    if freedom <= 0 or squares_mm2 >= variance_mm2 * chi2.ppf(FALSE_ALARM, freedom):
+        return ()
+    return (
+        f"uncertainty.repeatability_mm = {declared_mm:g} is not used: the repeats show the scatter, "
+        f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), and so little in fewer than "
+        "1 of 100 sheets of normal readings with that repeatability.",
+    )
+
+
+def _scatter(residual_mm: Floats, s_mm: Floats, declared: Uncertainty) -> tuple[float, float]:
+    """Return the sum of squares of the repeats about their stations' means, passes taken off, and its freedom."""
+    shapes = np.zeros((len(s_mm), 0)) if declared.pass_mm == 0 else shapes_of_passes(s_mm)
+    own_mm = residual_mm - shapes @ coefficients(residual_mm, shapes)
+    own_mm -= np.nanmean(own_mm, axis=1, keepdims=True)
+    freedom = ((~np.isnan(residual_mm)).sum(axis=1) - 1).sum() * (1 - shapes.shape[1] / len(s_mm))
+    return float(np.nansum(own_mm**2)), float(freedom)
 
 
 def _require_rough(measured: Profile, own_mm: Floats, key: str, declared_mm: float, source: str) -> None:

@@ -18,14 +18,11 @@ from validate.uncertainty.budget import (
     normals,
     uniforms,
 )
-from validate.uncertainty.contradictions import refuse_contradicted
+from validate.uncertainty.contradictions import COARSE, refuse_contradicted, unused_repeatability
 from validate.uncertainty.passes import coefficients, passes_error, shapes_of_passes
 from validate.uncertainty.scatter import possible_scatter_mm, rounded_errors_mm
 from validate.units import counted
 
-COARSE = 1.2
-"""Last digits larger than this many standard deviations hide the scatter, and are modelled as cut off. Below it they
-are as good as an error of their own (Sheppard)."""
 OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
 STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
 INCHES = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 0.01, 0.005)
@@ -56,6 +53,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     own_mm = residual_mm - shapes @ per_pass
     own_mm -= np.nanmean(own_mm, axis=1, keepdims=True)
     far, robust_mm = _far(own_mm, count, resolution_mm)
+    unused = unused_repeatability(measured, declared, resolution_mm)
     notes = list(_outliers(s_mm[far.any(axis=1)].tolist(), robust_mm))
     # Of two readings nothing tells which one is far.
     alone = far & (count > 2)[:, None]
@@ -111,6 +109,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
         missing=tuple(errors[name] for name, value in told.items() if value is None),
         scatter_known=known,
         notes=tuple(notes),
+        unused=unused,
     )
 
 

@@ -110,7 +110,9 @@ def readings_role(metrics: LevelMetrics) -> str:
     """Return the role of the readings, with what was fitted to them."""
     if metrics.role != "calibrated-on":
         return ROLES[metrics.role]
-    return f"{ROLES[metrics.role]}: {', '.join(map(setting_name, metrics.fitted or ())) or 'not declared what'}"
+    if metrics.fitted is None:
+        return f"{ROLES[metrics.role]}: not declared what"
+    return f"{ROLES[metrics.role]}: {', '.join(map(setting_name, metrics.fitted)) or 'no setting, as was declared'}"
 
 
 def _baseline(one: Baseline, error_mm: float) -> str:

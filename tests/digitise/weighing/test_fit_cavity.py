@@ -146,6 +146,17 @@ def test_walls_that_open_downward_stay_upright_and_are_named():
     build_solid(outline, shape)
 
 
+@pytest.mark.parametrize("tilt", ["lean", "vertical", "funnel"])
+@pytest.mark.parametrize("angle_deg", [4.0, 20.0, 25.0, 35.0])
+def test_an_undercut_is_named_with_its_angle_however_steep_it_is(tilt, angle_deg):
+    """Beyond 14 degrees the fit ended at a bound: named as 14 degrees, and from 25 not at all."""
+    fill = fill_of(WIDTH_MM + 2 * DEPTH_MM * np.tan(np.radians(angle_deg)), WIDTH_MM)
+    _, _, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM, tilt=tilt), fill, None, None)
+    way = "open downward by" if tilt == "funnel" else "open on the way down by"
+    assert any(f"{way} {angle_deg:.1f} degrees each" in finding for finding in weighed.findings)
+    assert any('"undercut"' in finding for finding in weighed.findings)
+
+
 def test_an_undercut_whose_fill_closes_stays_upright_and_says_so():
     _, shape, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM, tilt="undercut"), fill_of(1.4, 3.0), 0.1, 0.2)
     assert shape.wall_angle_deg == 0

@@ -96,10 +96,10 @@ def test_the_page_has_the_numbers_of_its_pour(tmp_path):
         "updates": 5,
         "given_mm3": 1234.0,
     }
-    content |= {"tables_off_mm": 0.2, "stopped": "flow <b>0.1</b>"}
+    content |= {"tables_off_mm": 0.2, "stopped": "flow <b>0.1</b>", "other_versions": ["plan: computed by simulate 1."]}
     write_loop_page(tmp_path / "loop.html", by_fast_model(), content)
     page = (tmp_path / "loop.html").read_text()
-    for said in ("EMULATED", "12 mm3", "78 mm3", "1.23 ml", "flow &lt;b&gt;0.1"):
+    for said in ("EMULATED", "12 mm3", "78 mm3", "1.23 ml", "flow &lt;b&gt;0.1", "plan: computed by simulate 1."):
         assert said in page
     rows = (tmp_path / "figures" / "estimates.csv").read_text().splitlines()
     assert len(rows) == len(by_fast_model().lines) + 1

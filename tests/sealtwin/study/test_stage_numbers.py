@@ -1,19 +1,26 @@
 """Studies, comparisons and plans across a raised stage number."""
 
+import json
 import shutil
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from sealtwin.api.trials import write_map
+from sealtwin.cli.app import app
+from sealtwin.cli.studies import compared_lines, mapped_lines
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study.run_comparison import compare_runs
 from sealtwin.study.study_folder import read_plan
-from sealtwin.study.sweep import SweepOptions, merge, sweep
-from sealtwin.trial.job import start_job
+from sealtwin.study.study_map import map_study
+from sealtwin.study.sweep import SweepOptions, merge, status, sweep
+from sealtwin.trial.job import shown, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import load_trial
@@ -58,6 +65,41 @@ def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(lab, 
     assert not [note for note in second.notes if "finished runs" in note]
 
 
+def test_status_merge_and_map_say_that_another_version_computed_the_runs(out, tmp_path, monkeypatch):
+    """A sweep computes its runs anew; these three take them as they are."""
+    own = NUMBERS["simulate"]
+    monkeypatch.setitem(NUMBERS, "simulate", 999)
+    told = f"2 finished runs were computed by simulate {own}, while this version has simulate 999. 'sealtwin sweep'"
+    for words in (["status", out], ["merge", out, "--out", tmp_path / "merged"]):
+        terminal, as_json = (
+            CliRunner().invoke(app, ["sweep", *map(str, words), "--quiet", *more]).stdout for more in ([], ["--json"])
+        )
+        assert terminal.count(told) == 1
+        (sentence,) = json.loads(as_json)["other_versions"]
+        assert told in sentence
+    monkeypatch.setitem(NUMBERS, "simulate", own)
+    assert status(out)["other_versions"] == []
+
+
+@pytest.mark.parametrize(("raised", "told"), [("simulate", 1), ("validate", 0)])
+def test_a_map_compares_levels_of_another_version_with_a_word(tmp_path, monkeypatch, raised, told):
+    """The readings are compared anew, so that the number of validate is this version's."""
+    study = tiny_lab(tmp_path)
+    sweep(study, tmp_path / "out", replace(HERE, dry_run=True), Progress())
+    compute_here(tmp_path / "out")
+    own = NUMBERS[raised]
+    monkeypatch.setitem(NUMBERS, raised, 999)
+    mapped = map_study(tmp_path / "out", None, None, None, None, Progress(), any_volume=True)
+    sentence = f"4 finished runs were computed by {raised} {own}, while this version has {raised} 999."
+    assert [sentence in other for other in mapped.content["other_versions"]] == [True] * told
+    assert "\n".join(mapped_lines(mapped)).count(sentence) == told
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        page = write_map(tmp_path / "out", any_volume=True)
+    assert [sentence in str(one.message) for one in caught if one.category is RuntimeWarning] == [True] * told
+    assert page.read_text(encoding="utf-8").count(sentence) == told
+
+
 def test_a_study_without_readings_does_not_depend_on_validate(tmp_path, monkeypatch):
     study = tiny_lab(tmp_path, TWO)
     (tmp_path / "trial.toml").write_text(TRIAL.split("[readings]")[0])
@@ -67,6 +109,8 @@ def test_a_study_without_readings_does_not_depend_on_validate(tmp_path, monkeypa
     monkeypatch.setitem(NUMBERS, "validate", 999)
     sweep(study, tmp_path / "out", dry, Progress())
     assert [run.key for run in read_plan(tmp_path / "out").runs] == before
+    compute_here(tmp_path / "out")
+    assert status(tmp_path / "out")["other_versions"] == []
 
 
 def test_shards_of_two_numbers_are_not_merged(lab, tmp_path, monkeypatch):
@@ -91,8 +135,11 @@ def test_a_number_that_differs_between_two_runs_is_a_row_of_their_comparison(tmp
     monkeypatch.setitem(NUMBERS, "simulate", 999)
     with open_folder(runs[1], create=False) as folder:
         run_stages(start_job(trial, tmp_path, folder, "cpu", Progress()), ("simulate",))
-    content, _ = compare_runs(runs, tmp_path / "page")
+    content, sheet = compare_runs(runs, tmp_path / "page")
     assert content["differing"] == {"stage_number.simulate": [own["simulate"], 999]}
+    (told,) = content["other_versions"]
+    assert told.startswith(f"{shown(runs[0])}: computed by simulate {own['simulate']}, while this version has")
+    assert compared_lines(content, sheet).count(told) == 1
     manifest = files.read_json(runs[0] / "manifest.json")
     for entry in manifest["stages"].values():
         del entry["stage_numbers"]

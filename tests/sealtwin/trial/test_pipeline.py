@@ -185,9 +185,10 @@ def test_a_fluid_that_is_not_sound_is_said_at_the_end_of_every_command(copied, n
     (copied / "simulation.json").write_text(json.dumps(simulation))
     for _ in range(2):
         _, out, _ = _finish("validate", copied, "--device", "cpu", "--quiet")
-        warning, *_ = json.loads((copied / "run.json").read_text())["fluid_warnings"]
+        remark, warning, *_ = json.loads((copied / "run.json").read_text())["fluid_warnings"]
+        assert remark.startswith("fluid.U is 30: without a yield stress")
         assert warning.startswith("The fluid gained 70 %")
-        assert out.splitlines().count(warning) == 1
+        assert [out.splitlines().count(one) for one in (remark, warning)] == [1, 1]
 
 
 def test_validate_refuses_results_of_other_settings(copied):

@@ -1,5 +1,6 @@
 """Runs of other stage numbers than this version's: what is computed anew, and what is said of what is not."""
 
+import json
 import shutil
 from importlib.metadata import version
 from pathlib import Path
@@ -13,10 +14,11 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.run_folder import open_folder
 from sealtwin.core.stage_keys import content_key
 from sealtwin.study.extra_runs import vary
-from sealtwin.trial import validate_stage
-from sealtwin.trial.job import STAGES, resume_job, start_job
+from sealtwin.trial import pipeline, validate_stage
+from sealtwin.trial.job import STAGES, resume_job, shown, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import NUMBERS, numbers_up_to
+from sealtwin.trial.starter_files import CELL
 from sealtwin.trial.trial_file import load_trial
 from tests.narration import Narration
 from tests.pages import leave_out_pages
@@ -82,6 +84,33 @@ def test_a_stage_that_goes_on_from_files_of_another_number_says_so_and_records_i
         assert folder.numbers_of("simulate") == numbers_up_to("simulate") | {"digitise": before["digitise"]}
     words = f"computed by digitise {before['digitise']}, while this version has digitise 999. 'sealtwin run TRIAL"
     assert any(words in note for note in narration.notes)
+
+
+@pytest.mark.parametrize(
+    ("words", "raised"),
+    [
+        ("validate RUN --device cpu", "simulate"),
+        ("validate RUN --device cpu", "digitise"),
+        ("robot RUN --cell CELL --format csv", "digitise"),
+        ("export RUN --format mask --out OUT", "digitise"),
+        ("film RUN", "simulate"),
+    ],
+)
+def test_every_answer_on_a_run_of_another_version_says_so_once(run, tmp_path, monkeypatch, words, raised):
+    """--quiet hides the narration, which alone said it."""
+    (tmp_path / "cell.toml").write_text(CELL.replace("{file}", "cell.toml"), encoding="utf-8")
+    monkeypatch.setattr(pipeline, "make_film", lambda folder, path, progress: (2, 0.5))
+    places = {"RUN": run, "CELL": tmp_path / "cell.toml", "OUT": tmp_path / "out"}
+    command = [*(str(places.get(word, word)) for word in words.split()), "--quiet"]
+    own = NUMBERS[raised]
+    for number, told in ((own, 0), (999, 1)):
+        monkeypatch.setitem(NUMBERS, raised, number)
+        answers = [CliRunner().invoke(app, [*command, *more]) for more in ([], ["--json"])]
+        assert [answer.exit_code for answer in answers] == [0, 0], answers[0].stderr
+        sentence = f"{shown(run)}: computed by {raised} {own}, while this version has {raised} 999. 'sealtwin run TRIAL"
+        assert answers[0].stdout.count(sentence) == told
+        others = json.loads(answers[1].stdout)["other_versions"]
+        assert [other.startswith(sentence) for other in others] == [True] * told
 
 
 def test_extra_runs_of_another_solver_than_the_level_are_refused(run, monkeypatch):

@@ -59,6 +59,7 @@ def test_outlying_readings_do_not_drag_a_curve_along():
     [
         ("calibrated-on", ("fluid.U",) * 6, ["a flat line", "a parabola", "a curve with 6 numbers"]),
         ("calibrated-on", None, ["a flat line", "a parabola"]),
+        ("calibrated-on", (), ["the dispensed volume lying flat", "a flat line", "a parabola"]),
         ("held-out", None, ["the dispensed volume lying flat"]),
         ("undeclared", None, ["the dispensed volume lying flat", "a flat line", "a parabola"]),
     ],
@@ -98,10 +99,23 @@ def test_a_lab_s_earlier_samples_are_a_baseline():
     assert words.endswith("no better than a baseline that has not seen them.")
 
 
+def test_nothing_fitted_is_another_declaration_than_none():
+    """With nothing fitted the simulation has seen no more than the volume lying flat, and is judged by that alone."""
+    pool, line = (Baseline(name=name, numbers=count, mean_error_mm=2.0 - count) for count, name in enumerate("ab"))
+    words = [against_baselines(1.5, [pool, line], "calibrated-on", fitted) for fitted in (0, None)]
+    assert words[0].endswith("the simulation, with no setting fitted, 1.50 mm.")
+    assert words[1].endswith("no better than a curve with no more numbers.")
+    assert "nobody declared what was fitted" in words[1]
+    assert [beaten(1.5, [pool, line], "calibrated-on", fitted) for fitted in (0, None)] == [True, False]
+
+
 def test_as_many_settings_as_stations_are_said_to_be_so():
     line = Baseline(name="a flat line", numbers=1, mean_error_mm=2.0)
     words = against_baselines(0.5, [line], "calibrated-on", 17, stations=17)
-    assert words.endswith("with 17 settings fitted, 0.50 mm. A curve with 17 numbers would meet all 17 stations.")
+    assert words.endswith(
+        "with 17 settings fitted, 0.50 mm. So many settings can fit any readings exactly: a curve with 17 numbers "
+        "would meet all 17 stations."
+    )
     assert beaten(0.5, [line], "calibrated-on", 17)
     assert beaten(0.5, [], "held-out", None) is None
     assert against_baselines(0.5, [], "held-out", None).endswith("is 0.50 mm off; no baseline is known.")

@@ -128,6 +128,7 @@ def test_what_was_fitted_is_named():
     fitted = judgement_of(role="calibrated-on", fitted=names, stations_compared=16)
     assert "(fitted at 16 stations: U, age at freezing, wall angle)" in fitted.verdict
     assert "(what was fitted is not declared)" in judgement_of(role="calibrated-on").verdict
+    assert "(no setting was fitted, as was declared): no test." in judgement_of(role="calibrated-on", fitted=()).verdict
 
 
 def test_held_out_by_word_and_by_the_catalogue_are_told_apart():

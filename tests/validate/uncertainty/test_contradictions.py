@@ -1,5 +1,6 @@
 """Declared errors that readings contradict are refused by name, and true declarations hardly ever."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,18 +9,21 @@ import pytest
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from validate.settings import Readings, Uncertainty
-from validate.uncertainty.contradictions import refuse_contradicted
+from validate.uncertainty.contradictions import refuse_contradicted, unused_repeatability
 
 S_MM = np.linspace(0.0, 80.0, 17)
 BED_MM = -6.0 + 2.0 * np.cos(S_MM / 20.0)
 NO_PASSES = Uncertainty(pass_mm=0.0)
 
 
-def check(repeats_mm, declared: Uncertainty, **settings) -> None:
+def profile(repeats_mm) -> Profile:
     repeats_mm = BED_MM[:, None] + repeats_mm
-    profile = Profile(S_MM, np.nanmean(repeats_mm, axis=1), repeats_mm, source="caliper.csv")
+    return Profile(S_MM, np.nanmean(repeats_mm, axis=1), repeats_mm, source="caliper.csv")
+
+
+def check(repeats_mm, declared: Uncertainty, **settings) -> None:
     how = {"file": Path("caliper.csv"), "data": "measured", "role": "held-out", **settings}
-    refuse_contradicted(profile, Readings.model_validate(how), declared)
+    refuse_contradicted(profile(repeats_mm), Readings.model_validate(how), declared)
 
 
 def refused(repeats_mm, declared: Uncertainty, **settings) -> bool:
@@ -87,6 +91,21 @@ def test_repeats_that_scatter_more_than_was_declared_contradict_it():
         InputError, match=r"uncertainty\.repeatability_mm = 0\.05: .* scatter by 0\.1\d mm \(28 degrees"
     ):
         check(sheets[1], Uncertainty(repeatability_mm=0.05))
+
+
+def test_a_repeatability_that_the_repeats_stay_below_is_said_to_be_unused():
+    """The repeats scatter by 0.15 mm: 1 mm is said to be far from it; what is true, in 1 of 100 sheets."""
+    random = np.random.default_rng(12)
+    declared = [Uncertainty(repeatability_mm=mm, pass_mm=0.0) for mm in (0.15, 1.0)]
+    sheets = [profile(noise_mm(random, "normal")) for _ in range(300)]
+    true, large = (sum(bool(unused_repeatability(sheet, one, 0.01)) for sheet in sheets) for one in declared)
+    assert true <= 300 * (0.01 + 3 * np.sqrt(0.01 * 0.99 / 300))
+    assert large == 300
+    (said,) = unused_repeatability(sheets[0], declared[1], 0.01)
+    assert said.startswith("uncertainty.repeatability_mm = 1 is not used: the repeats show the scatter, 0.1")
+    # A last digit of 2 mm hides a scatter of 1 mm; a single reading shows none.
+    assert not unused_repeatability(sheets[0], declared[1], 2.0)
+    assert not unused_repeatability(replace(sheets[0], repeats_mm=None), declared[1], 0.01)
 
 
 @pytest.mark.parametrize(("key", "declared_mm"), [("repeatability_mm", 1.0), ("station_each_mm", 4.0)])
