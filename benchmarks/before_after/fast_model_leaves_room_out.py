@@ -23,6 +23,7 @@ def filled(outline: Outline, tilt: str, angle_deg: float) -> tuple[float, bool]:
     path = NozzlePath(volume_ml=FILL * solid.cavity_volume_mm3 / 1e3, trim_mm=4.0, speed_mm_s=4.0)
     trajectory = plan_trajectory(outline, path, solid.cavity_volume_mm3, solid.sections)
     run, _ = pour(solid, outline, trajectory, LIQUID, Solver(model="slot"), Nozzle(), seed=0)
+    assert run.bed is not None
     return run.bed.fill, bool(run.bed.unfit)
 
 

@@ -106,7 +106,7 @@ def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
     ends_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STRETCH_MM), 2, MOST_STRETCHES)) + 1)
     stretch = _stretches(outline, ends_mm, origin_mm, cell_mm, inside.reshape(rows, columns)).ravel()
     area_mm2 = [np.bincount(stretch[at], share, len(ends_mm))[1:] for at, share in zip(cells, shares, strict=True)]
-    return CavityByLevel(ends_mm, levels_mm, _up_to_the_ends(levels_mm, np.transpose(area_mm2)))
+    return CavityByLevel(ends_mm, levels_mm, _up_to_the_ends(levels_mm, np.array(area_mm2, dtype=float).T))
 
 
 def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats) -> Floats:
