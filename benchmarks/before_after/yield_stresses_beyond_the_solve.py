@@ -17,7 +17,9 @@ def ends(key: str, value: float, substeps: int | None = None, **more: float) -> 
     wide = key == "yield_stress_pa"
     solid, crack = slot(24.0, width_mm=5.0 if wide else 3.1, depth_mm=12.0)
     trajectory = path(crack, 0.08, speed_mm_s=30.0) if wide else path(crack, 1.2)
-    law: dict[str, Any] = {"viscosity_pa_s": 1.0, key: value} | ({"density_kg_m3": DENSITY_KG_M3} if wide else {}) | more
+    law: dict[str, Any] = (
+        {"viscosity_pa_s": 1.0, key: value} | ({"density_kg_m3": DENSITY_KG_M3} if wide else {}) | more
+    )
     try:
         st.inject(crack, solid, trajectory, st.Fluid(**law), solver=st.Solver(radius_mm=0.48, substeps=substeps))
     except NumericalError:
