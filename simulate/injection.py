@@ -243,6 +243,7 @@ class Injection:
             added_mm2_s=1e6 * self._added_m2_s,
             radius_mm=self.solver.size_mm,
             lasts_s=self.frames * self.schedule.frame_s,
+            pours_s=len(self.schedule.released) * self.schedule.frame_s,
         )
         return tuple(remarks)
 

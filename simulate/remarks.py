@@ -1,5 +1,6 @@
 """Remarks on a fluid that hold before the first frame."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -17,7 +18,14 @@ Of 24 pours between walls 2 and 3.1 mm apart those of up to 1.4 depths stood ove
 volume; those of 1.9 depths or more kept their volume to 2.4 %.
 """
 
-AGES = 1000  # Ages at which a curve's viscosity is taken
+FED = 0.75
+"""Way of the nozzle until paste stands, over the width of the crack, without a remark.
+
+Of pours of thin paste that stiffens those of up to 0.62 widths stood over hollows, by 54 % of their volume or more;
+those of 0.92 widths or more kept it to 3 % (decision 0173).
+"""
+AGES = 1000  # Ages at which viscosity and yield stress are taken
+LEAST_PA_S = 1e-6  # Instead of no viscosity at all
 
 
 def remarks_on(
@@ -29,11 +37,12 @@ def remarks_on(
     added_mm2_s: float,
     radius_mm: float,
     lasts_s: float,
+    pours_s: float,
 ) -> Iterator[str]:
     """Yield what a run cannot show of a fluid.
 
     ``viscosity_pa_s`` is that of fresh sealant at a shear of 1/s, and ``added_mm2_s`` what particles add to it; the run
-    ``lasts_s``.
+    ``lasts_s``, of which it pours for ``pours_s``.
     """
     given = [f"{key} is {value:g}" for key in THICKNESSES if (value := getattr(fluid, key)) is not None]
     viscosity_mm2_s = 1e6 * viscosity_pa_s / fluid.density_kg_m3
@@ -59,6 +68,18 @@ def remarks_on(
             "down bridges the crack, over a hollow."
         )
         return
+    stands_s = _stands_s(fluid, stands_pa, lasts_s)
+    if stands_s < lasts_s:
+        moves_mm = stands_s * outline.length_mm / pours_s
+        sinks_mm = lasts_s * float(_sinks_mm_s(fluid, viscosity_pa_s, width_mm, lasts_s).mean())
+        if moves_mm < FED * width_mm or (fluid.D_cm is None and sinks_mm < SUNK * solid.depth_mm):
+            yield (
+                f"fluid.{'curve' if fluid.curve else 'structuration_pa_per_s'}: from an age of {stands_s:.2g} s paste "
+                f"stands between walls {width_mm:.3g} mm apart, where its own weight overcomes {stands_pa:.2g} Pa. The "
+                f"pour ends when the first paste is {pours_s:.3g} s old: what comes later heaps up on paste that "
+                "stands, over hollows."
+            )
+            return
     # A D_cm of the user's holds walls less, and sealant of the paper's U, which has one, moves before its viscosity
     # acts.
     if fluid.D_cm is None and viscosity_pa_s:
@@ -73,16 +94,29 @@ def remarks_on(
             )
 
 
+def _stands_s(fluid: Fluid, stands_pa: float, lasts_s: float) -> float:
+    """Age from which paste that is soft at first stands; infinite if it does not in ``lasts_s``."""
+    age_s = np.linspace(0.0, lasts_s, AGES)
+    stands = _at(fluid, age_s)[1] > stands_pa
+    return float(age_s[stands.argmax()]) if stands.any() else math.inf
+
+
+def _at(fluid: Fluid, age_s: Floats, viscosity_pa_s: float = 0.0) -> tuple[Floats, Floats]:
+    """Return viscosity or consistency, ``viscosity_pa_s`` without a curve, and yield stress in Pa by age, (n,) each."""
+    if (course := fluid.course) is not None:
+        return course.at(age_s)
+    grown_pa = fluid.yield_stress_pa + fluid.structuration_pa_per_s * age_s
+    return np.full_like(age_s, viscosity_pa_s), np.minimum(grown_pa, fluid.most_yield_stress_pa)
+
+
 def _sinks_mm_s(fluid: Fluid, viscosity_pa_s: float, width_mm: float, lasts_s: float) -> Floats:
     """Mean speed between upright plates by the paste's own weight, at even ages up to ``lasts_s``, (n,).
 
     It is the plane flow of Herschel and Bulkley's paste (Bird, Armstrong and Hassager 1987, table 4.2-1, with a plug).
     """
-    consistency, stress_pa = np.array([viscosity_pa_s]), np.array([fluid.fresh[1]])
-    if (course := fluid.course) is not None:
-        consistency, stress_pa = course.at(np.linspace(0.0, lasts_s, AGES))
+    consistency, stress_pa = _at(fluid, np.linspace(0.0, lasts_s, AGES), viscosity_pa_s)
     m = 1 / (fluid.flow_index or 1.0)
     at_wall_pa = standing_stress_pa(fluid.density_kg_m3, width_mm)
     sheared = 1 - np.minimum(stress_pa / at_wall_pa, 1.0)
-    free_mm_s = width_mm / 2 * (at_wall_pa / consistency) ** m
+    free_mm_s = width_mm / 2 * (at_wall_pa / np.maximum(consistency, LEAST_PA_S)) ** m
     return free_mm_s * sheared ** (m + 1) / (m + 1) * (1 - sheared / (m + 2))

@@ -7,6 +7,7 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
+from sealtwin.core.regime import GRAVITY_M_S2
 from simulate.fluid.solver import Domain, substeps_for
 from simulate.material_file import Material
 from simulate.settings import LEVEL, MOST_SUBSTEPS, THICKNESSES, Fluid, Nozzle, SampleSlope, Solver, particle_volume
@@ -28,6 +29,17 @@ STIFFEST = 1000.0
 """Largest kinematic viscosity that is solved for, times a substep over h^2: that of 2,400 Pa s at a radius of 0.4 mm.
 Pours at 1000 are solved in slots 1.2 to 12 mm wide; at 4000 particles are flung away.
 """
+HOLDS_SUPPORTS = 100.0
+"""Largest yield stress of fresh paste that is solved for, over rho g h: 2,650 Pa at a radius of 0.4 mm. Pours at 100
+take up to a fifth of the iterations that a solve may take, whatever their substep; at 200 one of 18 fails (decision
+0173).
+"""
+STIFFENS = 150.0
+"""Largest gain of yield stress in ``STIFFENING_S`` over rho h^2 / dt, in 1/s: 105 Pa/s at a radius of 0.4 mm. Fresh
+paste that faster stiffening paste encloses is compressed until it collapses, from a gain of 180 on.
+"""
+STIFFENING_S = 3.0
+LIMP = 30.0  # Yield stress over rho h^2 / dt, in 1/s, up to which paste may stiffen at any rate
 SHEARED = 100.0  # Shear in 1/s of a jet that hits a bed, at which paste that thickens by shear is as stiff as it gets
 MOST_AGES = 1_000_000  # Frames up to which a curve is followed where nobody says how long a run lasts
 TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps of diameters and heights, and of radii, that are proposed
@@ -169,32 +181,85 @@ def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST
 def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tuple[Rheology, int]:
     """The fluid in the solver's units, and the number of substeps of a frame.
 
-    Raises InputError if the fluid is stiffer than the viscosity's linear system can be solved for.
+    Raises InputError if the fluid is stiffer than the viscosity's linear system can be solved for, or stiffens so fast
+    that it collapses.
     """
     support = 4 * solver.size_mm * CM
     paste = rheology_of(fluid, support, frame_s, frames)
     substeps = substeps_for(solver, paste, frame_s)
+    if solver.viscosity_solve == "implicit":
+        _check_viscosity(fluid, solver, paste, frame_s, substeps)
+        _check_yield_stress(fluid, solver)
+        _check_stiffening(fluid, solver, paste, frame_s, substeps, frames)
+    return paste, substeps
+
+
+def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int) -> None:
+    support = 4 * solver.size_mm * CM
     thickest = float(paste.course[:, 0].max())
     stiffness = kinematic_viscosity(thickest, support, frame_s) * frame_s / substeps / support**2
     stiffness *= SHEARED ** max(0.0, paste.flow_index - 1)
-    if stiffness <= STIFFEST or solver.viscosity_solve == "explicit":
-        return paste, substeps
+    if stiffness <= STIFFEST:
+        return
     key = next((key for key in THICKNESSES if getattr(fluid, key) is not None), "curve")
     value = thickest if key == "U" else dynamic_viscosity(thickest, fluid.density_kg_m3, support, frame_s)
-    shorter, more = math.ceil(substeps * stiffness / STIFFEST), ""
-    if shorter <= MOST_SUBSTEPS:
-        more = f", or solver.substeps of at least {shorter}"
     raise InputError(
         f"fluid.{key} {'reaches' if key == 'curve' else 'is'} {value:.6g}, which is stiffer than can be solved for "
-        f"with solver.radius_mm = {solver.size_mm:g} in substeps of {frame_s / substeps * 1e3:.3g} ms. Give at most "
-        f"{_rounded_down(value * STIFFEST / stiffness)}{more}."
+        f"{_in_substeps(solver, frame_s, substeps)}. Give at most {_rounded_down(value * STIFFEST / stiffness)}"
+        f"{_or_more(substeps * stiffness / STIFFEST)}."
     )
+
+
+def _check_yield_stress(fluid: Fluid, solver: Solver) -> None:
+    """Raises InputError by the stress of fresh paste alone: what is older is at rest, and takes few iterations."""
+    _, stress_pa = fluid.fresh
+    column_pa = 1e-3 * fluid.density_kg_m3 * GRAVITY_M_S2 * 4 * solver.size_mm
+    if stress_pa > HOLDS_SUPPORTS * column_pa:
+        raise InputError(
+            f"fluid.{'curve begins with a yield stress of' if fluid.curve else 'yield_stress_pa is'} {stress_pa:.6g}"
+            f"{' Pa' if fluid.curve else ''}, which is stiffer than can be solved for with solver.radius_mm = "
+            f"{solver.size_mm:g} at any substep. Give at most {_rounded_down(HOLDS_SUPPORTS * column_pa)}."
+        )
+
+
+def _check_stiffening(
+    fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int, frames: int
+) -> None:
+    rate, most = paste.stiffening_cm2_s3, paste.yield_most_cm2_s2
+    if len(paste.course) > 1:
+        rate = float(np.diff(paste.course[:, 1]).max()) / frame_s
+    lasts_s = min(STIFFENING_S, frame_s * min(frames, paste.frames_to_freeze))
+    per_stress = frame_s / substeps / (4 * solver.size_mm * CM) ** 2
+    gain = rate * lasts_s * per_stress
+    if gain <= STIFFENS or most * per_stress <= LIMP:
+        return
+    pascals = fluid.density_kg_m3 / CM2_IN_M2
+    key, limp = "structuration_pa_per_s is", ""
+    if fluid.curve is not None:
+        key = "curve gains a yield stress, in Pa/s, of up to"
+    elif fluid.yield_stress_pa <= (limp_pa := LIMP / per_stress * pascals):
+        limp = f", or fluid.yield_stress_most_pa of at most {_rounded_down(limp_pa)}"
+    raise InputError(
+        f"fluid.{key} {rate * pascals:.6g}: fresh paste collapses in paste that stiffens so fast "
+        f"{_in_substeps(solver, frame_s, substeps)}. Give at most {_rounded_down(rate * pascals * STIFFENS / gain)}"
+        f"{limp}{_or_more(substeps * gain / STIFFENS)}."
+    )
+
+
+def _in_substeps(solver: Solver, frame_s: float, substeps: int) -> str:
+    return f"with solver.radius_mm = {solver.size_mm:g} in substeps of {frame_s / substeps * 1e3:.3g} ms"
+
+
+def _or_more(substeps: float) -> str:
+    """A proposal of so many substeps, if a frame can have them."""
+    least = math.ceil(substeps)
+    return f", or solver.substeps of at least {least}" if least <= MOST_SUBSTEPS else ""
 
 
 def _rounded_down(value: float) -> str:
     """Three significant digits, of which the last is not rounded up."""
     tick = 10 ** (math.floor(math.log10(value)) - 2)
-    return f"{math.floor(value / tick + ROUNDING_MM) * tick:.3g}"
+    return f"{float(f'{math.floor(value / tick + ROUNDING_MM) * tick:.3g}'):g}"
 
 
 def domain_of(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm: float) -> Domain:

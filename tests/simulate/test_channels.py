@@ -143,6 +143,30 @@ def test_paste_that_stands_between_the_walls_is_told_before_the_run():
     assert remark.startswith("fluid.curve: 20 Pa hold paste up")
 
 
+@pytest.mark.parametrize(
+    ("law", "age_s"),
+    [
+        # 15.2 Pa are reached in 0.15 s, in which the nozzle moves on by 9 mm, and paste of 1 Pa s sinks by 0.4 mm
+        ({"viscosity_pa_s": 1.0, "structuration_pa_per_s": 100.0}, "0.15"),
+        ({"viscosity_pa_s": 1.0, "structuration_pa_per_s": 100.0, "yield_stress_most_pa": 15.0}, None),
+        ({"viscosity_pa_s": 1.0, "structuration_pa_per_s": 10.0, "yield_stress_pa": 5.0}, "1"),
+        # Thin paste has sunk by then; but the nozzle moves on by 0.6 widths in 0.03 s, and by 3 in 0.15 s
+        ({"viscosity_pa_s": 0.02, "structuration_pa_per_s": 10.0}, None),
+        ({"viscosity_pa_s": 0.02, "structuration_pa_per_s": 500.0, "yield_stress_most_pa": 20.0}, "0.031"),
+        ({"U": 30.0, "structuration_pa_per_s": 500.0, "yield_stress_most_pa": 20.0}, "0.031"),
+        ({"U": 30.0, "structuration_pa_per_s": 100.0}, None),
+        ({"curve": {"age_s": [0.0, 1.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [0.0, 100.0]}}, "0.15"),
+    ],
+)
+def test_paste_that_stands_before_it_has_sunk_is_told_before_the_run(law, age_s):
+    stands = [remark for remark in remarks_of(**law) if "paste stands between" in remark]
+    assert len(stands) == (age_s is not None)
+    if age_s is not None:
+        assert f"from an age of {age_s} s" in stands[0]
+        assert "The pour ends when the first paste is 0.2 s old" in stands[0]
+        assert not any("settle_s" in remark for remark in remarks_of(**law)), "it sinks no further"
+
+
 def test_a_curve_that_thins_sinks_by_what_it_becomes():
     """100 Pa s for good sinks by a fraction of a millimetre; at 0.5 Pa s it falls 16 mm in a second."""
     thick, thins = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last in (100.0, 0.5))

@@ -1,6 +1,7 @@
 """Sealant that changes with its age: its tables, their files, and what the run makes of them."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -161,6 +162,40 @@ def test_a_curve_too_thick_to_compute_or_that_softens_in_sleep_is_refused():
     with pytest.raises(InputError, match=r"solver\.sleep = false"):
         check_fit(outline, solid, soft, Solver(), Nozzle())
     check_fit(outline, solid, soft, Solver(sleep=False), Nozzle())
+
+
+@pytest.mark.parametrize(
+    ("key", "most", "asked", "allowed"),
+    [
+        # 100 rho g h at 1690 kg/m3 and h = 1.6 mm
+        ("yield_stress_pa is 10000", 2650, {"yield_stress_pa": 1e4}, {"yield_stress_pa": 2650.0}),
+        # In substeps of 1.81 ms 50 rho h^2 / dt in a second, or 30 in all
+        ("structuration_pa_per_s is 300", 119, {"structuration_pa_per_s": 300.0}, {"structuration_pa_per_s": 119.0}),
+        ("structuration_pa_per_s is 300", 119, {"structuration_pa_per_s": 300.0}, {"yield_stress_most_pa": 71.0}),
+        (
+            "curve gains a yield stress, in Pa/s, of up to 300",
+            119,
+            {"curve": {"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0, 3000]}},
+            {"curve": {"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0, 1190]}},
+        ),
+    ],
+)
+def test_a_yield_stress_that_is_not_solved_for_is_refused_with_one_that_is(key, most, asked, allowed):
+    law = {} if "curve" in asked else {"viscosity_pa_s": 1.0}
+    solver = Solver(substeps=4)
+    with pytest.raises(InputError, match=rf"fluid\.{re.escape(key)}.* at most {most}\b"):
+        solved_as(fluid(**law | asked), solver, FRAME_S, 1000)
+    solved_as(fluid(**law | asked | allowed), solver, FRAME_S, 1000)
+    solved_as(fluid(**law | asked), Solver(substeps=4, viscosity_solve="explicit"), FRAME_S, 1000)
+
+
+def test_paste_may_stiffen_at_any_rate_in_a_short_run_and_in_short_substeps():
+    """In 100 frames, 0.7 s, 300 Pa/s gain less than 119 Pa/s do in 3 s; a run of 1,000 needs 11 substeps for 4."""
+    stiffens = fluid(viscosity_pa_s=1.0, structuration_pa_per_s=300.0)
+    solved_as(stiffens, Solver(substeps=4), FRAME_S, 100)
+    with pytest.raises(InputError, match=r"solver\.substeps of at least 11\."):
+        solved_as(stiffens, Solver(substeps=4), FRAME_S, 1000)
+    solved_as(stiffens, Solver(substeps=11), FRAME_S, 1000)
 
 
 @pytest.mark.parametrize("name", TABLES)
