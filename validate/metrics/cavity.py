@@ -29,12 +29,9 @@ class CavityByLevel:
     """Level areas of the cavity in stretches of the crack; between levels an area is linear."""
 
     ends_mm: Floats  # (k + 1,): arc length at the ends of the stretches
+    middle_mm: Floats  # (k,): mean arc length of their cells
     levels_mm: Floats  # (n,), increasing, from the deepest floor to the face
     area_mm2: Floats  # (k, n)
-
-    @property
-    def middles_mm(self) -> Floats:
-        return (self.ends_mm[1:] + self.ends_mm[:-1]) / 2
 
     def share_between(self, from_mm: float, to_mm: float) -> Floats:
         """Return the share of each stretch that lies between two arc lengths, (k,)."""
@@ -104,9 +101,9 @@ def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
     inside[np.concatenate([at for at, counts in zip(cells, deep, strict=True) if counts])] = True
     length_mm = outline.length_mm
     ends_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STRETCH_MM), 2, MOST_STRETCHES)) + 1)
-    stretch = _stretches(outline, ends_mm, origin_mm, cell_mm, inside.reshape(rows, columns)).ravel()
+    stretch, middle_mm = _stretches(outline, ends_mm, origin_mm, cell_mm, inside.reshape(rows, columns))
     area_mm2 = [np.bincount(stretch[at], share, len(ends_mm))[1:] for at, share in zip(cells, shares, strict=True)]
-    return CavityByLevel(ends_mm, levels_mm, _up_to_the_ends(levels_mm, np.array(area_mm2, dtype=float).T))
+    return CavityByLevel(ends_mm, middle_mm, levels_mm, _up_to_the_ends(levels_mm, np.array(area_mm2, dtype=float).T))
 
 
 def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats) -> Floats:
@@ -145,13 +142,23 @@ def _covered(cut: CrossSection, origin_mm: Floats, cell_mm: float, shape: tuple[
     return covered.clip(min=0.0)
 
 
-def _stretches(outline: Outline, ends_mm: Floats, origin_mm: Floats, cell_mm: float, inside: np.ndarray) -> Integers:
-    """Return the number of the stretch that each cell belongs to, from 1; 0 for cells that do not meet the crack."""
+def _stretches(
+    outline: Outline, ends_mm: Floats, origin_mm: Floats, cell_mm: float, inside: np.ndarray
+) -> tuple[Integers, Floats]:
+    """Return the stretch of each cell, row by row, from 1, and the mean arc length of each stretch's cells, (k,).
+
+    Cells that do not meet the crack have 0.
+    """
     rows, columns = inside.shape
     walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm[::-1]])
-    between = coverage((walls_mm - origin_mm) / cell_mm, (columns, rows)) > 0.5
-    row, column = np.nonzero(between & inside)
+    between = coverage((walls_mm - origin_mm) / cell_mm, (columns, rows))
+    row, column = np.nonzero((between > 0.5) & inside)
     s_mm = arc_length_at(origin_mm + cell_mm * np.column_stack([column, row]), outline.centreline_mm)
+    s_mm = s_mm.clip(ends_mm[0], ends_mm[-1])
+    stretch = np.clip(np.searchsorted(ends_mm, s_mm, side="right"), 1, len(ends_mm) - 1)
     begun = np.zeros(inside.shape, dtype=np.int32)
-    begun[row, column] = np.clip(np.searchsorted(ends_mm, s_mm, side="right"), 1, len(ends_mm) - 1)
-    return watershed(np.zeros(inside.shape, dtype=np.uint8), begun, connectivity=2, mask=inside)
+    begun[row, column] = stretch
+    weight = between[row, column]
+    sums = np.array([np.bincount(stretch, values, len(ends_mm))[1:] for values in (weight, weight * s_mm)])
+    middle_mm = np.where(sums[0] > 0, sums[1] / np.maximum(sums[0], 1e-9), (ends_mm[1:] + ends_mm[:-1]) / 2)
+    return watershed(np.zeros(inside.shape, np.uint8), begun, connectivity=2, mask=inside).ravel(), middle_mm

@@ -71,8 +71,8 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
 def _wetted_mm2(profile: Profile, outline: Outline, solid: Solid) -> float:
     """Return the area of the level within the crack, where it is above the floor."""
     cavity = cavity_by_level(outline, solid)
-    level_mm = np.interp(cavity.middles_mm, profile.s_mm, profile.level_mm)
-    wet = level_mm > -solid.depth_at_mm(cavity.middles_mm)
+    level_mm = np.interp(cavity.middle_mm, profile.s_mm, profile.level_mm)
+    wet = level_mm > -solid.depth_at_mm(cavity.middle_mm)
     return float(cavity.area_at_mm2(level_mm)[wet].sum())
 
 
@@ -84,7 +84,7 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
     """
     cavity = cavity_by_level(outline, solid)
     share = cavity.share_between(from_mm, to_mm)
-    level_mm = np.interp(cavity.middles_mm.clip(from_mm, to_mm), profile.s_mm, profile.level_mm)
+    level_mm = np.interp(cavity.middle_mm.clip(from_mm, to_mm), profile.s_mm, profile.level_mm)
     face_mm = np.zeros_like(level_mm)
     room_mm3 = float(share @ cavity.below_mm3(face_mm))
     sealant_mm3 = float(share @ cavity.below_mm3(level_mm))

@@ -48,7 +48,7 @@ def test_a_side_crack_is_filled_as_its_root_is():
     """17 mm long, 4 mm wide and 12 mm deep, it leaves the main crack at s = 18 to 22 mm."""
     outline = with_ring(SLOT, SIDE_CRACK)
     cavity = cavity_by_level(outline, build_solid(outline, CrackShape(depth_mm=12.0, tilt="vertical")))
-    root = (cavity.middles_mm > 17.0) & (cavity.middles_mm < 23.0)
+    root = (cavity.middle_mm > 17.0) & (cavity.middle_mm < 23.0)
     assert whole_mm3(cavity)[~root] == pytest.approx(np.full((~root).sum(), 6.0 * 12.0), rel=0.15)
     assert whole_mm3(cavity)[root].sum() == pytest.approx(6.0 * 6.0 * 12.0 + 17.0 * 4.0 * 12.0, rel=0.02)
 
@@ -57,9 +57,9 @@ def test_a_floor_in_steps_is_where_it_is():
     """Floors at 12 and 6 mm: a level of -8 mm lies below the second one, and leaves it dry."""
     shape = CrackShape(depth_mm=((0.0, 12.0), (20.0, 12.0), (20.5, 6.0), (40.0, 6.0)), tilt="vertical")
     cavity = cavity_by_level(SLOT, build_solid(SLOT, shape))
-    shallow = cavity.middles_mm > 22.0
+    shallow = cavity.middle_mm > 22.0
     assert whole_mm3(cavity, -8.0)[shallow] == pytest.approx(0.0, abs=1e-6)
-    assert whole_mm3(cavity, -8.0)[cavity.middles_mm < 19.0].sum() == pytest.approx(19.0 * 6.0 * 4.0, rel=0.01)
+    assert whole_mm3(cavity, -8.0)[cavity.middle_mm < 19.0].sum() == pytest.approx(19.0 * 6.0 * 4.0, rel=0.01)
     assert whole_mm3(cavity, -4.0)[shallow].sum() == pytest.approx(18.0 * 6.0 * 2.0, rel=0.02)
 
 
