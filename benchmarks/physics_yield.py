@@ -25,6 +25,8 @@ CUBE_MM = 9.0
 WIDTH_MM, HEAP_MM = 3.1, (12.0, 24.0)
 SUBSTEP_S = {0.5: 14.1e-3 / 6, 0.4: 7.23e-3 / 4}
 """Those of the paper's trial, by radius in mm."""
+WALLS: dict[str, dict[str, Any]] = {"shipped": {}, "flare": {"tilt": "flare", "wall_angle_deg": 5.5}}
+"""Settings of the crack: of the shipped trial, and of the walls between which its yield stress was fitted."""
 
 
 def paste_of(stress_pa: float) -> Fluid:
@@ -164,15 +166,15 @@ def _still_block(step_s: float, stress_pa: float) -> Tank:
 
 
 @cache
-def _trial() -> stiffening.Sample:
-    return stiffening.trace()
+def _trial(walls: str) -> stiffening.Sample:
+    return stiffening.trace(**WALLS[walls])
 
 
 @cache
-def _poured(stress_pa: float, radius_mm: float) -> stiffening.Bed:
-    """The paper's trial with that yield stress in place of freezing."""
-    way = replace(stiffening.WAYS["yield"], name=f"yield stress of {stress_pa:g} Pa", yield_stress_pa=stress_pa)
-    return stiffening.pour(_trial(), way, radius_mm)
+def _poured(walls: str, radius_mm: float) -> stiffening.Bed:
+    """The paper's trial between these walls, with 12 Pa in place of freezing."""
+    way = replace(stiffening.WAYS["yield"], name="yield stress of 12 Pa", yield_stress_pa=12.0)
+    return stiffening.pour(_trial(walls), way, radius_mm)
 
 
 def paper_trial() -> list[Finding]:
@@ -180,25 +182,36 @@ def paper_trial() -> list[Finding]:
 
     Nearer to them than the paper's own model is to its readings: 1.26 mm, the least of its 132 runs.
     """
-    bed = _poured(12.0, 0.5)
-    return [
-        Finding("paper's trial, 12 Pa: mean error, nozzle off", bed.errors_mm[0], "mm", 0, PAPER_MM, "0", "the paper"),
-        Finding("the same, settled for 12 s", bed.errors_mm[2], "mm", 0, PAPER_MM, "0", "the paper"),
-        Finding("its drift in the last 10 s", bed.drift_mm, "mm", 0, 0, "0", "it sleeps"),
-        Finding("its particles in the walls", bed.escaped, "", 0, 0, "0", "no leak"),
-    ]
+    rows = []
+    for walls in WALLS:
+        bed = _poured(walls, 0.5)
+        for after, error_mm in (("nozzle off", bed.errors_mm[0]), ("settled for 12 s", bed.errors_mm[2])):
+            rows.append(_judged(f"paper's trial, {walls}, 12 Pa: mean error, {after}", error_mm, PAPER_MM, "the paper"))
+        rows.append(_judged(f"its drift in the last 10 s, {walls}", bed.drift_mm, 0, "it sleeps"))
+        rows.append(_judged(f"its particles in the walls, {walls}", bed.escaped, 0, "no leak", ""))
+    return rows
 
 
 def two_radii() -> list[Finding]:
     """The same at R = 0.4 mm: the bed does not depend on the size of particles."""
-    fine, coarse = _poured(12.0, 0.4), _poured(12.0, 0.5)
-    apart_mm = float(np.abs(stiffening.bins_mm(fine.levels[0]) - stiffening.bins_mm(coarse.levels[0])).max())
-    name = "paper's trial, 12 Pa, R 0.4 mm: mean error"
-    return [
-        Finding(name, fine.errors_mm[0], "mm", 0, PAPER_MM, "0", "the paper"),
+    rows = []
+    for walls in WALLS:
+        fine, coarse = _poured(walls, 0.4), _poured(walls, 0.5)
+        apart_mm = float(np.abs(stiffening.bins_mm(fine.levels[0]) - stiffening.bins_mm(coarse.levels[0])).max())
+        name = f"paper's trial, {walls}, 12 Pa, R 0.4 mm: mean error"
+        rows.append(_judged(name, fine.errors_mm[0], PAPER_MM, "the paper"))
         # Half a diameter of the coarser: a level is told by the topmost particles.
-        Finding("its 10 mm bins off those of R 0.5 mm, most", apart_mm, "mm", 0, 0.5, "0", "half a diameter"),
-    ]
+        rows.append(_judged(f"its 10 mm bins off those of R 0.5 mm, most, {walls}", apart_mm, 0.5, "half a diameter"))
+    return rows
+
+
+def _judged(name: str, value: float, most: float, source: str, unit: str = "mm") -> Finding:
+    because = (
+        ""
+        if "flare" in name
+        else "the walls differ: between those that flare, where the 12 Pa were fitted, it is met, below"
+    )
+    return Finding(name, value, unit, 0, most, "0", source, because=because)
 
 
 CASES: Sequence[str] = ("banks", "drift", "energy", "paper_trial", "two_radii")

@@ -117,9 +117,11 @@ def main() -> None:
         draw(beds, sample, asked.radius_mm).savefig(asked.figure, dpi=120)
 
 
-def trace() -> Sample:
-    """The fixture's crack and path, through the first stage."""
+def trace(**walls: Any) -> Sample:
+    """The fixture's crack and path, through the first stage; between ``walls`` if settings of the crack are given."""
     trial = load_trial(FIXTURE / "trial.toml")
+    assert trial.crack is not None
+    trial = trial.model_copy(update={"crack": trial.crack.model_copy(update=walls)})
     with tempfile.TemporaryDirectory() as made, open_folder(Path(made) / trial.folder_name, create=True) as folder:
         run_stages(start_job(trial, FIXTURE, folder, "cpu", Progress()), ("digitise",))
         outline, solid = record_files.read_outline(folder.path), record_files.read_solid(folder.path)
