@@ -29,14 +29,17 @@ class CavityByLevel:
     """Level areas of the cavity in stretches of the crack; between levels an area is linear."""
 
     ends_mm: Floats  # (k + 1,): arc length at the ends of the stretches
-    middle_mm: Floats  # (k,): mean arc length of their cells
     levels_mm: Floats  # (n,), increasing, from the deepest floor to the face
     area_mm2: Floats  # (k, n)
 
-    def share_between(self, from_mm: float, to_mm: float) -> Floats:
-        """Return the share of each stretch that lies between two arc lengths, (k,)."""
+    @property
+    def middle_mm(self) -> Floats:
+        return (self.ends_mm[1:] + self.ends_mm[:-1]) / 2
+
+    def between(self, from_mm: float, to_mm: float) -> tuple[Floats, Floats]:
+        """Return the share of each stretch between two arc lengths, and the middle of that part, (k,) each."""
         inside_mm = np.clip(self.ends_mm, from_mm, to_mm)
-        return np.diff(inside_mm) / np.diff(self.ends_mm)
+        return np.diff(inside_mm) / np.diff(self.ends_mm), (inside_mm[1:] + inside_mm[:-1]) / 2
 
     def area_at_mm2(self, level_mm: Floats) -> Floats:
         """Return the area of each stretch at its level, (k,); that of the mouth over the face."""
@@ -101,9 +104,9 @@ def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
     inside[np.concatenate([at for at, counts in zip(cells, deep, strict=True) if counts])] = True
     length_mm = outline.length_mm
     ends_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STRETCH_MM), 2, MOST_STRETCHES)) + 1)
-    stretch, middle_mm = _stretches(outline, ends_mm, origin_mm, cell_mm, inside.reshape(rows, columns))
+    stretch, ends_mm = _stretches(outline, ends_mm, origin_mm, cell_mm, inside.reshape(rows, columns))
     area_mm2 = [np.bincount(stretch[at], share, len(ends_mm))[1:] for at, share in zip(cells, shares, strict=True)]
-    return CavityByLevel(ends_mm, middle_mm, levels_mm, _up_to_the_ends(levels_mm, np.array(area_mm2, dtype=float).T))
+    return CavityByLevel(ends_mm, levels_mm, _up_to_the_ends(levels_mm, np.array(area_mm2, dtype=float).T))
 
 
 def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats) -> Floats:
@@ -145,7 +148,7 @@ def _covered(cut: CrossSection, origin_mm: Floats, cell_mm: float, shape: tuple[
 def _stretches(
     outline: Outline, ends_mm: Floats, origin_mm: Floats, cell_mm: float, inside: np.ndarray
 ) -> tuple[Integers, Floats]:
-    """Return the stretch of each cell, row by row, from 1, and the mean arc length of each stretch's cells, (k,).
+    """Return the stretch of each cell, row by row, from 1, and the ends of the stretches, half way between their cells.
 
     Cells that do not meet the crack have 0.
     """
@@ -161,4 +164,5 @@ def _stretches(
     weight = between[row, column]
     sums = np.array([np.bincount(stretch, values, len(ends_mm))[1:] for values in (weight, weight * s_mm)])
     middle_mm = np.where(sums[0] > 0, sums[1] / np.maximum(sums[0], 1e-9), (ends_mm[1:] + ends_mm[:-1]) / 2)
-    return watershed(np.zeros(inside.shape, np.uint8), begun, connectivity=2, mask=inside).ravel(), middle_mm
+    ends_mm = np.concatenate([ends_mm[:1], (middle_mm[1:] + middle_mm[:-1]) / 2, ends_mm[-1:]])
+    return watershed(np.zeros(inside.shape, np.uint8), begun, connectivity=2, mask=inside).ravel(), ends_mm

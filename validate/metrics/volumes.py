@@ -83,8 +83,8 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
     up; sealant on the face beside the mouth is in no profile.
     """
     cavity = cavity_by_level(outline, solid)
-    share = cavity.share_between(from_mm, to_mm)
-    level_mm = np.interp(cavity.middle_mm.clip(from_mm, to_mm), profile.s_mm, profile.level_mm)
+    share, s_mm = cavity.between(from_mm, to_mm)
+    level_mm = np.interp(s_mm, profile.s_mm, profile.level_mm)
     face_mm = np.zeros_like(level_mm)
     room_mm3 = float(share @ cavity.below_mm3(face_mm))
     sealant_mm3 = float(share @ cavity.below_mm3(level_mm))

@@ -48,6 +48,14 @@ def test_volumes_of_a_half_filled_crack():
     )
 
 
+def test_a_sloping_level_over_a_part_of_the_crack():
+    """Ends of the part lie within stretches; 0.1 % is a level at the middle of a stretch's cells."""
+    sloping = Profile(np.array([10.3, 30.7]), np.array([-12.0, -3.0]))
+    held = fill_volumes(sloping, OUTLINE, solid(), 10.3, 30.7)
+    assert held["sealant_mm3"] == pytest.approx(20.4 * WIDTH_MM * 8.5, rel=1e-3)
+    assert held["fill_ratio"] == pytest.approx(8.5 / 16, rel=1e-3)
+
+
 def test_a_full_crack_holds_its_cavity():
     """The sections of the profile and the mesh are one crack: 0.1 % is what rounding of the mesh leaves."""
     for tilt, angle_deg in (("vertical", 0.0), ("flare", 5.5), ("funnel", 5.0), ("undercut", 5.0), ("lean", 11.0)):
