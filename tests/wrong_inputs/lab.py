@@ -1,0 +1,5 @@
+"""A lab's notes and folders."""
+
+from tests.wrong_inputs.table import WrongInput
+
+CASES: list[WrongInput] = []

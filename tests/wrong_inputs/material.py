@@ -1,0 +1,5 @@
+"""Tables of a paste."""
+
+from tests.wrong_inputs.table import WrongInput
+
+CASES: list[WrongInput] = []

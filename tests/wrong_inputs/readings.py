@@ -1,0 +1,5 @@
+"""Sheets of readings."""
+
+from tests.wrong_inputs.table import WrongInput
+
+CASES: list[WrongInput] = []

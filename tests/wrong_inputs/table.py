@@ -1,0 +1,26 @@
+"""What a row of the tables is."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+REFUSED = 3
+
+
+@dataclass(frozen=True)
+class WrongInput:
+    """One input, the command that is given it, and what the answer names.
+
+    A row with exit code 0 is an input whose result stands: ``names`` are then words of the warning.
+    """
+
+    name: str
+    make: Callable[[Path], object]
+    """Writes the input into an empty folder."""
+    command: str
+    """Words after ``sealtwin``; {given} is the folder of the input, {out} a folder that is not there yet."""
+    names: tuple[str, ...]
+    """Keys, files and values that stand in what the command prints; not its prose."""
+    exit_code: int = REFUSED
+    lacks: tuple[str, ...] = ()
+    """Words of another stage, or of a wrong remedy, that the answer must not have."""

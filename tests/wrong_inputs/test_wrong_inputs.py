@@ -1,0 +1,27 @@
+"""No input is wrong in silence: each row of the tables, by the command itself."""
+
+import shlex
+
+import pytest
+
+from tests.labs import sealtwin
+from tests.wrong_inputs import digitise, lab, material, processes, readings
+from tests.wrong_inputs.table import REFUSED, WrongInput
+
+TABLES = {table.__name__.rpartition(".")[2]: table.CASES for table in (digitise, lab, material, processes, readings)}
+ROWS = [pytest.param(row, id=f"{stage}: {row.name}") for stage, rows in TABLES.items() for row in rows]
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_the_answer_names_what_is_wrong(row: WrongInput, tmp_path):
+    given, out = tmp_path / "given", tmp_path / "out"
+    given.mkdir()
+    row.make(given)
+    words = [word.format(given=given, out=out) for word in shlex.split(row.command)]
+    answer = sealtwin(*words)
+    assert answer.exit_code == row.exit_code, answer.output
+    assert [name for name in row.names if name not in answer.output] == [], answer.output
+    assert [word for word in row.lacks if word in answer.output] == [], answer.output
+    if row.exit_code == REFUSED:
+        assert "Traceback" not in answer.output
+        assert answer.stdout == "", "a refusal has no result"
