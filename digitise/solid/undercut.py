@@ -29,7 +29,9 @@ def require_room(footprint: Footprint, shape: CrackShape) -> None:
     angles_deg = np.degrees(np.arctan(share * np.tan(np.radians(shape.wall_angles_deg))))
     left_deg, right_deg = np.floor(angles_deg / SMALLEST_DEG) * SMALLEST_DEG
     fits = f"{left_deg:.1f}" if left_deg == right_deg else f"[{left_deg:.1f}, {right_deg:.1f}]"
-    remedy = f"the largest wall_angle_deg that fits is {fits}" if max(left_deg, right_deg) > 0 else "no angle fits"
+    remedy = f"the largest wall_angle_deg that fits is {fits}"
+    if max(left_deg, right_deg) == 0:
+        remedy = f"no wall_angle_deg of {SMALLEST_DEG}° or more fits"
     raise InputError(
         f'With tilt = "undercut", {_angles(shape)} and {shape.deepest_mm:g} mm deep, {fault}; {remedy}, and '
         'tilt = "lean" keeps the width.'
