@@ -1,0 +1,159 @@
+"""Small inputs that were answered wrongly once: each by the command itself, a line each.
+
+    python -m benchmarks.reproductions ../shared/review3/repro [--only NAME ...]
+
+The inputs are another's, in a folder each, and stay where they are. An answer is sound if it refuses with exit code 3,
+or is right with exit code 0, and prints the words that say so. Files written go to a temporary folder.
+"""
+
+import argparse
+import os
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.table import Row, leave
+
+LIMIT_S = 120
+MEMORY_BYTES = 4_000_000_000
+IN_PYTHON = """import sys, sealtwin as st
+try:
+    print({})
+except st.InputError as fault:
+    sys.exit(print(fault) or 3)"""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A command on the files of a folder, and what a sound answer to it has."""
+
+    name: str
+    command: str
+    """Words after ``sealtwin``, or an expression with ``st``; {out} is an empty folder to write to."""
+    says: tuple[str, ...]
+    """Words of the answer, in small letters."""
+    exit_codes: tuple[int, ...] = (3,)
+    lacks: tuple[str, ...] = ()
+    files: str = ""
+    """Folder of the inputs, if it is not that of ``name``."""
+
+
+DXF = "--depth-mm 10 --out {out}/run"
+LINE = f"--line CENTRELINE --width-mm 3 {DXF}"
+PHOTO = "--depth-mm 10 --mm-per-px 0.2 --out {out}/run"
+RHEOMETER = "--density-kg-m3 1690 --out {out}/m.toml"
+
+ANSWERS = (
+    Answer("crack_brighter_than_ground", f"digitise photo.jpg {PHOTO} --ends 43,132 407,160", ("bright",)),
+    Answer("dxf_drawn_in_xz", f"import-dxf xz.dxf {LINE}", ("centreline", "mm")),
+    Answer("dxf_duplicate_line", f"import-dxf twice.dxf {DXF}", ("twice",), (0, 3), ("0 mm2",)),
+    Answer("dxf_gap_without_place", f"import-dxf gap.dxf {LINE}", ("gap",), (0, 3)),
+    Answer("dxf_hidden_layer_taken", f"import-dxf hidden.dxf {DXF}", ("outline", "off"), (0, 3)),
+    Answer("dxf_in_block", f"import-dxf block.dxf {LINE}", ("block",), (0, 3)),
+    Answer("dxf_inch_by_default", f"import-dxf inch.dxf {LINE}", ("inch",), (0,)),
+    Answer("dxf_inch_by_default --units mm", f"import-dxf inch.dxf {LINE} --units mm", ("inch",), (0,)),
+    Answer("dxf_other_layer_spoils", f"import-dxf polyface.dxf {DXF}", (), (0,)),
+    Answer("dxf_other_layer_spoils far", f"import-dxf far.dxf {DXF}", (), (0,)),
+    Answer("dxf_side_arm_without_nozzle", f"import-dxf y.dxf {DXF}", ("arm",), (0,)),
+    Answer("dxf_spline_fit_frame", f"import-dxf curve.dxf {LINE}", ("61",), (0,)),
+    Answer("dxf_two_outlines", f"import-dxf two.dxf {DXF}", ("outline", "second"), (0, 3)),
+    Answer("dxf_wrapper_messages", f"import-dxf disc.dxf {DXF}", ("face",), lacks=("check up",)),
+    Answer("mask_labels_0_1", f"digitise photo.jpg --mask mask.png {PHOTO}", ("1 of 255",)),
+    Answer("mask_line", "digitise photo.jpg --mask mask.png --depth-mm 10 --mm-per-px 0.1 --out {out}/run", ("line",)),
+    Answer("mask_misplaced turned", f"digitise photo.jpg --mask mask_turned_180.png {PHOTO}", ("dark",), (0, 3)),
+    Answer("mask_misplaced low", f"digitise photo.jpg --mask mask_45px_low.png {PHOTO}", ("dark",), (0, 3)),
+    Answer("mask_misplaced right", f"digitise photo.jpg --mask mask_right.png {PHOTO}", (), (0,), ("darker",)),
+    Answer("mask_rgba_opaque", f"digitise photo.jpg --mask mask.png {PHOTO}", (), (0,)),
+    Answer(
+        "mesh_pocket_no_crack", "import-mesh pocket.stl --units mm --out {out}/run", ("long",), lacks=("px", "--ends")
+    ),
+    Answer(
+        "path_jumps_to_joint",
+        "digitise photo.jpg --path-only --mm-per-px 0.2 --ends 202,7 213,412 --out {out}/run",
+        ("photo.via_px",),
+        (0, 3),
+    ),
+    Answer("photo_linear_gamma", f"digitise linear.png {PHOTO} --ends 43,132 407,160", ("gamma",), (0, 3)),
+    Answer("stl_far_from_origin", "import-mesh far.stl --units mm --out {out}/run", ("0.5 mm",), (0, 3)),
+    Answer("stl_trailing_bytes", "import-mesh m.stl --units mm --out {out}/run", ("3 bytes",), (0, 3)),
+    Answer(
+        "wide_crack_at_border",
+        "digitise wedge.png --ends 14,129 540,363 --depth-mm 10 --mm-per-px 0.1 --out {out}/run",
+        ("border",),
+        (0, 3),
+        ("inside --roi",),
+    ),
+    Answer(
+        "wide_dark_crack_in_coarse_ground_refused",
+        f"digitise photo.jpg {PHOTO} --ends 12,250 628,240",
+        ("--mask",),
+        (0, 3),
+    ),
+    Answer(
+        "r1 plateau", f"material rheometer plateau3.csv {RHEOMETER}", ("plateau3.csv", "viscosity"), files="files/r1"
+    ),
+    Answer("r1 flat", f"material rheometer flat.csv {RHEOMETER}", ("flat.csv", "viscosity"), files="files/r1"),
+    Answer("r1 flat12", f"material rheometer flat12.csv {RHEOMETER}", ("flat12.csv", "viscosity"), files="files/r1"),
+    Answer("s1 tenths", 'st.read_readings("tenth_mm.csv").level_mm', ("2.15",), (0,), files="files/s1"),
+    Answer("s1 0.1 mm", 'st.read_readings("a02c.csv").level_mm', ("2.15",), (0,), files="files/s1"),
+    Answer("s2", 'st.read_readings("unit_column.csv", unit="mm")', ("unit_column.csv", "inch"), files="files/s2"),
+    Answer("s3", 'st.read_readings("excel_error.ods")', ("excel_error.ods", "error"), files="files/s3"),
+    Answer("s4", 'st.read_readings("xlsxwriter_zero.xlsx")', ("xlsxwriter_zero.xlsx", "formula"), files="files/s4"),
+    Answer("c1 catalogue", "lab list .", ("catalogue.json",), files="files/c1"),
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("inputs", type=Path, help="folder of the inputs")
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="beginnings of names")
+    asked = parser.parse_args()
+    rows = []
+    for answer in ANSWERS:
+        if asked.only is None or any(answer.name.startswith(name) for name in asked.only):
+            line, sound = judge(answer, asked.inputs.resolve())
+            print(f"{'sound' if sound else 'WRONG':<6}{answer.name}: {line}", flush=True)
+            rows.append(Row(answer.name, float(sound), "", 1, 1))
+    leave(rows)
+
+
+def judge(answer: Answer, inputs: Path) -> tuple[str, bool]:
+    """Return the exit code and the last words of an answer, and whether it is sound."""
+    with tempfile.TemporaryDirectory() as scratch:
+        given, out = Path(scratch) / "given", Path(scratch) / "out"
+        shutil.copytree(inputs / (answer.files or answer.name.split()[0]), given)
+        out.mkdir()
+        words = ["-m", "sealtwin", *(word.format(out=out) for word in answer.command.split())]
+        if answer.command.startswith("st."):
+            words = ["-c", IN_PYTHON.format(answer.command)]
+        try:
+            ended = subprocess.run(
+                [sys.executable, *words],
+                cwd=given,
+                env=os.environ,
+                capture_output=True,
+                text=True,
+                timeout=LIMIT_S,
+                preexec_fn=_bound_memory,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return f"not done in {LIMIT_S} s", False
+    printed = f"{ended.stdout}\n{ended.stderr}"
+    small = printed.lower()
+    lacking = [word for word in answer.says if word not in small] + [word for word in answer.lacks if word in small]
+    sound = ended.returncode in answer.exit_codes and not lacking and "Traceback" not in printed
+    words = " ".join((ended.stderr.strip() or ended.stdout.strip()).split())
+    return f"exit {ended.returncode}{f', lacking {lacking}' if lacking else ''}: {words[-300:]}", sound
+
+
+def _bound_memory() -> None:
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+
+
+if __name__ == "__main__":
+    main()
