@@ -1,72 +1,90 @@
-"""Area of a sample's cavity at every level, stretch by stretch along the crack, cut from its mesh.
+"""Area of a sample's cavity at every level, bin by bin along the crack, cut from its mesh.
 
-Each place of the cavity belongs to the stretch of the main crack that is nearest to it through the cavity: a side crack
-to that of its root, the room around a tip to the last one. So stretches add up to the cavity, less its stones.
+Each place of the cavity belongs to the bin of the main crack that is nearest to it through the cavity: a side crack to
+that of its root, the room around a tip to the last one. So bins add up to the cavity, less its stones.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from manifold3d import CrossSection, Manifold, Mesh64
+from scipy.ndimage import uniform_filter1d
 from skimage.segmentation import watershed
 
-from sealtwin.core.coverage import coverage
-from sealtwin.core.records import Floats, Integers, Outline, Solid, arc_length_at
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid, arc_length_at
+from validate.metrics.cell_areas import cell_areas
 
-STRETCH_MM, MOST_STRETCHES = 1.0, 800  # Length of a stretch of the crack, and most of them
+ACROSS, LARGEST_MM = 8, 0.125  # Cells across the crack's mean width, and their largest size if they are not too many
+MOST_IN_MOUTH, MOST_CELLS = 40_000, 1_000_000  # Most cells between the walls, and in all
+LEAST_SHARE = 1e-9  # Share of a cell below which an area is rounding
 LEVELS = 49  # Levels from the deepest floor to the face: a third of a millimetre apart at 16 mm
-BESIDE_MM = 1e-3  # Distance of a cut from the face and from a level floor, where the area jumps
+BESIDE_MM = 1e-3  # Distance of a cut from the face and from a level facet, where the area jumps
 FINER = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # Levels within the lowest layer: a modelled floor is not quite level
-ACROSS, ALONG, MOST_CELLS = 8, 4, 1_000_000  # Cells across the crack's mean width and along a stretch; most in all
-RIM = 1 / 24
-"""Share of the depth down to which a cut of a modelled sample counts only over deeper places of the cavity. A scanned
-face has hollows that meet the crack."""
+LEVEL_MM, LEAST_OF_MOUTH, MOST_FLATS = 0.02, 1 / 200, 12
+"""Height of facets that are level, least area at one height that gets levels of its own, in areas of the mouth, and
+most such heights. Floors, shelves and roofs are level; between levels the area would slope where it jumps."""
+NOISE, MOST_NOISE = 2.5, 1 / 8
+"""Depth of the hollows in a scanned face, in standard deviations of its vertices' heights, and its largest share of the
+cavity's depth. 0.6 % of the vertices are deeper, too few to connect."""
+NORMAL_MEDIAN = 0.6745  # Median distance from the mean, in standard deviations
+SMOOTHED_MM = 5.0  # Length along the crack over which the walls' slope under the face is averaged
 
 
 @dataclass(frozen=True)
 class CavityByLevel:
-    """Level areas of the cavity in stretches of the crack; between levels an area is linear."""
+    """Level areas of the cavity in bins along the crack; between levels an area is linear."""
 
-    ends_mm: Floats  # (k + 1,): arc length at the ends of the stretches
+    ends_mm: Floats  # (k + 1,): arc length at the ends of the bins
     levels_mm: Floats  # (n,), increasing, from the deepest floor to the face
     area_mm2: Floats  # (k, n)
+    floor_mm: Floats  # (k,): level of the floor
 
     @property
     def middle_mm(self) -> Floats:
         return (self.ends_mm[1:] + self.ends_mm[:-1]) / 2
 
     def between(self, from_mm: float, to_mm: float) -> tuple[Floats, Floats]:
-        """Return the share of each stretch between two arc lengths, and the middle of that part, (k,) each."""
+        """Return the share of each bin between two arc lengths, and the middle of that part, (k,) each."""
         inside_mm = np.clip(self.ends_mm, from_mm, to_mm)
         return np.diff(inside_mm) / np.diff(self.ends_mm), (inside_mm[1:] + inside_mm[:-1]) / 2
 
     def area_at_mm2(self, level_mm: Floats) -> Floats:
-        """Return the area of each stretch at its level, (k,); that of the mouth over the face."""
-        before, share, _ = self._places(level_mm)
+        """Return the area of each bin at its level, (k,); that of the mouth over the face."""
+        before, share = self._places(level_mm)
         lower_mm2, upper_mm2 = self._beside(self.area_mm2, before)
         return lower_mm2 + share * (upper_mm2 - lower_mm2)
 
     def below_mm3(self, level_mm: Floats) -> Floats:
-        """Return the volume of each stretch below its level, (k,); of a level over the face, that below the face."""
-        before, share, step_mm = self._places(level_mm)
-        lower_mm2, upper_mm2 = self._beside(self.area_mm2, before)
-        layers_mm3 = np.diff(self.levels_mm) * (self.area_mm2[:, 1:] + self.area_mm2[:, :-1]) / 2
-        sums_mm3 = np.concatenate([np.zeros((len(layers_mm3), 1)), np.cumsum(layers_mm3, axis=1)], axis=1)
-        reached_mm3, _ = self._beside(sums_mm3, before)
-        return reached_mm3 + share * step_mm * (lower_mm2 + share * (upper_mm2 - lower_mm2) / 2)
+        """Return the volume of each bin between its floor and its level or the face, whichever is lower, (k,).
 
-    def _places(self, level_mm: Floats) -> tuple[Integers, Floats, Floats]:
-        """Return the index of the level below each level, the share of the layer up to it, and the layer's height."""
+        In the layer of a bin's floor the volume is linear from the floor up: the area, which jumps at a floor, would
+        be linear from the layer's lower level, and a level on the floor would hold sealant.
+        """
+        before, share = self._places(level_mm)
+        step_mm = np.diff(self.levels_mm)
+        lower_mm2, upper_mm2 = self._beside(self.area_mm2, before)
+        layers_mm3 = step_mm * (self.area_mm2[:, 1:] + self.area_mm2[:, :-1]) / 2
+        sums_mm3 = np.concatenate([np.zeros((len(layers_mm3), 1)), np.cumsum(layers_mm3, axis=1)], axis=1)
+        reached_mm3, layer_top_mm3 = self._beside(sums_mm3, before)
+        volume_mm3 = reached_mm3 + share * step_mm[before] * (lower_mm2 + share * (upper_mm2 - lower_mm2) / 2)
+        above_floor_mm = np.maximum(self.levels_mm[before + 1] - self.floor_mm, BESIDE_MM**2)
+        risen = np.clip((level_mm - self.floor_mm) / above_floor_mm, 0.0, 1.0)
+        with_floor = (self.floor_mm > self.levels_mm[before]) & (share < 1)
+        return np.where(with_floor, risen * layer_top_mm3, volume_mm3)
+
+    def _places(self, level_mm: Floats) -> tuple[Integers, Floats]:
+        """Return the index of the level below each level, and the share of the layer up to it."""
         before = np.searchsorted(self.levels_mm, level_mm, side="right") - 1
         before = np.clip(before, 0, len(self.levels_mm) - 2)
         step_mm = np.diff(self.levels_mm)[before]
-        return before, np.clip((level_mm - self.levels_mm[before]) / step_mm, 0.0, 1.0), step_mm
+        return before, np.clip((level_mm - self.levels_mm[before]) / step_mm, 0.0, 1.0)
 
     @staticmethod
     def _beside(values: Floats, before: Integers) -> tuple[Floats, Floats]:
         rows = np.arange(len(values))
-        return values[rows, before], values[rows, np.minimum(before + 1, values.shape[1] - 1)]
+        return values[rows, before], values[rows, before + 1]
 
 
 _BY_SOLID: WeakKeyDictionary[Solid, tuple[Outline, CavityByLevel]] = WeakKeyDictionary()
@@ -81,88 +99,150 @@ def cavity_by_level(outline: Outline, solid: Solid) -> CavityByLevel:
     return of[1]
 
 
+@dataclass(frozen=True)
+class _Raster:
+    origin_mm: Floats
+    cell_mm: float
+    shape: tuple[int, int]  # rows, columns
+
+    def areas(self, rings: Iterable[Floats]) -> Floats:
+        """Return the area of a region in each cell, row by row, in cells."""
+        return cell_areas(((np.asarray(ring) - self.origin_mm) / self.cell_mm for ring in rings), self.shape).ravel()
+
+    def middles_mm(self, cells: Integers) -> Floats:
+        row, column = np.divmod(cells, self.shape[1])
+        return self.origin_mm + self.cell_mm * (np.column_stack([column, row]) + 0.5)
+
+
 def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
-    levels_mm = _levels_mm(solid)
-    cuts = _cuts(solid, levels_mm)
-    low_mm, high_mm = np.reshape(CrossSection.compose(cuts).bounds(), (2, 2))
-    cell_mm = min(outline.mean_width_mm / ACROSS, STRETCH_MM / ALONG)
-    cell_mm = max(cell_mm, float(np.sqrt(np.prod(high_mm - low_mm) / MOST_CELLS)))
-    origin_mm = low_mm - cell_mm
-    columns, rows = (np.ceil((high_mm - low_mm) / cell_mm).astype(int) + 3).tolist()
+    noise_mm = _noise_mm(solid)
+    levels_mm = _levels_mm(outline, solid, noise_mm)
+    cuts = _cuts(solid, levels_mm, noise_mm)
+    raster = _raster(outline, cuts)
     cells, shares = [], []
-    # From the face down: a sliver between the cells' sub-rows, where walls meet, lies below the cut above it.
-    for cut in reversed(cuts):
-        covered = _covered(cut, origin_mm, cell_mm, (columns, rows)).ravel()
-        inside = np.flatnonzero(covered)
-        cells.append(inside if len(inside) else cells[-1])
-        share = covered[inside] if len(inside) else shares[-1]
-        # The sum over cells is the area of the cut, as the mesh has it.
-        shares.append(share * cut.area() / max(share.sum(), np.finfo(float).tiny))
-    cells, shares = cells[::-1], shares[::-1]
-    deep = levels_mm < -RIM * solid.depth_mm if solid.tilt == "modelled" else levels_mm <= 0
-    inside = np.zeros(rows * columns, dtype=bool)
-    inside[np.concatenate([at for at, counts in zip(cells, deep, strict=True) if counts])] = True
-    length_mm = outline.length_mm
-    ends_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STRETCH_MM), 2, MOST_STRETCHES)) + 1)
-    stretch, ends_mm = _stretches(outline, ends_mm, origin_mm, cell_mm, inside.reshape(rows, columns))
-    area_mm2 = [np.bincount(stretch[at], share, len(ends_mm))[1:] for at, share in zip(cells, shares, strict=True)]
-    return CavityByLevel(ends_mm, levels_mm, _up_to_the_ends(levels_mm, np.array(area_mm2, dtype=float).T))
+    for cut in cuts:
+        covered = raster.areas(cut.to_polygons())
+        cells.append(np.flatnonzero(covered > LEAST_SHARE))
+        shares.append(covered[cells[-1]])
+    inside = np.zeros(raster.shape, dtype=bool)
+    inside.ravel()[np.concatenate(cells)] = True
+    s_mm = _arc_lengths_mm(outline, raster, inside)
+    count = max(int(np.ceil(outline.length_mm / raster.cell_mm)), 2)
+    ends_mm = np.linspace(0.0, outline.length_mm, count + 1)
+    # Each cell is as long as a bin, and shared between the two that it lies in; bin ``count`` is that of no crack.
+    place = s_mm / ends_mm[1] - 0.5
+    first = np.floor(place)
+    later = place - first
+    one, other = (np.where(s_mm < 0, count, bins.clip(0, count - 1)).astype(np.int32) for bins in (first, first + 1))
+    area_mm2 = np.empty((count, len(cuts)))
+    for level, (at, share) in enumerate(zip(cells, shares, strict=True)):
+        to_other = share * later[at]
+        sums = np.bincount(one[at], share - to_other, count + 1) + np.bincount(other[at], to_other, count + 1)
+        area_mm2[:, level] = sums[:count] * raster.cell_mm**2
+    area_mm2 = _up_to_the_ends(levels_mm, area_mm2, noise_mm, ends_mm[1])
+    return CavityByLevel(ends_mm, levels_mm, area_mm2, -solid.depth_at_mm((ends_mm[1:] + ends_mm[:-1]) / 2))
 
 
-def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats) -> Floats:
-    """Return areas whose first and last, cut beside the deepest floor and the face, are continued to these."""
-    for end, inner in ((0, 1), (-1, -2)):
-        share = BESIDE_MM / (abs(levels_mm[end] - levels_mm[inner]) - BESIDE_MM)
-        area_mm2[:, end] += share * (area_mm2[:, end] - area_mm2[:, inner])
+def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
+    """Return a raster around the cuts and the walls."""
+    walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm])
+    corners_mm = np.vstack([walls_mm, *(np.reshape(cut.bounds(), (2, 2)) for cut in cuts if not cut.is_empty())])
+    low_mm, high_mm = corners_mm.min(axis=0), corners_mm.max(axis=0)
+    cell_mm = min(outline.mean_width_mm / ACROSS, LARGEST_MM)
+    mouth_mm2 = outline.mean_width_mm * outline.length_mm
+    cell_mm = max(cell_mm, float(np.sqrt(max(np.prod(high_mm - low_mm) / MOST_CELLS, mouth_mm2 / MOST_IN_MOUTH))))
+    columns, rows = (np.ceil((high_mm - low_mm) / cell_mm).astype(int) + 3).tolist()
+    return _Raster(low_mm - cell_mm, cell_mm, (rows, columns))
+
+
+def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Floats:
+    """Return the arc length of the place on the main crack nearest to each cell, row by row; -1 if it meets none.
+
+    A cell that lies between the walls by any part of it is of the main crack: a gap beside a stone may have no other.
+    """
+    walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm[::-1]])
+    main = np.flatnonzero((np.abs(raster.areas([walls_mm])) > LEAST_SHARE) & inside.ravel())
+    main_mm = arc_length_at(raster.middles_mm(main), outline.centreline_mm).clip(0.0, outline.length_mm)
+    nearest = np.zeros(inside.shape, dtype=np.int32)
+    nearest.ravel()[main] = np.arange(1, len(main) + 1)
+    nearest = watershed(np.zeros(inside.shape, np.uint8), nearest, connectivity=2, mask=inside)
+    return np.append(-1.0, main_mm)[nearest.ravel()]
+
+
+def _noise_mm(solid: Solid) -> float:
+    """Return the depth of the hollows in an imported sample's face, by the median height of its vertices; 0 if plane.
+
+    A rounded or chamfered mouth does not reach the median, and so is no noise.
+    """
+    if solid.figures.mesh is None:
+        return 0.0
+    corners_mm = solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.TOP]]
+    height_mm = np.abs(corners_mm[:, :, 2]).ravel()
+    order = np.argsort(height_mm)
+    area_mm2 = np.cumsum(np.repeat(_plan_areas_mm2(corners_mm), 3)[order])
+    median_mm = float(height_mm[order][np.searchsorted(area_mm2, area_mm2[-1] / 2)])
+    noise_mm = min(NOISE * median_mm / NORMAL_MEDIAN, MOST_NOISE * solid.depth_mm)
+    return noise_mm if noise_mm > 2 * BESIDE_MM else 0.0
+
+
+def _plan_areas_mm2(corners_mm: Floats) -> Floats:
+    """Return the area of each facet (n, 3, 3) as seen from above, (n,)."""
+    (x1, y1), (x2, y2) = ((corners_mm[:, corner, :2] - corners_mm[:, 0, :2]).T for corner in (1, 2))
+    return np.abs(x1 * y2 - x2 * y1) / 2
+
+
+def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats, noise_mm: float, bin_mm: float) -> Floats:
+    """Return areas up to the deepest floor and the face; the first cut is beside the floor, the last beside the face.
+
+    Hollows of a rough face meet the crack. Areas are continued from below them by the walls' slope, the lesser one of
+    two layers, since a ledge is no slope.
+    """
+    share = BESIDE_MM / (levels_mm[1] - levels_mm[0] - BESIDE_MM)
+    area_mm2[:, 0] += share * (area_mm2[:, 0] - area_mm2[:, 1])
+    if noise_mm:
+        lowest, middle, highest = (area_mm2[:, np.searchsorted(levels_mm, -part * noise_mm)] for part in (2, 1.5, 1))
+        width = max(int(SMOOTHED_MM / bin_mm), 1)
+        lower, upper = uniform_filter1d([middle - lowest, highest - middle], width, axis=1)
+        slope = np.where(lower * upper > 0, np.sign(lower) * np.minimum(np.abs(lower), np.abs(upper)), 0.0)
+        area_mm2[:, -1] = highest + 2 * slope
+    else:
+        share = BESIDE_MM / (levels_mm[-1] - levels_mm[-2] - BESIDE_MM)
+        area_mm2[:, -1] += share * (area_mm2[:, -1] - area_mm2[:, -2])
     return area_mm2.clip(min=0.0)
 
 
-def _levels_mm(solid: Solid) -> Floats:
-    """Return levels from the deepest floor to the face, and two beside each floor that is level, increasing."""
-    depth_mm, count = np.unique(np.round(solid.sections.depth_mm, 6), return_counts=True)
-    floors_mm = -depth_mm[(count > 1) & (depth_mm < solid.depth_mm - 2 * BESIDE_MM) & (depth_mm > 2 * BESIDE_MM)]
+def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
+    """Return levels from the deepest floor to the face, increasing; two beside each height at which facets are level.
+
+    None is in the hollows of a rough face.
+    """
     even_mm = np.linspace(-solid.depth_mm, 0.0, LEVELS)
     finer_mm = even_mm[0] + (even_mm[1] - even_mm[0]) * FINER
-    return np.unique(np.concatenate([even_mm, finer_mm, floors_mm - BESIDE_MM, floors_mm + BESIDE_MM]))
+    noisy_mm = -noise_mm * np.array([2.0, 1.5, 1.0])
+    inner_mm = np.concatenate([even_mm[1:-1], finer_mm, _beside_flats_mm(outline, solid), noisy_mm])
+    inner_mm = inner_mm[(inner_mm > even_mm[0] + 2 * BESIDE_MM) & (inner_mm <= -max(noise_mm, 2 * BESIDE_MM))]
+    return np.concatenate([even_mm[:1], np.unique(inner_mm), even_mm[-1:]])
 
 
-def _cuts(solid: Solid, levels_mm: Floats) -> list[CrossSection]:
+def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
+    """Return the levels just below and above the level facets of each height, of the heights with most of them."""
+    corners_mm = solid.vertices_mm[solid.faces]
+    low_mm, high_mm = corners_mm[:, :, 2].min(axis=1), corners_mm[:, :, 2].max(axis=1)
+    flat = (high_mm - low_mm < LEVEL_MM) & (low_mm > -solid.depth_mm - BESIDE_MM) & (high_mm < -BESIDE_MM)
+    low_mm, high_mm = low_mm[flat], high_mm[flat]
+    _, height = np.unique(np.round((low_mm + high_mm) / 2 / LEVEL_MM), return_inverse=True)
+    total_mm2 = np.bincount(height, _plan_areas_mm2(corners_mm[flat]))
+    large = np.argsort(-total_mm2, kind="stable")[:MOST_FLATS]
+    large = large[total_mm2[large] > LEAST_OF_MOUTH * outline.mean_width_mm * outline.length_mm]
+    ends_mm = [(low_mm[height == one].min() - BESIDE_MM, high_mm[height == one].max() + BESIDE_MM) for one in large]
+    return np.array(ends_mm).ravel()
+
+
+def _cuts(solid: Solid, levels_mm: Floats, noise_mm: float) -> list[CrossSection]:
     """Return the level cuts of what the mesh leaves of its block, just above the deepest floor and below the face."""
     x_min, y_min, x_max, y_max = solid.block_mm
     block = CrossSection.square((x_max - x_min, y_max - y_min)).translate((x_min, y_min))
     # Copies, since it takes no array that is read-only or a view.
     body = Manifold(Mesh64(np.array(solid.vertices_mm, float), np.array(solid.faces, np.uint64)))
-    inside_mm = levels_mm.clip(levels_mm[0] + BESIDE_MM, levels_mm[-1] - BESIDE_MM)
+    inside_mm = levels_mm.clip(levels_mm[0] + BESIDE_MM, levels_mm[-1] - max(noise_mm, BESIDE_MM))
     return [block - body.slice(level_mm) for level_mm in inside_mm.tolist()]
-
-
-def _covered(cut: CrossSection, origin_mm: Floats, cell_mm: float, shape: tuple[int, int]) -> Floats:
-    """Return the area of a cut in each cell of (columns, rows), (rows, columns); its islands run clockwise."""
-    covered = np.zeros(shape[::-1])
-    for ring in map(np.asarray, cut.to_polygons()):
-        turn = np.sign((ring[:, 0] * np.roll(ring[:, 1], -1) - np.roll(ring[:, 0], -1) * ring[:, 1]).sum())
-        covered += turn * coverage((ring - origin_mm) / cell_mm, shape)
-    return covered.clip(min=0.0)
-
-
-def _stretches(
-    outline: Outline, ends_mm: Floats, origin_mm: Floats, cell_mm: float, inside: np.ndarray
-) -> tuple[Integers, Floats]:
-    """Return the stretch of each cell, row by row, from 1, and the ends of the stretches, half way between their cells.
-
-    Cells that do not meet the crack have 0.
-    """
-    rows, columns = inside.shape
-    walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm[::-1]])
-    between = coverage((walls_mm - origin_mm) / cell_mm, (columns, rows))
-    row, column = np.nonzero((between > 0.5) & inside)
-    s_mm = arc_length_at(origin_mm + cell_mm * np.column_stack([column, row]), outline.centreline_mm)
-    s_mm = s_mm.clip(ends_mm[0], ends_mm[-1])
-    stretch = np.clip(np.searchsorted(ends_mm, s_mm, side="right"), 1, len(ends_mm) - 1)
-    begun = np.zeros(inside.shape, dtype=np.int32)
-    begun[row, column] = stretch
-    weight = between[row, column]
-    sums = np.array([np.bincount(stretch, values, len(ends_mm))[1:] for values in (weight, weight * s_mm)])
-    middle_mm = np.where(sums[0] > 0, sums[1] / np.maximum(sums[0], 1e-9), (ends_mm[1:] + ends_mm[:-1]) / 2)
-    ends_mm = np.concatenate([ends_mm[:1], (middle_mm[1:] + middle_mm[:-1]) / 2, ends_mm[-1:]])
-    return watershed(np.zeros(inside.shape, np.uint8), begun, connectivity=2, mask=inside).ravel(), ends_mm

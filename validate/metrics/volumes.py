@@ -72,8 +72,7 @@ def _wetted_mm2(profile: Profile, outline: Outline, solid: Solid) -> float:
     """Return the area of the level within the crack, where it is above the floor."""
     cavity = cavity_by_level(outline, solid)
     level_mm = np.interp(cavity.middle_mm, profile.s_mm, profile.level_mm)
-    wet = level_mm > -solid.depth_at_mm(cavity.middle_mm)
-    return float(cavity.area_at_mm2(level_mm)[wet].sum())
+    return float(cavity.area_at_mm2(level_mm)[level_mm > cavity.floor_mm].sum())
 
 
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from manifold3d import Manifold, Mesh64
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
@@ -49,7 +48,8 @@ def test_a_side_crack_is_filled_as_its_root_is():
     outline = with_ring(SLOT, SIDE_CRACK)
     cavity = cavity_by_level(outline, build_solid(outline, CrackShape(depth_mm=12.0, tilt="vertical")))
     root = (cavity.middle_mm > 17.0) & (cavity.middle_mm < 23.0)
-    assert whole_mm3(cavity)[~root] == pytest.approx(np.full((~root).sum(), 6.0 * 12.0), rel=0.15)
+    main_mm3 = 6.0 * 12.0 * np.diff(cavity.ends_mm)
+    assert whole_mm3(cavity)[~root] == pytest.approx(main_mm3[~root], rel=0.15)
     assert whole_mm3(cavity)[root].sum() == pytest.approx(6.0 * 6.0 * 12.0 + 17.0 * 4.0 * 12.0, rel=0.02)
 
 
@@ -61,20 +61,6 @@ def test_a_floor_in_steps_is_where_it_is():
     assert whole_mm3(cavity, -8.0)[shallow] == pytest.approx(0.0, abs=1e-6)
     assert whole_mm3(cavity, -8.0)[cavity.middle_mm < 19.0].sum() == pytest.approx(19.0 * 6.0 * 4.0, rel=0.01)
     assert whole_mm3(cavity, -4.0)[shallow].sum() == pytest.approx(18.0 * 6.0 * 2.0, rel=0.02)
-
-
-def test_hollows_of_a_modelled_face_are_no_crack():
-    """A dent 0.4 mm deep that the crack passes, as scans have them, is left out but for what is over the crack."""
-    solid = build_solid(SLOT, CrackShape(depth_mm=12.0, tilt="vertical"))
-    dent = Manifold.cube((10.0, 16.0, 1.0)).translate((15.0, -8.0, -0.4))
-    mesh = (_body(solid.vertices_mm, solid.faces) - dent).to_mesh64()
-    vertices_mm, faces = np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
-    dented = replace(solid, tilt="modelled", vertices_mm=vertices_mm, faces=faces)
-    assert whole_mm3(cavity_by_level(SLOT, dented)).sum() == pytest.approx(solid.cavity_volume_mm3, rel=2e-3)
-
-
-def _body(vertices_mm: Floats, faces: np.ndarray) -> Manifold:
-    return Manifold(Mesh64(np.array(vertices_mm, float), np.array(faces, np.uint64)))
 
 
 def test_the_cut_is_kept_beside_the_solid():
