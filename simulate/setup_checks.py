@@ -8,7 +8,8 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from sealtwin.core.regime import GRAVITY_M_S2
-from simulate.fluid.solver import Domain, substeps_for
+from simulate.fluid.solver import SLOWEST_SHEAR, Domain, substeps_for
+from simulate.fluid.viscosity import STABLE, explicit_parts
 from simulate.material_file import Material
 from simulate.settings import LEVEL, MOST_SUBSTEPS, THICKNESSES, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import PARTICLES_AT_MOST, Schedule, frames_to_freeze, plan_releases
@@ -41,6 +42,10 @@ paste that faster stiffening paste encloses is compressed until it collapses, fr
 STIFFENING_S = 3.0
 LIMP = 30.0  # Yield stress over rho h^2 / dt, in 1/s, up to which paste may stiffen at any rate
 SHEARED = 100.0  # Shear in 1/s of a jet that hits a bed, at which paste that thickens by shear is as stiff as it gets
+MOST_PASSES = 5000
+"""Most explicit passes of a substep, as many as iterations that a solve may take. Paste at rest takes the most: that of
+1 Pa at a radius of 0.6 mm 2,600, and 36 particles of it in substeps of 2.8 ms a minute for each second of their pour.
+"""
 MOST_AGES = 1_000_000  # Frames up to which a curve is followed where nobody says how long a run lasts
 TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps of diameters and heights, and of radii, that are proposed
 ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32: a release at just the clearance is allowed
@@ -181,8 +186,8 @@ def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST
 def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tuple[Rheology, int]:
     """The fluid in the solver's units, and the number of substeps of a frame.
 
-    Raises InputError if the fluid is stiffer than the viscosity's linear system can be solved for, or stiffens so fast
-    that it collapses.
+    Raises InputError if the fluid is stiffer than the viscosity's linear system can be solved for, or needs more
+    explicit passes than a run has time for, or stiffens so fast that it collapses.
     """
     support = 4 * solver.size_mm * CM
     paste = rheology_of(fluid, support, frame_s, frames)
@@ -191,7 +196,37 @@ def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tupl
         _check_viscosity(fluid, solver, paste, frame_s, substeps)
         _check_yield_stress(fluid, solver)
         _check_stiffening(fluid, solver, paste, frame_s, substeps, frames)
+    else:
+        _check_passes(fluid, solver, paste, frame_s, substeps, frames)
     return paste, substeps
+
+
+def _check_passes(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int, frames: int) -> None:
+    """Raises InputError by the passes of paste that creeps as it comes to rest, at its stiffest age."""
+    lasts_s = frame_s * min(frames, paste.frames_to_freeze)
+    support, shears_per_s = 4 * solver.size_mm * CM, (SLOWEST_SHEAR, SHEARED)
+    parts = explicit_parts(paste, support, frame_s, substeps, shears_per_s=shears_per_s, lasts_s=lasts_s)
+    thick = next((key for key in THICKNESSES if getattr(fluid, key) is not None), "curve")
+    stress_pa = paste.reached_cm2_s2(lasts_s) * fluid.density_kg_m3 / CM2_IN_M2
+    stiff, verb = (
+        ("yield_stress_pa", "is") if stress_pa <= fluid.yield_stress_pa else ("yield_stress_most_pa", "reaches")
+    )
+    of = [(thick, "is", getattr(fluid, thick)), (stiff, verb, stress_pa), ("D_cm", "is", fluid.D_cm)]
+    if (passes := sum(parts) / STABLE) <= MOST_PASSES:
+        return
+    part, (key, verb, value) = max(zip(parts, of, strict=True), key=lambda one: one[0])
+    left = STABLE * MOST_PASSES - (sum(parts) - part)
+    found, allowed = f"fluid.{key} {verb} {value:.6g}" if fluid.curve is None else "fluid.curve is too stiff", "Give"
+    if left > 0 and fluid.curve is None:
+        softer = rheology_of(fluid.model_copy(update={key: value * left / part}), support, frame_s, frames)
+        # Softer sealant may have longer substeps, in which all parts are larger.
+        left = STABLE * MOST_PASSES * min(1.0, substeps_for(solver, softer, frame_s) / substeps) - (sum(parts) - part)
+        allowed = f"Give at most {_rounded_down(value * left / part)}, or" if left > 0 else "Give"
+    raise InputError(
+        f'{found}: with solver.viscosity_solve = "explicit" paste that comes to rest takes {passes:.3g} passes a '
+        f"substep {_in_substeps(solver, frame_s, substeps)}, and {MOST_PASSES} are allowed. {allowed} "
+        'solver.viscosity_solve = "implicit".'
+    )
 
 
 def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int) -> None:

@@ -15,13 +15,32 @@ from simulate.fluid.launcher import Launcher, RowLaunch
 from simulate.fluid.state import SPARE, MoversList, State
 from simulate.kernels import conjugate_gradients as device_code
 from simulate.kernels.viscosity import ViscosityKernels
+from simulate.setup.rheology import DAMPS, Rheology, kinematic_viscosity, no_slip_weight
 
 OF_THE_RIGHT = 2e-2  # Largest residual over the right side: a fifth of what a coarser step in time changes
 OF_THE_CHANGE = 1e-2
 """Largest residual over that of no viscosity at all: without it the solve would end before a thin fluid is slowed."""
 ITERATIONS_AT_MOST = 5000  # Limit of the conjugate gradients; paste of 10,000 Pa takes up to 1,300
 STABLE = 0.9  # Largest part of a velocity that one explicit pass may take away: above 1 it overshoots, at 2 it explodes
+AT_WALLS = 5.0  # Part of a velocity that walls on three sides take at most, over D / h
 FRESH_SHEAR = 10.0  # Shear in 1/s of a particle just released, whose neighbours belong to an earlier release
+
+
+def explicit_parts(
+    paste: Rheology, support: float, frame_s: float, substeps: int, *, shears_per_s: tuple[float, float], lasts_s: float
+) -> tuple[float, float, float]:
+    """Parts of a velocity that thickness, yield stress and D take at most in a substep; their sum may be far over 1.
+
+    ``shears_per_s`` are the slowest shear and that of a jet. Lengths are in cm.
+    """
+    step_s = frame_s / substeps
+    per_viscosity = DAMPS * step_s / support**2
+    if paste.sticks:
+        per_viscosity += AT_WALLS * no_slip_weight(1.0, support, step_s) / support
+    thick = kinematic_viscosity(float(paste.course[:, 0].max()), support, frame_s)
+    thick *= max(shear ** (paste.flow_index - 1) for shear in shears_per_s)
+    stiff = paste.reached_cm2_s2(lasts_s) / shears_per_s[0]
+    return thick * per_viscosity, stiff * per_viscosity, AT_WALLS * paste.wall_weight_cm / substeps / support
 
 
 class Viscosity:

@@ -75,6 +75,11 @@ class Rheology(NamedTuple):
         kinematic = kinematic_viscosity(1.0, support, frame_s) * SWINGS ** (self.flow_index - 1) * thin + tau / SWINGS
         return float(DAMPS * kinematic.min() * frame_s / substeps / support**2)
 
+    def reached_cm2_s2(self, age_s: float) -> float:
+        """The largest yield stress up to an age, over the density."""
+        given = max(float(self.course[:, 1].max()), self.yield_cm2_s2)
+        return max(given, min(self.yield_most_cm2_s2, given + self.stiffening_cm2_s3 * age_s))
+
     @property
     def freezes(self) -> bool:
         return self.frames_to_freeze < NEVER

@@ -8,6 +8,7 @@ from sealtwin.core.records import Outline, Solid, Trajectory
 from simulate.slot.fill import CELLS
 from simulate.slot.flux import HerschelBulkley
 from simulate.slot.mound import MOUND
+from simulate.slot.narrows import goes_on, narrows
 from simulate.slot.sections import Trapezoids, sections_of, trapezoid_misfit
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
@@ -15,6 +16,9 @@ STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
 MOST_MISFIT = 0.05
 """Largest difference of areas below a level between a mesh's sections and trapezoids: at a depth of 10 mm, levels are
 wrong by half a millimetre. Also that of the volume of the sections from the crack's."""
+MOST_HELD_MM, MOST_DRAGGED = 0.5, 0.25
+"""Largest step of the level that narrow places hold beyond what sections do, and largest share of the crack's length
+that they add to the way of a liquid. At both a fill with those places is off by 0.6 mm at most (decision 0175)."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,14 @@ class Fitness:
     left_out: float = 0.0
     """Share of the crack's volume that this model's sections leave out: side cracks, and room under closed tips whose
     walls open downward. Below 0 if they have more than the crack."""
+    held_mm: float = 0.0
+    """Step of the level that stones, walls across and necks hold, beyond what sections hold there."""
+    dragged: float = 0.0
+    """Length of crack that would slow a liquid as much as they do, over that of the crack."""
+    narrowest_mm: float = 0.0
+    """Arc length of the one that does most."""
+    goes_on_mm: float | None = None
+    """Arc length of an end beyond which the cavity goes on under the face; None if it ends there."""
 
     @property
     def unfit(self) -> tuple[str, ...]:
@@ -62,6 +74,12 @@ class Fitness:
                 f"The level stands up to {self.above_mm:.1f} mm above the face, and of overspill this model knows a "
                 f"slump beside the mouth alone; {HIGHEST_MM:g} mm are allowed."
             )
+        return (*found, *self.of_the_crack)
+
+    @property
+    def of_the_crack(self) -> tuple[str, ...]:
+        """Those of the reasons that follow from the crack's shape: as long as it is filled as much, with such paste."""
+        found = []
         if self.misfit > MOST_MISFIT:
             found.append(
                 f"The walls of this mesh are not straight: below a level, sections hold {self.misfit:.0%} of their "
@@ -73,7 +91,30 @@ class Fitness:
                 f"than the crack, of which they leave out side cracks and room under closed tips; {MOST_MISFIT:.0%} is "
                 "allowed."
             )
+        if self.held_mm > MOST_HELD_MM or self.dragged > MOST_DRAGGED:
+            found.append(f"{self._narrow}; this model averages them over its sections.")
+        if self.goes_on_mm is not None:
+            found.append(
+                f"The cavity goes on under the face beyond the end of its mouth at s = {self.goes_on_mm:.1f} mm, where "
+                "this model has a wall."
+            )
         return tuple(found)
+
+    @property
+    def _narrow(self) -> str:
+        """Return what narrow places do, in words."""
+        place = f"Stones, a wall across or a neck, most at s = {self.narrowest_mm:.1f} mm,"
+        if not np.isfinite(self.dragged):
+            return f"{place} close the crack below the level of the sealant"
+        done = []
+        if self.held_mm > MOST_HELD_MM:
+            done.append(f"hold a step of the level of up to {self.held_mm:.2g} mm ({MOST_HELD_MM:g} are allowed)")
+        if self.dragged > MOST_DRAGGED:
+            done.append(
+                f"slow what flows as {float(f'{self.dragged:.2g}'):g} times the crack's length would "
+                f"({MOST_DRAGGED:g} is allowed)"
+            )
+        return f"{place} {' and '.join(done)}"
 
 
 def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: HerschelBulkley) -> Fitness:
@@ -84,7 +125,10 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
     held_mm = paste.yield_stress_pa / paste.weight_pa_mm
     slope, mound_mm = _held(sections, min(fill, 1.0), held_mm)
     allowed = _held(sections, min(fill, FULLEST), held_mm)
+    narrow = narrows(outline, solid, sections, fill)
     excess = max(allowed[0] / STEEPEST, allowed[1] / TALLEST_MM)
+    if narrow.drags_mm <= MOST_DRAGGED * outline.length_mm:
+        excess = max(excess, slope * narrow.holds_mm / MOST_HELD_MM)
     most_pa = _rounded_down(paste.yield_stress_pa / excess) if excess > 0 else np.inf
     return Fitness(
         slope,
@@ -93,6 +137,10 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
         most_pa,
         misfit=trapezoid_misfit(sections, solid),
         left_out=1 - sections_mm3 / solid.cavity_volume_mm3,
+        held_mm=slope * narrow.holds_mm if slope > 0 else 0.0,
+        dragged=narrow.drags_mm / outline.length_mm,
+        narrowest_mm=narrow.s_mm,
+        goes_on_mm=goes_on(outline, solid),
     )
 
 

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from benchmarks.material import FRAMES, TABLES, wave_decay
 from sealtwin.core.errors import InputError
 from simulate.fluid.solver import FluidSolver
+from simulate.fluid.viscosity import STABLE, explicit_parts
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup.rheology import Rheology
 from simulate.setup_checks import check_fit, rheology_of, solved_as
@@ -186,7 +187,54 @@ def test_a_yield_stress_that_is_not_solved_for_is_refused_with_one_that_is(key, 
     with pytest.raises(InputError, match=rf"fluid\.{re.escape(key)}.* at most {most}\b"):
         solved_as(fluid(**law | asked), solver, FRAME_S, 1000)
     solved_as(fluid(**law | asked | allowed), solver, FRAME_S, 1000)
-    solved_as(fluid(**law | asked), Solver(substeps=4, viscosity_solve="explicit"), FRAME_S, 1000)
+
+
+@pytest.mark.parametrize(
+    ("asked", "key", "allowed"),
+    [
+        # 5,000 passes take 0.9 each of (33 + 16) nu dt / h^2, with tau / 0.002 per s for the viscosity
+        ({"viscosity_pa_s": 1.0, "yield_stress_pa": 9000.0}, "yield_stress_pa is 9000", {"yield_stress_pa": 0.45}),
+        ({"viscosity_pa_s": 1.0, "yield_stress_pa": 1.0}, "yield_stress_pa is 1", {"yield_stress_pa": 0.45}),
+        (
+            {"viscosity_pa_s": 1.0, "structuration_pa_per_s": 10.0},
+            "yield_stress_most_pa reaches 72.3",
+            {"yield_stress_most_pa": 0.45},
+        ),
+        ({"viscosity_pa_s": 9000.0}, "viscosity_pa_s is 9000", {"viscosity_pa_s": 220.0}),
+        ({"consistency_pa_s_n": 50.0, "flow_index": 0.2}, "consistency_pa_s_n is 50", {"consistency_pa_s_n": 1.6}),
+        ({"U": 1e6, "D_cm": 0.3}, "U is 1e+06", {"U": 1.5e5}),
+        ({"U": 30.0, "D_cm": 1e3}, "D_cm is 1000", {"D_cm": 570.0}),
+    ],
+)
+def test_what_needs_more_explicit_passes_than_a_run_has_time_for_is_refused(asked, key, allowed):
+    """Pastes were accepted up to 10,000 Pa, which would take 10,000 times as many passes as one of 1 Pa."""
+    solver = Solver(substeps=4, viscosity_solve="explicit")
+    with pytest.raises(InputError, match=rf"fluid\.{re.escape(key)}: .*implicit") as refused:
+        solved_as(fluid(**asked), solver, FRAME_S, 1000)
+    named = re.search(r"at most ([\d.e+]+),", str(refused.value))
+    assert named is not None
+    (name, low), most = next(iter(allowed.items())), float(named[1])
+    assert low < most < 1.6 * low
+    solved_as(fluid(**asked | {name: most}), solver, FRAME_S, 1000)
+
+
+def test_a_curve_that_needs_too_many_explicit_passes_is_refused_without_a_value():
+    stiffens = fluid(curve={"age_s": [0, 10], "viscosity_pa_s": [1, 1], "yield_stress_pa": [0, 3000]})
+    with pytest.raises(InputError, match=r'fluid\.curve .* Give solver\.viscosity_solve = "implicit"'):
+        solved_as(stiffens, Solver(viscosity_solve="explicit"), FRAME_S, 1000)
+
+
+@pytest.mark.parametrize(("law", "width_mm"), [({"viscosity_pa_s": 20.0}, 6.0), ({"U": 0.0, "D_cm": 3.0}, 1.6)])
+def test_explicit_passes_that_are_reckoned_with_are_no_fewer_than_those_made(law, width_mm):
+    """Particles packed between walls, in which a corner takes most; at most twice as many."""
+    paste, _ = solved_as(fluid(**law), Solver(substeps=4, viscosity_solve="explicit"), FRAME_S, 1000)
+    half_mm = width_mm / 2 - 0.25
+    points = lattice(np.array([0.2, -half_mm, -15.7]), np.array([5.8, half_mm, -6]), 0.65)
+    engine = engine_with(points, slot(width_mm=width_mm), fluid=paste)
+    _prepare(engine)
+    made = engine.viscosity.pass_explicit(engine.rows)
+    parts = explicit_parts(paste, SUPPORT_CM, FRAME_S, 4, shears_per_s=(0.002, 100.0), lasts_s=1.0)
+    assert 0.5 < made / (sum(parts) / STABLE) <= 1.0
 
 
 def test_paste_may_stiffen_at_any_rate_in_a_short_run_and_in_short_substeps():

@@ -4,6 +4,7 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from digitise.settings import CrackShape, NozzlePath
@@ -109,3 +110,11 @@ def test_a_long_path_is_thinned(tmp_path):
     assert found is not None
     assert len(found.path["t_s"]) == len(found.widths[0].given_mm3) == MOST_PLACES
     assert found.widths[0].given_mm3[-1] == pytest.approx(1200.0)
+
+
+def test_the_page_says_what_the_crack_s_shape_hides_from_its_model(tmp_path):
+    """A bar along half of the slot; the page, which computes no such reason, called it fit."""
+    ring_mm = np.array([(10.0, -0.4), (10.0, 0.4), (30.0, 0.4), (30.0, -0.4)])
+    found = modelled(tmp_path, replace(straight_slot(40.0), islands_mm=(ring_mm,)))
+    assert found is not None
+    assert any(why.startswith("Stones,") for why in found.unknown)

@@ -1,0 +1,150 @@
+"""Narrow and divided places of a crack, which a section's mean does not show: how much they hold back, and where."""
+
+from dataclasses import replace
+
+import manifold3d
+import numpy as np
+import pytest
+
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
+from sealtwin.core.records import Floats, Outline, Solid
+from simulate.slot.fitness import Fitness, fitness_of
+from simulate.slot.flux import HerschelBulkley
+from simulate.slot.narrows import goes_on, narrows
+from simulate.slot.sections import sections_of
+from tests.fluids import hewn, path
+from tests.meshes import box
+from tests.shapes import CLOSED, CUT, closed_crack, oblique_slot, pinched_crack, straight_slot, wandering_crack
+
+LENGTH_MM, WIDTH_MM, DEPTH_MM = 40.0, 6.0, 12.0
+BLOCK_MM = (-10.0, -15.0, 50.0, 15.0)
+
+
+def stone(length_mm: float, width_mm: float, y_mm: float = 0.0, x_mm: float = 20.0) -> Floats:
+    """A clockwise ring: an octagon's finer kin if it is as long as wide, else a bar."""
+    turn = -np.linspace(0.0, 2 * np.pi, 49)[:-1] if length_mm == width_mm else -np.pi * (np.arange(4) / 2 + 0.25)
+    ring = np.column_stack([np.cos(turn), np.sin(turn)])
+    return [x_mm, y_mm] + ring / np.ptp(ring, axis=0) * [length_mm, width_mm]
+
+
+def built(outline: Outline, *stones: Floats, depth_mm: object = DEPTH_MM, **shape: object) -> tuple[Solid, Outline]:
+    outline = replace(outline, islands_mm=stones)
+    settings = {"depth_mm": depth_mm, "tilt": "vertical", "wall_angle_deg": 0.0, **shape}
+    return build_solid(outline, CrackShape.model_validate(settings)), outline
+
+
+def slot_with(*stones: Floats, **shape: object) -> tuple[Solid, Outline]:
+    return built(straight_slot(LENGTH_MM, WIDTH_MM, CUT), *stones, **shape)
+
+
+def imported(*rooms: manifold3d.Manifold, filled: manifold3d.Manifold | None = None) -> tuple[Solid, Outline]:
+    """A block less a slot and other rooms, as of a mesh; its sections are those of the slot alone."""
+    low, high = (*BLOCK_MM[:2], -18.0), (*BLOCK_MM[2:], 0.0)
+    slot = box((0.0, -3.0, -DEPTH_MM), (LENGTH_MM, 3.0, 1.0))
+    body = box(low, high) - manifold3d.Manifold.batch_boolean([slot, *rooms], manifold3d.OpType.Add)
+    solid = hewn(body if filled is None else body + filled, BLOCK_MM, DEPTH_MM)
+    own, outline = slot_with()
+    levels_mm = np.linspace(-DEPTH_MM, 0.0, 49)
+    below_mm2 = np.tile(WIDTH_MM * (levels_mm + DEPTH_MM), (len(own.sections.s_mm), 1))
+    table = replace(own.sections, levels_mm=levels_mm, below_mm2=below_mm2)
+    return replace(solid, tilt="modelled", sections=table), replace(outline, ends=CLOSED)
+
+
+def judged(crack: tuple[Solid, Outline], stress_pa: float = 5.0, fill: float = 0.5) -> Fitness:
+    solid, outline = crack
+    volume_ml = fill * solid.cavity_volume_mm3 / 1e3
+    return fitness_of(solid, outline, path(outline, volume_ml), HerschelBulkley(1690.0, stress_pa, 0.3))
+
+
+def test_a_bar_along_all_of_a_slot_holds_what_two_gaps_of_half_the_width_do():
+    """By area over perimeter, corners left out; the length that it adds times the slope is what levels are off by."""
+    solid, outline = slot_with(stone(39.4, 0.5))
+    sections = sections_of(outline, solid, 60, reach_per_mm=0.0)
+    area_mm2 = sections.full_mm2 / 2
+    height_mm = sections.height_mm(area_mm2)
+    one = sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
+    two = sections.holding_mm(2.75 * height_mm, 2.75 + 2 * height_mm)
+    found = narrows(outline, solid, sections, 0.5)
+    # Of 40 mm 38.7 lie in cells that count, in which 0.05 is tolerated; a layer of a cut is a hundredth of its depth.
+    assert found.holds_mm == pytest.approx(38.7 * ((one / two)[30] - 1.05), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("crack", "place_mm"),
+    [
+        (lambda: slot_with(stone(5.97, 5.97)), 20.0),
+        (lambda: slot_with(stone(39.4, 0.5)), None),
+        (lambda: slot_with(stone(4.0, 4.0, 0.7)), 20.0),
+        (
+            lambda: slot_with(depth_mm=((0.0, 12.0), (9.8, 12.0), (9.9, 1.0), (10.1, 1.0), (10.2, 12.0), (40.0, 12.0))),
+            10.0,
+        ),
+        (lambda: imported(filled=box((30.0, -3.0, -12.0), (30.3, 3.0, -1.0))), 30.0),
+        (lambda: imported(filled=box((30.0, -3.0, -12.0), (30.3, 2.99, 0.0))), 30.0),
+        (lambda: imported(filled=box((1.0, -0.2, -12.0), (39.0, 0.2, 0.0))), None),
+    ],
+    ids=["closing stone", "bar", "stone aside", "dam", "wall in a mesh", "wall with a slit", "bar in a mesh"],
+)
+def test_what_holds_back_more_than_sections_have_is_unfit_and_its_place_is_named(crack, place_mm):
+    """All of them were fit."""
+    found = judged(crack())
+    assert any("hold a step" in why or "close the crack" in why for why in found.of_the_crack)
+    if place_mm is not None:
+        assert found.narrowest_mm == pytest.approx(place_mm, abs=2.0)
+        assert f"s = {found.narrowest_mm:.1f} mm" in str(found.unfit)
+
+
+def test_a_liquid_is_slowed_by_a_stone_that_closes_the_crack():
+    assert "slow what flows" in str(judged(slot_with(stone(5.97, 5.97)), stress_pa=0.0).unfit)
+    assert judged(slot_with(stone(3.0, 3.0)), stress_pa=0.0).unfit == ()
+
+
+@pytest.mark.parametrize("fill", [0.2, 0.5, 0.9])
+@pytest.mark.parametrize(
+    "crack",
+    [
+        lambda: slot_with(),
+        lambda: slot_with(stone(0.6, 0.6)),
+        lambda: slot_with(stone(0.6, 0.6), tilt="lean", wall_angle_deg=20.0),
+        lambda: slot_with(depth_mm=((0.0, 12.0), (20.0, 12.0), (20.01, 4.0), (40.0, 4.0))),
+        lambda: built(wandering_crack(0), tilt="flare", wall_angle_deg=5.5),
+        lambda: built(closed_crack(0)),
+        lambda: built(pinched_crack(0, neck_mm=1.0)),
+        lambda: built(oblique_slot(6.0), stone(0.6, 0.6, 20.0, 80.0)),
+        lambda: imported(),
+        lambda: imported(box((-2.0, -15.0, -8.0), (-1.0, 15.0, 1.0))),
+    ],
+    ids=[
+        "plain",
+        "small stone",
+        "lean",
+        "step",
+        "wanders",
+        "tapers",
+        "pinched",
+        "oblique",
+        "mesh",
+        "slot beside a mesh's",
+    ],
+)
+def test_what_sections_have_is_fit(crack, fill):
+    """At a slope of 0.45, the steepest that the model has, the step would be a third of what is allowed."""
+    solid, outline = crack()
+    found = narrows(outline, solid, sections_of(outline, solid, 60, reach_per_mm=0.0), fill)
+    assert 0.45 * found.holds_mm < 0.4
+    assert found.drags_mm < 0.1 * outline.length_mm
+    assert goes_on(outline, solid) is None
+
+
+def test_a_cavity_that_goes_on_under_the_face_is_unfit():
+    """As under a roof, at which the mouth ends."""
+    found = judged(imported(box((39.0, -3.0, -12.0), (48.0, 3.0, -3.0))))
+    assert found.goes_on_mm == pytest.approx(LENGTH_MM)
+    assert "goes on under the face" in str(found.unfit)
+
+
+def test_the_stress_that_it_is_fit_with_is_fit():
+    crack = slot_with(stone(2.4, 2.4))
+    assert "hold a step" in str((found := judged(crack, stress_pa=12.0)).unfit)
+    assert judged(crack, stress_pa=found.most_pa).unfit == ()
