@@ -77,6 +77,7 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Fi
     content = {
         "version": 1,
         "page": shown(out / PAGE),
+        "finding": sheet.finding,
         "runs": [
             {
                 "number": index + 1,

@@ -296,7 +296,7 @@ def _compared(bench: Bench, trial: Trial, profile: Profile) -> dict[str, Any]:
 
     held, sample = trial.readings, (bench.outline, bench.solid)
     comparison = compare(profile, bench.readings, *sample, role=held.role, photo_data=trial.shown_by.data)
-    names = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm")
+    names = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm", "stations_compared")
     m = comparison.metrics
     curves = best_curves(bench.readings, m.covered_from_mm, m.covered_to_mm, range(1, MOST_NUMBERS + 1))
     return {**{name: getattr(m, name) for name in names}, "baselines": [one.model_dump() for one in curves]}

@@ -300,6 +300,7 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         "flat_level_error_mm": round(chart.best.flat_level_error_mm, 4),
         "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
         "baselines": [one.model_dump() for one in chart.baselines],
+        "against_baselines": chart.beside_baselines,
         "scatter_of_runs_mm": round(chart.scatter_mm, 4),
         "scatter_of_replicates_mm": scatter_mm and round(scatter_mm, 4),
         "screening": chart.screening,
