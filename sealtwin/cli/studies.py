@@ -216,6 +216,7 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
         lines.append("No process computes it now; the same command computes what is left.")
     if swept["screening"]:
         lines.append(swept["screening"])
+    lines += swept["fluid_warnings"]
     if best is not None:
         lines.append(
             f"Nearest to the readings: run {best['number']} ({_said(best['settings'])}), "

@@ -21,6 +21,7 @@ from sealtwin.study.runner import INPUTS, read_bench, ready
 from sealtwin.study.study_folder import (
     Plan,
     StudyRun,
+    fluid_warnings,
     is_intact,
     other_versions,
     profile_path,
@@ -217,6 +218,8 @@ def chart_of(
         scatter_mm=scatter_mm,
         as_near=as_near,
         replicates=replicates,
+        unused=budget.unused,
+        fluid_warnings=tuple(fluid_warnings(done)),
         screening=screening([run for run in plan.runs if run.state == "done"]),
         fitted=len({*(axis.setting for axis in axes), *(settings.fitted or ())}),
     )
@@ -304,6 +307,8 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         "scatter_of_runs_mm": round(chart.scatter_mm, 4),
         "scatter_of_replicates_mm": scatter_mm and round(scatter_mm, 4),
         "screening": chart.screening,
+        "unused": chart.unused,
+        "fluid_warnings": chart.fluid_warnings,
         "excluded": [vars(each) for each in chart.excluded],
         "runs": rows,
         "files": [CONTENT, *written],

@@ -233,6 +233,7 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
         "best": _best(runs),
         "not_ranked": _not_ranked(runs),
         "screening": screening(runs),
+        "fluid_warnings": study_folder.fluid_warnings(runs),
         "exit_code": BUG if any(run.trace for run in failed) else SOME_FAILED if failed else 0,
         "runs": rows,
     }

@@ -220,6 +220,8 @@ class Chart:
     of that one alone without replicates."""
     replicates: RepeatedPairs | None = None
     screening: str = ""  # Sentence on the runs of the fast model, if there are any
+    unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict
+    fluid_warnings: tuple[str, ...] = ()  # Sentences on what is not sound of the runs' fluids
     fitted: int = 2  # Number of settings that these readings chose: those of the map, and what the trial declares
 
     @property

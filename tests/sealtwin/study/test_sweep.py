@@ -85,6 +85,11 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_p
     assert told["best"]["number"] == min(set(errors_mm) - set(off), key=errors_mm.__getitem__)
     assert told["best"]["beats_flat_level"] is (told["best"]["mean_error_mm"] < told["best"]["flat_level_error_mm"])
     assert any("In no ranking" in line for line in swept_lines(told))
+    # A study says of its fluids what a run says of one.
+    liquid, *others = [one for one in told["fluid_warnings"] if "without a yield stress" in one]
+    assert liquid.startswith("2 of 4 runs: fluid.U is 300: without a yield stress particles move before")
+    assert not others
+    assert [swept_lines(told).count(one) for one in told["fluid_warnings"]] == [1] * len(told["fluid_warnings"])
     table = (out / "runs.csv").read_text().splitlines()
     assert len(table) == 5
     assert table[0].startswith("number,fluid.U,fluid.D_cm,model,unfit,state,mean_error_mm")

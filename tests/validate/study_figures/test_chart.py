@@ -23,6 +23,7 @@ from validate.study_figures.chart import (
     scatter_of_runs,
 )
 from validate.study_figures.map_figures import draw_heat, heat
+from validate.study_figures.map_sheet import map_sheet
 
 
 def held(runs, readings):
@@ -147,6 +148,11 @@ def _up_to(length_mm: float, profile: Profile) -> tuple[Floats, Floats]:
     within = profile.s_mm < length_mm
     s_mm = np.append(profile.s_mm[within], length_mm)
     return s_mm, np.interp(s_mm, profile.s_mm, profile.level_mm)
+
+
+def test_a_map_says_what_its_fluids_and_its_declared_errors_are_not():
+    chart = make_chart(fluid_warnings=("2 of 4 runs: a hollow.",), unused=("It is not used.",))
+    assert map_sheet(chart, []).cautions[-2:] == ["2 of 4 runs: a hollow.", "It is not used."]
 
 
 def test_the_readings_own_scatter_widens_what_comes_as_near():
