@@ -14,7 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.studies import plannable_lab, tiny_lab
+from tests.studies import tiny_lab
 
 TREE, PACKAGES = Path.cwd(), ("digitise", "simulate", "validate", "sealtwin", "benchmarks", "tests", "fixtures")
 GRID = '[grid]\n"fluid.U" = [3.0, 300.0]\n'
@@ -48,31 +48,18 @@ with tempfile.TemporaryDirectory() as place:
     for words in ((*run, lab / "run"), sweep):
         made = call(TREE, *words)
         assert made.returncode == 0, made.stderr
-    planned, loop = plannable_lab(Path(place) / "planned"), ("-m", "sealtwin", "loop", Path(place) / "plan")
-    plan = (
-        "-m",
-        "sealtwin",
-        "plan",
-        planned / "planned.toml",
-        "--flow-max-mm3-s",
-        400,
-        "--device",
-        "cpu",
-        "--out",
-        loop[3],
-    )
-    for words in ((*plan, "--verify", 1, "--seeds", 1, "--knots", 3), (*loop, "--emulate", planned / "faults.toml")):
-        made = call(TREE, *words)
-        assert made.returncode == 0, made.stderr
+    loop, tables = ("-m", "sealtwin", "loop", lab), "from tests.sealtwin.plan.test_make_loop import log_of"
+    made = call(TREE, "-c", f"from pathlib import Path; {tables}; log_of(Path({str(lab)!r}))")
+    assert made.returncode == 0, made.stderr
     shutil.copytree(lab / "run", lab / "old")
     level = (lab / "run" / "profile.csv").read_bytes()
     answers = {
         "status": call(other, "-m", "sealtwin", "sweep", "status", lab / "sweep", "--quiet"),
         "validate": call(other, "-m", "sealtwin", "validate", lab / "old", "--quiet"),
         "robot": call(other, "-m", "sealtwin", "robot", lab / "old", "--cell", lab / "cell.toml", "--quiet"),
-        "loop --replay": call(other, *loop, "--replay", loop[3] / "loop-1.jsonl", "--quiet"),
+        "loop --replay": call(other, *loop, "--replay", lab / "loop-1.jsonl", "--quiet"),
     }
-    read = call(other, "-c", f"import sealtwin as st; st.read_loop({str(loop[3])!r})")
+    read = call(other, "-c", f"import sealtwin as st; st.read_loop({str(lab)!r})")
     again, continued = call(other, *run, lab / "run"), call(other, *sweep)
     by_another = call(other, *run, lab / "new")
     compared = call(other, "-m", "sealtwin", "compare", lab / "old", lab / "new", "--out", lab / "page", "--json")
