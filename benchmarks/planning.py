@@ -122,7 +122,7 @@ def of_the_loop(folder: Path, own: Trial, found: Planned, verifier: Verifier) ->
     if not tables.is_file():
         how: dict[str, Any] = {"most_mm3_s": FLOW_MAX_MM3_S, "progress": verifier.progress}
         reference = by_particles(case, passes, physics, seed=100, **how)
-        write_model(tables, make_model(case, passes, reference, **how), "")
+        write_model(tables, make_model(case, passes, reference, **how), "", {})
     model = read_model(tables)
     figures = {TABLES_OFF: model.linear_off_mm, UPDATE: longest_update_s(model)}
     totals, overs = [], []

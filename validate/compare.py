@@ -21,7 +21,7 @@ from sealtwin.core.comparison import (
 from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
 from validate.metrics.alignment import alignment
-from validate.metrics.baselines import ALWAYS, beaten, best_curves, flat_levels
+from validate.metrics.baselines import ALWAYS, are_compared, beaten, best_curves, flat_levels
 from validate.metrics.curve_distances import (
     CLOSE_MM,
     PiecewiseLinear,
@@ -82,7 +82,7 @@ def compare(
     if role != "held-out":
         baselines += best_curves(measured, from_mm, to_mm, (*ALWAYS, *([count] if count else [])))
     basis = basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)
-    beyond = (measured.s_mm < from_mm) | (measured.s_mm > to_mm)
+    held = are_compared(measured, from_mm, to_mm)
     volumes: dict[str, Any] = {
         f"{name}_{key}": value
         for name, profile in (("simulated", simulated), ("measured", measured))
@@ -97,8 +97,8 @@ def compare(
         covered_length_mm=error.length_mm,
         coverage=basis.coverage,
         length_mm=outline.length_mm,
-        stations_compared=int((~beyond).sum()),
-        stations_beyond_mm=measured.s_mm[beyond],
+        stations_compared=int(held.sum()),
+        stations_beyond_mm=measured.s_mm[~held],
         stations_used=basis.stations,
         widest_gap_mm=basis.widest_gap * outline.length_mm,
         enough_readings=basis.suffices,
@@ -246,6 +246,7 @@ def error_uncertainty(
             *((validation.missing_sentence(summary.missing),) if summary.missing else ()),
             *readings.unused,
         ),
+        unused=readings.unused,
         alignment=alignment(simulated, measured),
         numerics=numerics,
         inputs=inputs,
@@ -258,7 +259,7 @@ def error_uncertainty(
 
 def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Floats) -> StationErrors:
     """Error at each station on the covered stretch ``x``, and the standard uncertainties of it."""
-    held = (measured.s_mm >= x[0]) & (measured.s_mm <= x[-1])
+    held = are_compared(measured, x[0], x[-1])
     covered = budget.at(held)
     kinds: set[Kind] = {one.kind for one in budget.components}
     parts = {kind: covered.of(kind).band_mm / COVERAGE for kind in kinds}

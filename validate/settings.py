@@ -1,6 +1,7 @@
 """Readings, limits and uncertainties: the tables [readings], [gate] and [uncertainty] of a trial file."""
 
 import re
+from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -155,6 +156,13 @@ class Readings(Declared):
     """Width of the tip that touches the sealant: it reads the highest point that it covers."""
     datum_error_mm: float | None = Field(default=None, ge=0, le=100)
     """Standard uncertainty of the datum's own height, common to all readings."""
+
+    @field_validator("fitted")
+    @classmethod
+    def _named_once(cls, fitted: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        if twice := [name for name, times in Counter(fitted or ()).items() if times > 1]:
+            raise ValueError(f"{twice[0]} is named twice; name each setting once, since their number counts")
+        return fitted
 
     @model_validator(mode="after")
     def _fits_its_role(self) -> Self:

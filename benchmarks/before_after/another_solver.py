@@ -48,13 +48,18 @@ with tempfile.TemporaryDirectory() as place:
     for words in ((*run, lab / "run"), sweep):
         made = call(TREE, *words)
         assert made.returncode == 0, made.stderr
+    loop, tables = ("-m", "sealtwin", "loop", lab), "from tests.sealtwin.plan.test_make_loop import log_of"
+    made = call(TREE, "-c", f"from pathlib import Path; {tables}; log_of(Path({str(lab)!r}))")
+    assert made.returncode == 0, made.stderr
     shutil.copytree(lab / "run", lab / "old")
     level = (lab / "run" / "profile.csv").read_bytes()
     answers = {
         "status": call(other, "-m", "sealtwin", "sweep", "status", lab / "sweep", "--quiet"),
         "validate": call(other, "-m", "sealtwin", "validate", lab / "old", "--quiet"),
         "robot": call(other, "-m", "sealtwin", "robot", lab / "old", "--cell", lab / "cell.toml", "--quiet"),
+        "loop --replay": call(other, *loop, "--replay", lab / "loop-1.jsonl", "--quiet"),
     }
+    read = call(other, "-c", f"import sealtwin as st; st.read_loop({str(lab)!r})")
     again, continued = call(other, *run, lab / "run"), call(other, *sweep)
     by_another = call(other, *run, lab / "new")
     compared = call(other, "-m", "sealtwin", "compare", lab / "old", lab / "new", "--out", lab / "page", "--json")
@@ -65,6 +70,7 @@ with tempfile.TemporaryDirectory() as place:
         "a study": "made anew" in continued.stderr,
         "a comparison": bool(content.get("differing")),
         **{f"the answer of {name}": "while this version has" in answer.stdout for name, answer in answers.items()},
+        "st.read_loop": "while this version has" in read.stderr,
         "kept runs": kept.returncode != 0 and "targets met" not in kept.stdout,
     }
     assert again.returncode == by_another.returncode == continued.returncode == 0, again.stderr + by_another.stderr

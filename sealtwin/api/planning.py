@@ -1,5 +1,6 @@
 """A plan for a trial, and the step that corrects it on the way."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from sealtwin.core.records import Floats
 from sealtwin.plan.loop_model import read_model
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, RemainingPlan
 from sealtwin.plan.loop_step import step as loop_step
+from sealtwin.plan.make_loop import TABLES, loop_versions
 from sealtwin.plan.make_plan import LEVEL, TABLE, Options, make_plan
 
 __all__ = ["FlowPlan", "LevelFrame", "LoopModel", "LoopState", "RemainingPlan", "loop_step", "plan_flow", "read_loop"]
@@ -85,6 +87,11 @@ def plan_flow(
         Trial, cell or posterior cannot be used, or limits allow no plan.
     NumericalError
         A particle run failed.
+
+    Warns
+    -----
+    RuntimeWarning
+        The runs cannot show this sealant, or what they show is not sound: a sentence each.
     """
     from simulate.device import choose_device
 
@@ -98,6 +105,8 @@ def plan_flow(
         cell_file=None if cell is None else Path(cell),
         posterior=None if posterior is None else Path(posterior),
     )
+    for text in content["fluid_warnings"]:
+        warnings.warn(text, RuntimeWarning, stacklevel=2)
     folder = Path(content["folder"])
     path = files.read_table(folder / TABLE, ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s"))
     level = files.read_table(folder / LEVEL, ("s_mm", "level_mm", "low_95_mm", "high_95_mm"))
@@ -133,5 +142,13 @@ def read_loop(folder: Path | str) -> LoopModel:
     ------
     InputError
         The folder holds no tables, or damaged ones.
+
+    Warns
+    -----
+    RuntimeWarning
+        Another version of digitise or simulate computed the tables, or the plan.
     """
-    return read_model(Path(folder) / "loop.json")
+    model = read_model(Path(folder) / TABLES)
+    for text in loop_versions(Path(folder)):
+        warnings.warn(text, RuntimeWarning, stacklevel=2)
+    return model

@@ -215,6 +215,11 @@ def sweep(
     ------
     InputError
         Settings that cannot be, of all runs at once, before the first one starts; or a folder that is not this sweep's.
+
+    Warns
+    -----
+    RuntimeWarning
+        Runs cannot show their sealant, or what they show is not sound: a sentence each, with the number of such runs.
     """
     import tomlkit
 
@@ -232,6 +237,8 @@ def sweep(
         study.write_text(tomlkit.dumps(content), encoding="utf-8")
         arguments = ["sweep", str(study), "--out", str(target), "--device", device, "--json"]
         answer = _command([*arguments, *([] if jobs is None else ["--jobs", str(jobs)])], progress)
+    for text in answer["fluid_warnings"]:
+        warnings.warn(text, RuntimeWarning, stacklevel=2)
     return SweepResult(target, tuple(answer["runs"]), answer["best"])
 
 
@@ -292,6 +299,11 @@ def calibrate(
         A trial, a setting or a role cannot be used.
     NumericalError
         A quarter of the runs has no result.
+
+    Warns
+    -----
+    RuntimeWarning
+        As ``sweep`` does.
     """
     files = [trials] if isinstance(trials, str | PathLike) else list(trials)
     arguments = ["calibrate", *map(str, files), "--device", device, "--budget", str(budget), "--json"]
@@ -302,6 +314,8 @@ def calibrate(
     for option, value in (("--out", out), ("--jobs", jobs)):
         arguments += [] if value is None else [option, str(value)]
     content = _command(arguments, progress)
+    for text in content["fluid_warnings"]:
+        warnings.warn(text, RuntimeWarning, stacklevel=2)
     folder = Path(content["page"]).parent
     posterior = {}
     if content["possible"]:
@@ -350,7 +364,7 @@ def write_map(
     Warns
     -----
     RuntimeWarning
-        Another version of digitise or simulate computed the runs.
+        Another version of digitise or simulate computed the runs; or as ``sweep`` does.
     """
     from sealtwin.lab.held_out import note_use
     from sealtwin.study.study_map import PAGE, map_study
@@ -359,7 +373,7 @@ def write_map(
     target, caliper = (None if path is None else Path(path) for path in (out, readings))
     shown = progress_for_stderr(quiet=not progress)
     mapped = map_study(folder, target, caliper, data, device if fills else None, shown, any_volume=any_volume)
-    for text in mapped.content["other_versions"]:
+    for text in (*mapped.content["other_versions"], *mapped.content["fluid_warnings"]):
         warnings.warn(text, RuntimeWarning, stacklevel=2)
     if caliper is not None:
         note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")

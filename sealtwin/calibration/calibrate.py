@@ -22,6 +22,7 @@ from validate.calibration.prediction import Prediction, predicted_by_emulator, p
 from validate.calibration.summary import Calibrated
 from validate.study_figures.calibration_sheet import calibration_sheet
 from validate.study_figures.figure_sheet import write_sheet_of_figures
+from validate.units import counted
 
 LIBRARY = "library"  # Folder of the runs of all trials, each in that of a study
 PREDICTING = 12  # Draws of the posterior that run in a trial that is held out
@@ -80,7 +81,7 @@ def calibrate(
         found = search(frees, [Source(twin.name, twin.evidence, twin.run) for twin in twins], budget, say)
         predictions = [_fitted(found, twin, number) for number, twin in enumerate(twins)] if found.possible else []
         predictions += [_predicted(found, twin) for twin in others] if found.possible else []
-        calibrated = _summary(found, twins, predictions)
+        calibrated = _summary(found, twins, others, predictions)
         content = outputs.write(folder, found, calibrated, twins, others, date or day.today())
         content["files"] += write_sheet_of_figures(folder, outputs.PAGE, calibration_sheet(calibrated))
         outputs.write_record(folder, content)
@@ -167,7 +168,13 @@ def _prediction(twin: Twin, role: Literal["calibrated", "held out"], mean_mm: Fl
     return Prediction(twin.name, role, twin.held.data, evidence.s_mm, evidence.level_mm, error_mm, mean_mm, half_mm)
 
 
-def _summary(found: Found, twins: Sequence[Twin], predictions: Sequence[Prediction]) -> Calibrated:
+def _summary(
+    found: Found, twins: Sequence[Twin], others: Sequence[Twin], predictions: Sequence[Prediction]
+) -> Calibrated:
+    warned = [sentence for twin in (*twins, *others) for sentence in twin.warnings]
+    if len(found.frees) >= (stations := sum(twin.stations for twin in twins)):
+        read = f"{counted(len(found.frees), 'setting')} free, and {counted(stations, 'station')} read"
+        warned.append(f"{read}: so many settings can fit any readings exactly.")
     return Calibrated(
         name=" and ".join(twin.name for twin in twins),
         emulated=any(twin.held.data != "measured" for twin in twins),
@@ -186,4 +193,5 @@ def _summary(found: Found, twins: Sequence[Twin], predictions: Sequence[Predicti
         ),
         predictions=tuple(predictions),
         radius_mm=tuple(twin.radius_mm for twin in twins),
+        warned=tuple(warned),
     )

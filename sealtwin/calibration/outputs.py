@@ -49,6 +49,7 @@ def write(
         "finding": calibrated.finding,
         "advice": calibrated.advice,
         "cautions": calibrated.cautions,
+        "fluid_warnings": [sentence for twin in (*twins, *others) for sentence in twin.fluid_warnings],
         "date": date.isoformat(),
         "radius_mm": list(calibrated.radius_mm),
         "runs_of_each_trial": calibrated.runs,

@@ -20,6 +20,7 @@ from sealtwin.trial.job import check_sheet, require_sample
 from sealtwin.trial.trial_file import Trial, load_trial
 from validate.calibration.free import Free
 from validate.calibration.posterior import ReadLevels
+from validate.metrics.baselines import are_compared
 from validate.metrics.verdict import kept_volume
 from validate.settings import Readings
 
@@ -61,6 +62,7 @@ class Twin:
         self.readings = read_readings(self.sheet, held, self.outline.length_mm, self.solid.depth_mm)
         s_mm = self.readings.s_mm
         budget = budget_of(self.readings, held, self.trial.uncertainty, mouth_widths_mm(s_mm, self.outline, self.solid))
+        self._unused = budget.unused
         errors_mm = budget.at_stations_mm
         covariance_mm2 = np.cov(errors_mm.T) + JITTER_MM2 * np.eye(len(s_mm))
         # What is read is the level and the error, whose mean need not be 0.
@@ -110,6 +112,21 @@ class Twin:
             elif run.figures is not None and not kept_volume(run.figures["volume_ratio"]):
                 told.append((run.number, f"its volume is off by over 5 % (ratio {run.figures['volume_ratio']:.3f})"))
         return told
+
+    @property
+    def stations(self) -> int:
+        """Number of stations over the crack."""
+        return int(are_compared(self.readings, 0.0, self.outline.length_mm).sum())
+
+    @property
+    def fluid_warnings(self) -> list[str]:
+        """Sentences on what is not sound of the fluids of its runs."""
+        return [f"{self.name}: {sentence}" for sentence in study_folder.fluid_warnings(self.plan.runs)]
+
+    @property
+    def warnings(self) -> list[str]:
+        """These sentences, and those on declared errors that the readings contradict."""
+        return [*self.fluid_warnings, *(f"{self.name}: {sentence}" for sentence in self._unused)]
 
     def health(self, number: int) -> Mapping[str, Any]:
         """Return the numbers that a run recorded about itself."""

@@ -78,15 +78,17 @@ def loop(
         if (emulate is None) == (replay is None):
             raise typer.BadParameter("give either --emulate faults.toml or --replay LOG")
         if replay is not None:
-            steps = make_loop.replay(folder, replay)
-            command.reply(
-                Answer(
-                    {"version": 1, "log": replay.as_posix(), "steps": steps}, [f"{steps} steps, all answered alike."]
-                )
-            )
+            steps, others = make_loop.replay(folder, replay), make_loop.loop_versions(folder)
+            answer = {"version": 1, "log": replay.as_posix(), "steps": steps, "other_versions": others}
+            command.reply(Answer(answer, [*others, f"{steps} steps, all answered alike."]))
             return
         assert emulate is not None, "one of the two"
         content = make_loop.run_loop(folder, emulate, command.progress(), seed=seed, corrects=not uncorrected)
         stopped = [f"It {content['stopped']}"] if content["stopped"] else []
         files = f"Log: {content['folder']}/{content['log']}. Page: loop.html"
-        command.reply(Answer(content, [*content["other_versions"], *stopped, loop_finding(content), files]))
+        command.reply(
+            Answer(
+                content,
+                [*content["other_versions"], *content["fluid_warnings"], *stopped, loop_finding(content), files],
+            )
+        )

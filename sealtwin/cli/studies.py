@@ -216,18 +216,14 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
         lines.append("No process computes it now; the same command computes what is left.")
     if swept["screening"]:
         lines.append(swept["screening"])
+    lines += swept["fluid_warnings"]
     if best is not None:
         lines.append(
             f"Nearest to the readings: run {best['number']} ({_said(best['settings'])}), "
             f"{best['mean_error_mm']:.2f} mm on average."
         )
-        # Runs of earlier versions have not kept it.
-        if best["baselines"]:
-            from validate.metrics.baselines import against_baselines
-
-            lines.append(
-                against_baselines(best["mean_error_mm"], best["baselines"], "calibrated-on", best["varied"] or None)
-            )
+        if best["against_baselines"] is not None:
+            lines.append(best["against_baselines"])
     if unranked := swept["not_ranked"]:
         which = ", ".join(f"{run['number']} ({run['volume_ratio']:.3f})" for run in unranked[:MOST_NAMED])
         more = f" and {len(unranked) - MOST_NAMED} more" if len(unranked) > MOST_NAMED else ""

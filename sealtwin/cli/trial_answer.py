@@ -87,6 +87,8 @@ def _reply(command: Command, result: dict[str, Any], stages: "Sequence[StageName
 
 def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
     """Return the lines that a person reads at the end of a command whose last stage was ``last``."""
+    from validate.wording.headline import FAST
+
     lines = [*result["other_versions"]]
     if "length_mm" in result:
         lines.append(
@@ -107,6 +109,7 @@ def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
         lines += result["fluid_warnings"]
     if "unfit" in result and last != "digitise":
         lines += ["Fluid: the fast model, without particles; for screening, never a level by itself.", *result["unfit"]]
+        lines += (one for one in result["fluid_warnings"] if one not in result["unfit"] and not one.startswith(FAST))
     if "mean_error_mm" in result and last == "validate":
         lines += [
             *result["headline"],

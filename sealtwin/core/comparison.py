@@ -359,6 +359,8 @@ class ErrorUncertainty(JsonRecord):
     stations: StationErrors
     sentences: tuple[str, ...]
     """Conclusions that ASME V&V 20 allows, or that it is not assessed; and the names of the errors in none of them."""
+    unused: tuple[str, ...] = ()
+    """Those of the sentences on declared errors that the readings contradict and that no interval has."""
     alignment: Alignment
     numerics: SizeStudy | None
     """None where no other particle sizes were run."""
@@ -390,7 +392,8 @@ class Comparison:
     headline: tuple[str, ...] = ()
     """Sentences on the gate, on the baselines, and on what the readings were used for before."""
     findings: tuple[str, ...] = ()
-    """Conclusions that ASME V&V 20 allows, or that it is not assessed; empty without a verdict or an interval."""
+    """Conclusions that ASME V&V 20 allows, or that it is not assessed; without a verdict, declared errors that are not
+    used alone."""
 
     @property
     def verdict(self) -> str:

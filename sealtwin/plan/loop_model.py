@@ -1,7 +1,7 @@
 """The tables of a correction, made before the pour: particles along the plan, differences by the fast model."""
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -217,11 +217,13 @@ def thickened(paste: HerschelBulkley, log_factor: float) -> HerschelBulkley:
     )
 
 
-def write_model(path: Path, model: LoopModel, key: str) -> None:
-    """Write the tables as JSON, with the key of all that they depend on."""
+def write_model(path: Path, model: LoopModel, key: str, numbers: Mapping[str, int]) -> None:
+    """Write the tables as JSON, with the key of all that they depend on, and the stage numbers in it."""
     sections = {name: getattr(model.sections, name) for name in Trapezoids.__dataclass_fields__}
     content = {name: getattr(model, name) for name in LoopModel.__dataclass_fields__}
-    files.write_json(path, {"version": VERSION, "key": key, **content, "sections": sections})
+    files.write_json(
+        path, {"version": VERSION, "key": key, "stage_numbers": dict(numbers), **content, "sections": sections}
+    )
 
 
 def read_model(path: Path) -> LoopModel:

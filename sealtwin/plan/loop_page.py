@@ -27,7 +27,11 @@ def write_loop_page(path: Path, poured: Emulated, content: dict[str, Any]) -> No
     sheet = FigureSheet(
         title="The fill, corrected on its way: EMULATED",
         lead="Reality is particles with hidden faults, and the sensor is emulated: no number here is measured.",
-        cautions=[*content["other_versions"], *([f"It stopped: {content['stopped']}."] if content["stopped"] else [])],
+        cautions=[
+            *content["other_versions"],
+            *content["fluid_warnings"],
+            *([f"It stopped: {content['stopped']}."] if content["stopped"] else []),
+        ],
         finding=loop_finding(content),
         key_figures=[
             ("updates", f"{content['updates']}"),

@@ -20,7 +20,7 @@ from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, s
 from sealtwin.plan.make_plan import REPORT, SAMPLE, TABLE, VERIFICATION, case_of
 from sealtwin.plan.shape import FASTER
 from sealtwin.study.runner import Bench, read_bench
-from sealtwin.study.study_folder import read_plan
+from sealtwin.study.study_folder import fluid_warnings, holds_study, read_plan
 from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial, load_trial
@@ -47,8 +47,8 @@ def run_loop(
         )
     with holding(folder), progress:
         passes = passes_of(bench, trial)
-        factor, others = _volume_factor(folder)
-        physics = trial.fluid, trial.solver.model_copy(update={"volume_factor": factor}), trial.nozzle
+        swollen = trial.solver.model_copy(update={"volume_factor": _volume_factor(folder)})
+        physics = trial.fluid, swollen, trial.nozzle
         model = _model(folder, bench, trial, passes, physics, progress)
         progress.start("Pouring, EMULATED", round(passes.motion.t_s[-1]))
         how: dict[str, Any] = {"slope": trial.sample, "corrects": corrects, "report": progress.advance}
@@ -57,7 +57,11 @@ def run_loop(
         tables_sha256 = files.sha256(folder / TABLES)
         head = {"version": 1, "tables_sha256": tables_sha256, "emulated": faults.model_dump(), "seed": seed}
         files.write_text(log, "".join(f"{json.dumps(line)}\n" for line in (head, *poured.lines)))
-        content = {**_content(folder, log, poured, model), "other_versions": others}
+        content = {
+            **_content(folder, log, poured, model),
+            "other_versions": _plan_versions(folder),
+            "fluid_warnings": fluid_warnings(read_plan(folder / VERIFICATION).runs),
+        }
         from sealtwin.plan.loop_page import write_loop_page
 
         write_loop_page(folder / PAGE, poured, content)
@@ -86,6 +90,22 @@ def replay(folder: Path, log: Path) -> int:
     return len(lines)
 
 
+def loop_versions(folder: Path) -> list[str]:
+    """Return a sentence each if other stage numbers than this version's computed the tables of a loop, or its plan."""
+    content, own, told = files.read_json(folder / TABLES), numbers_up_to("simulate"), list[str]()
+    # Earlier files have no numbers, only the key that they are in.
+    as_now = content.get("key") == _key(folder) if (folder / TABLE).is_file() else False
+    if not as_now and (other := other_numbers(content.get("stage_numbers", {}), own)):
+        again = f"'sealtwin loop {shown(folder)} --emulate FAULTS' makes them anew."
+        told.append(f"{shown(folder)}: the tables of its loop were computed by {other}. {again}")
+    return [*told, *(_plan_versions(folder) if holds_study(folder / VERIFICATION) else [])]
+
+
+def _plan_versions(folder: Path) -> list[str]:
+    other = other_numbers(read_plan(folder / VERIFICATION).numbers, numbers_up_to("simulate"))
+    return [f"{shown(folder)}: its plan was computed by {other}. 'sealtwin plan TRIAL' plans anew."] if other else []
+
+
 def passes_of(bench: Bench, trial: Trial) -> TwoPasses:
     """Return the motion of a plan and of its top-up, with the flow of the first pass."""
     own = plan_trajectory(bench.outline, trial.path, bench.solid.cavity_volume_mm3, bench.solid.sections)
@@ -99,33 +119,35 @@ def _plan_in(folder: Path) -> tuple[Trial, Bench]:
     return trial.model_copy(update={"readings": None, "gate": None}), read_bench(folder / SAMPLE, None)
 
 
-def _volume_factor(folder: Path) -> tuple[float, list[str]]:
-    """Return the volume factor that the plan's own runs ended with, on average, and whether another version ran them.
+def _volume_factor(folder: Path) -> float:
+    """Return the volume factor that the plan's own runs ended with, on average.
 
     The folder may have runs of other stage numbers beside them, which do not count.
     """
     verification = read_plan(folder / VERIFICATION)
-    other = other_numbers(verification.numbers, numbers_up_to("simulate"))
-    others = [f"{shown(folder)}: its plan was computed by {other}. 'sealtwin plan TRIAL' plans anew."] if other else []
     with files.understood(folder / VERIFICATION):
         factors = [float(run.figures["health"]["volume_factor"]) for run in verification.runs if run.figures]
     if not factors:
         raise InputError(f"{folder / VERIFICATION}: holds no finished run. 'sealtwin plan TRIAL' makes them again.")
-    return float(np.mean(factors)), others
+    return float(np.mean(factors))
 
 
 def _model(folder: Path, bench: Bench, trial: Trial, passes: TwoPasses, physics: Any, progress: Progress) -> LoopModel:
     """Return the tables of the plan as it is now."""
-    key = stage_key({TABLE: files.sha256(folder / TABLE)}, {"tables": VERSION}, numbers_up_to("simulate"))
-    kept = folder / TABLES
+    key, kept = _key(folder), folder / TABLES
     if kept.is_file() and files.read_json(kept).get("key") == key:
         return read_model(kept)
     most_mm3_s = 2 * float(passes.base_mm3_s.max())
     case = case_of(bench, trial, bench.trajectory)
     how: dict[str, Any] = {"most_mm3_s": most_mm3_s, "progress": progress}
     reference = by_particles(case, passes, physics, seed=trial.seed + REFERENCE_SEED, **how)
-    write_model(kept, make_model(case, passes, reference, **how), key)
+    write_model(kept, make_model(case, passes, reference, **how), key, numbers_up_to("simulate"))
     return read_model(kept)
+
+
+def _key(folder: Path) -> str:
+    """Return the key of the tables that this version makes of the plan as it is now."""
+    return stage_key({TABLE: files.sha256(folder / TABLE)}, {"tables": VERSION}, numbers_up_to("simulate"))
 
 
 def _content(folder: Path, log: Path, poured: Emulated, model: LoopModel) -> dict[str, Any]:

@@ -251,7 +251,7 @@ def make_plan(
             )
         verifier = Verifier(folder / VERIFICATION, trial, bench, device, progress, jobs)
         planned = plan_on(verifier, options, draws, (cell, pump), file)
-        content = _write(folder, planned, trial, options)
+        content = _write(folder, planned, trial, options, verifier.fluid_warnings)
         files.write_text(folder / "trial.toml", _trial_beside(given, file.parent, folder))
         # A program that the cell cannot carry is refused below, and the plan stays.
         files.write_json(folder / REPORT, content)
@@ -271,7 +271,9 @@ def make_plan(
         return content
 
 
-def _write(folder: Path, planned: Planned, trial: Trial, options: Options) -> dict[str, Any]:
+def _write(
+    folder: Path, planned: Planned, trial: Trial, options: Options, fluid_warnings: Sequence[str]
+) -> dict[str, Any]:
     from sealtwin.plan.plan_page import write_page
 
     path = planned_path(planned.trajectory)
@@ -287,6 +289,7 @@ def _write(folder: Path, planned: Planned, trial: Trial, options: Options) -> di
         "name": trial.name,
         "folder": shown(folder),
         "stage_numbers": numbers_up_to("simulate"),
+        "fluid_warnings": fluid_warnings,
         "kept": planned.best.name,
         "verified": planned.verified,
         "expected_off_mm": planned.best.off_mm,

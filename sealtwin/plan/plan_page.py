@@ -86,10 +86,10 @@ def finding(content: dict[str, Any]) -> str:
 
 
 def cautions_of(content: dict[str, Any]) -> list[str]:
-    """Return sentences on a plan without a band, worse than a baseline, or that the fast model does not describe."""
-    single = []
+    """Return sentences on its fluid, and on a plan without a band, worse than a baseline or far off the fast model."""
+    single = [*content["fluid_warnings"]]
     if content["band_95_mm"] is None:
-        single = [
+        single += [
             "One run of particles judged this plan, so that the scatter of single runs is not known and its level has "
             "no band. Use --seeds 3."
         ]

@@ -102,6 +102,11 @@ class Verifier:
                 raise NumericalError(f"{self.folder}: the run of {run.settings['path']} failed: {run.reason}")
         return [record_files.read_profile(study_folder.run_path(self.folder, run.key)) for run in asked]
 
+    @property
+    def fluid_warnings(self) -> list[str]:
+        """Sentences on what is not sound of the fluid of the runs so far."""
+        return study_folder.fluid_warnings(self._runs)
+
 
 def require_plannable(trial: Trial, where: str) -> Trial:
     """Return the trial as particles verify it. Raises InputError for one that cannot be planned."""

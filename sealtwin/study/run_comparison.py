@@ -30,6 +30,8 @@ from validate.settings import Role
 from validate.study_figures.compare_sheet import MOST, compare_sheet
 from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
 from validate.study_figures.side_by_side import Side, differing, first_with_readings, replicate_words
+from validate.wording.headline import run_warnings
+from validate.wording.of_runs import sentences_of_runs
 
 PAGE, CONTENT = "compare.html", "compare.json"
 NOT_SETTINGS = ("name", "note", "output")  # Tables of a trial that change no result
@@ -72,11 +74,14 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Fi
         for job in jobs
     ]
     others = other_versions(*(job.folder for job in jobs))
-    sheet = compare_sheet(sides, others)
+    warned = sentences_of_runs({number: side.fluid_warnings for number, side in enumerate(sides, start=1)}, len(sides))
+    unused = sentences_of_runs({number: _unused(side) for number, side in enumerate(sides, start=1)}, len(sides))
+    sheet = compare_sheet(sides, [*others, *warned, *unused])
     written = write_sheet_of_figures(out, PAGE, sheet)
     content = {
         "version": 1,
         "page": shown(out / PAGE),
+        "finding": sheet.finding,
         "runs": [
             {
                 "number": index + 1,
@@ -99,6 +104,8 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Fi
         "differing": differing(sides),
         "replicates": replicate_words(sides),
         "other_versions": others,
+        "fluid_warnings": warned,
+        "unused": unused,
         "files": [CONTENT, *written],
     }
     files.write_json(out / CONTENT, content)
@@ -124,6 +131,11 @@ def _finished(folder: Path) -> Job:
     if changed := [*changed, *job.folder.changed_since("validate")]:
         raise InputError(f"{job.path}: {changed[0]} is not what was compared with the readings. {again} again.")
     return job
+
+
+def _unused(side: Side) -> Sequence[str]:
+    """Return sentences on declared errors that the readings contradict; an earlier version kept none."""
+    return (side.metrics.get("uncertainty") or {}).get("unused", ())
 
 
 def _side(job: Job, name: str) -> Side:
@@ -155,6 +167,7 @@ def _side(job: Job, name: str) -> Side:
         replicate_of=_replicate_of(job.trial, job.folder.numbers_of("simulate")),
         volume_ratio=volume_ratio,
         escaped_particles=run.escaped_particles,
+        fluid_warnings=run_warnings(run, volume_ratio),
         edited=[file for stage in STAGES for file in job.folder.edited(stage)],
     )
 

@@ -256,9 +256,11 @@ def _fill_fast(bench: Bench, trial: Trial) -> Sealing | Failure:
     except SealtwinError as fault:
         return _failure(fault, time.monotonic() - began)
     assert run.bed is not None, "the fast model has one"
+    ratio = run.health.volume_ratio
     figures: dict[str, Any] = {
-        "volume_ratio": run.health.volume_ratio,
+        "volume_ratio": ratio,
         "unfit": list(run.bed.unfit),
+        "fluid_warnings": _warnings_of(run, ratio),
         "health": run.health.recorded(),
         **_compared(bench, trial, profile),
     }
@@ -275,16 +277,23 @@ def _measure(bench: Bench, trial: Trial, run: Run | NumericalError) -> tuple[Pro
             f"{run.escaped_particles} particles went through a wall, which must never happen; no number of this run is "
             "kept. Please report it with its settings."
         )
-    profile = measure_profile(run, bench.outline, bench.solid)
+    profile, ratio = measure_profile(run, bench.outline, bench.solid), volume_ratio(run, bench.solid)
     figures: dict[str, Any] = {
         "particles": len(run.position_mm),
         "escaped_particles": run.escaped_particles,
         "spilled_particles": run.spilled_particles,
-        "volume_ratio": volume_ratio(run, bench.solid),
+        "volume_ratio": ratio,
+        "fluid_warnings": _warnings_of(run, ratio),
         "health": run.health.recorded(),
         **_compared(bench, trial, profile),
     }
     return profile, figures, run
+
+
+def _warnings_of(run: Run, volume_ratio: float | None) -> list[str]:
+    from validate.wording.headline import fluid_warnings
+
+    return [] if volume_ratio is None else list(fluid_warnings(run, volume_ratio))
 
 
 def _compared(bench: Bench, trial: Trial, profile: Profile) -> dict[str, Any]:
@@ -296,7 +305,7 @@ def _compared(bench: Bench, trial: Trial, profile: Profile) -> dict[str, Any]:
 
     held, sample = trial.readings, (bench.outline, bench.solid)
     comparison = compare(profile, bench.readings, *sample, role=held.role, photo_data=trial.shown_by.data)
-    names = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm")
+    names = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm", "stations_compared")
     m = comparison.metrics
     curves = best_curves(bench.readings, m.covered_from_mm, m.covered_to_mm, range(1, MOST_NUMBERS + 1))
     return {**{name: getattr(m, name) for name in names}, "baselines": [one.model_dump() for one in curves]}

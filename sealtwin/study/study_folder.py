@@ -19,6 +19,7 @@ from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from validate.metrics.verdict import kept_volume
+from validate.wording.of_runs import sentences_of_runs
 
 PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
 LEDGER = "ledger.sqlite"  # The database in which earlier versions kept plan and outcomes
@@ -46,8 +47,10 @@ class StudyRun:
     reason: str | None = None  # One sentence on why the run failed
     trace: str | None = None  # Traceback, where a bug made it fail
     figures: dict[str, Any] | None = None
-    """Results of a finished run: mean_error_mm, worst_error_mm, worst_at_mm and flat_level_error_mm with readings;
-    volume_ratio, spilled_particles, particles, profile_sha256, and health, which runs of one launch share.
+    """Results of a finished run: mean_error_mm, worst_error_mm, worst_at_mm, flat_level_error_mm, baselines and
+    stations_compared with readings;
+    volume_ratio, fluid_warnings, spilled_particles, particles, profile_sha256, and health, which runs of one launch
+    share.
     """
 
     @property
@@ -114,6 +117,18 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
         return []
     runs = "one finished run was" if done == 1 else f"{done} finished runs were"
     return [f"{shown(folder)}: {runs} computed by {other}. 'sealtwin sweep' with its study computes them anew."]
+
+
+def fluid_warnings(runs: Sequence[StudyRun]) -> list[str]:
+    """Return what is not sound of the fluids of finished runs, each sentence once, with the number of its runs."""
+    done = {run.number: run.figures for run in runs if run.state == "done" and run.figures is not None}
+    known = {number: figures["fluid_warnings"] for number, figures in done.items() if "fluid_warnings" in figures}
+    told = sentences_of_runs(known, len(done))
+    if earlier := len(done) - len(known):
+        told.append(
+            f"{earlier} of {len(done)} runs: an earlier version made them, which kept no remarks on their fluids."
+        )
+    return told
 
 
 def write_plan(folder: Path, plan: Plan) -> None:

@@ -19,7 +19,7 @@ from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreig
 from sealtwin.core.stage_keys import content_key, other_numbers, stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import RunSize, estimate, releases_of, require_disk, require_memory, size_of
-from sealtwin.study.runner import INPUTS, Computing, compute, read_bench
+from sealtwin.study.runner import INPUTS, MOST_NUMBERS, Computing, compute, read_bench
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
@@ -233,6 +233,7 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
         "best": _best(runs),
         "not_ranked": _not_ranked(runs),
         "screening": screening(runs),
+        "fluid_warnings": study_folder.fluid_warnings(runs),
         "exit_code": BUG if any(run.trace for run in failed) else SOME_FAILED if failed else 0,
         "runs": rows,
     }
@@ -283,15 +284,26 @@ def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
 
 
 def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
-    """Return the curves that a run is held against, which is the nearest by as many settings as vary."""
-    from validate.metrics.baselines import ALWAYS, beaten
+    """Return the curves that a run is held against, which is the nearest by as many settings as vary or were fitted."""
+    from validate.metrics.baselines import ALWAYS, against_baselines, beaten
 
-    varied = sum(name != "seed" for name in run.settings)
-    curves = [Baseline.model_validate(one) for one in (run.figures or {}).get("baselines", ())]
-    curves = [one for one in curves if one.numbers in (*ALWAYS, varied)]
-    # Of runs that differ in seed alone one was chosen with the readings too.
-    beats = beaten(error_mm, curves, "calibrated-on", varied or 1)
-    return {"varied": varied, "baselines": [one.model_dump() for one in curves], "beats_baseline": beats}
+    figures, declared = run.figures or {}, (run.trial.get("readings") or {}).get("fitted") or ()
+    varied = {name for name in run.settings if name != "seed"}
+    fitted = len(varied | {*declared})
+    curves = [Baseline.model_validate(one) for one in figures.get("baselines", ())]
+    curves = [one for one in curves if one.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
+    # Runs of earlier versions kept no curves, or no number of stations.
+    stations, sentence = figures.get("stations_compared"), None
+    if curves:
+        sentence = against_baselines(error_mm, curves, "calibrated-on", fitted or None, stations)
+    return {
+        "varied": len(varied),
+        "fitted": fitted,
+        "baselines": [one.model_dump() for one in curves],
+        # Of runs that differ in seed alone one was chosen with the readings too.
+        "beats_baseline": beaten(error_mm, curves, "calibrated-on", fitted or 1),
+        "against_baselines": sentence,
+    }
 
 
 def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:

@@ -175,8 +175,9 @@ def test_only_declared_inputs_count_and_the_others_are_named(evidence):
 def test_a_repeatability_that_repeats_contradict_is_a_finding(evidence):
     """Findings are printed by the terminal and by the report."""
     for declared, told in ((NO_PASSES, 0), (Uncertainty(pass_mm=0.0, repeatability_mm=5.0), 1)):
-        sentences = metrics(evidence, declared)["uncertainty"]["sentences"]
-        assert sum("repeatability_mm = 5 is not used" in sentence for sentence in sentences) == told
+        found = metrics(evidence, declared)["uncertainty"]
+        for sentences in (found["sentences"], found["unused"]):
+            assert sum("repeatability_mm = 5 is not used" in sentence for sentence in sentences) == told
 
 
 def test_inputs_that_no_run_has_moved_yet_are_said_to_be_missing(evidence):

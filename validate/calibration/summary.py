@@ -38,6 +38,7 @@ class Calibrated:
     run_noise_mm: tuple[float, ...]  # Scatter between seeds in each trial
     predictions: tuple[Prediction, ...]
     radius_mm: tuple[float, ...]
+    warned: tuple[str, ...] = ()  # Sentences on the fluids of its runs, and on its readings
 
     @cached_property
     def marginals(self) -> list[Marginal]:
@@ -93,7 +94,7 @@ class Calibrated:
 
     @property
     def cautions(self) -> list[str]:
-        told = []
+        told = [*self.warned]
         if self.emulated:
             told.append(
                 "EMULATED: readings that nobody measured are among those that were used. This shows how the method "

@@ -10,6 +10,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sealtwin.core.comparison import Baseline, Role
 from sealtwin.core.earlier_trials import EarlierTrial
@@ -24,12 +25,18 @@ NAMES = {1: "a flat line", 2: "a straight line", 3: "a parabola"}
 POOL = "the dispensed volume lying flat"
 
 
+def are_compared(measured: Profile, from_mm: float, to_mm: float) -> NDArray[np.bool_]:
+    """Return which stations are on the compared stretch, its ends included, (n,)."""
+    return (measured.s_mm >= from_mm) & (measured.s_mm <= to_mm)
+
+
 def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterable[int]) -> tuple[Baseline, ...]:
     """Return the best polynomial of each number of coefficients over a stretch of the readings, the smallest first.
 
     Best is the least mean absolute error along the crack, which is what a simulation is judged by. A curve with as many
-    numbers as stations shape the readings' line would meet all of them, and is left out.
+    numbers as stations are compared would meet all of them, and is left out.
     """
+    compared = int(are_compared(measured, from_mm, to_mm).sum())
     stations_mm = measured.s_mm[(measured.s_mm > from_mm) & (measured.s_mm < to_mm)]
     ends_mm = np.array([from_mm, *stations_mm, to_mm])
     line = tuple(ends_mm.tolist()), tuple(np.interp(ends_mm, measured.s_mm, measured.level_mm).tolist())
@@ -40,7 +47,7 @@ def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterab
             mean_error_mm=_curve_error_mm(*line, count),
         )
         for count in sorted(set(numbers))
-        if 0 < count < len(ends_mm)
+        if 0 < count < compared
     )
 
 
@@ -125,7 +132,7 @@ def against_baselines(
     """Return the sentences that hold a mean error against those of the baselines.
 
     ``fitted`` is the number of settings that were fitted to the readings, or None if nobody declared it, and
-    ``stations`` that of the stations that shape the readings' line, if it is known.
+    ``stations`` that of the stations that are compared, if it is known.
     """
     levels = [one if isinstance(one, Baseline) else Baseline.model_validate(one) for one in baselines]
     simulated = {

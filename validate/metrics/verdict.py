@@ -74,7 +74,8 @@ def judged(
     for ``screening`` leave nothing to judge. ``passed`` holds the mean error against the limit, ``outcome`` its 95 %
     interval by the readings.
     """
-    m, findings = metrics, ()
+    # What is declared and not used is said whatever the verdict.
+    m, findings = metrics, () if uncertainty is None else uncertainty.unused
     covers = f"cover {math.floor(100 * m.coverage + ROUNDING)} % of the crack's length"
     passed, outcome = None if gate is None else False, "undecided"
     if m.escaped_particles:
@@ -91,7 +92,7 @@ def judged(
     elif not m.enough_readings:
         outcome = "open" if gate is None else "undecided"
         why = (
-            f"No verdict: the readings {covers} ({counted(m.stations_used, 'station')}, up to "
+            f"No verdict: the readings {covers} ({_stations(m)}, up to "
             f"{100 * m.widest_gap_mm / m.length_mm:.0f} % of it apart); at least {100 * LEAST_COVERAGE:.0f} % and "
             f"{FEWEST_STATIONS} stations no more than {100 * WIDEST_GAP:.0f} % apart are needed."
         )
@@ -103,6 +104,12 @@ def judged(
         findings = () if uncertainty is None else uncertainty.sentences
     limit_mm, reason = (None, "") if gate is None else (gate.mean_error_mm, gate.reason)
     return Comparison(m, uncertainty, None, limit_mm, reason, passed, outcome, told, findings)
+
+
+def _stations(m: LevelMetrics) -> str:
+    """Return the number of stations that are compared, and that of those that shape the readings' line to its ends."""
+    beyond = m.stations_used - m.stations_compared
+    return counted(m.stations_compared, "station") + (f" and {beyond} next beyond" if beyond else "")
 
 
 def _with_interval(m: LevelMetrics, uncertainty: ErrorUncertainty | None) -> str:
@@ -131,7 +138,7 @@ def _held_against(
 
 def _beside_baselines(m: LevelMetrics) -> str:
     fitted = None if m.fitted is None else len(m.fitted)
-    return against_baselines(m.mean_error_mm, m.baselines, m.role, fitted, m.stations_used)
+    return against_baselines(m.mean_error_mm, m.baselines, m.role, fitted, m.stations_compared)
 
 
 def _use_of_readings(m: LevelMetrics) -> str:

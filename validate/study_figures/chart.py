@@ -12,7 +12,7 @@ from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from sealtwin.core.replicates import require_different
-from validate.metrics.baselines import ALWAYS, against_baselines, best_curves
+from validate.metrics.baselines import ALWAYS, against_baselines, are_compared, best_curves
 from validate.metrics.curve_distances import CLOSE_MM, best_flat_line, level_difference
 from validate.uncertainty.budget import Budget, hats, mean_absolute
 from validate.units import counted, words
@@ -220,6 +220,8 @@ class Chart:
     of that one alone without replicates."""
     replicates: RepeatedPairs | None = None
     screening: str = ""  # Sentence on the runs of the fast model, if there are any
+    unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict
+    fluid_warnings: tuple[str, ...] = ()  # Sentences on what is not sound of the runs' fluids
     fitted: int = 2  # Number of settings that these readings chose: those of the map, and what the trial declares
 
     @property
@@ -240,7 +242,7 @@ class Chart:
     def beside_baselines(self) -> str:
         """Statement about the nearest run, which these readings chose whatever their role, beside the baselines."""
         x = level_difference(self.best.profile, self.readings).x
-        stations = 2 + int(((self.readings.s_mm > x[0]) & (self.readings.s_mm < x[-1])).sum())
+        stations = int(are_compared(self.readings, float(x[0]), float(x[-1])).sum())
         return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted, stations)
 
     @property

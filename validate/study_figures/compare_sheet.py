@@ -163,7 +163,7 @@ def _figures(sides: Sequence[Side]) -> list[Row]:
 
 def _beside_baselines(metrics: Mapping[str, Any]) -> str:
     fitted, error_mm = metrics.get("fitted"), metrics["mean_error_mm"]
-    count, stations = None if fitted is None else len(fitted), metrics.get("stations_used")
+    count, stations = None if fitted is None else len(fitted), metrics.get("stations_compared")
     return against_baselines(error_mm, metrics.get("baselines", ()), metrics["role"], count, stations)
 
 

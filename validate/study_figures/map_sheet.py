@@ -67,7 +67,7 @@ def _cautions(chart: Chart) -> list[str]:
         f"The nearest of {len(chart.runs)} pairs was chosen with these readings: that is a calibration. Its error is a "
         "residual, and predicts nothing until the pair is compared with other readings."
     ]
-    told += volume_words({run.number: run.volume_ratio for run in chart.runs})
+    told += [*volume_words({run.number: run.volume_ratio for run in chart.runs}), *chart.fluid_warnings, *chart.unused]
     if chart.readings.data == "undeclared":
         told.append("Nobody declared whether the readings are measured: how close runs come to them says no more.")
     elif chart.readings.data != "measured":

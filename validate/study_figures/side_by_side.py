@@ -55,6 +55,7 @@ class Side:
     volume_ratio: float  # Volume of the settled sealant over the dispensed volume
     escaped_particles: int = 0  # Number of particles that went through a wall
     edited: Sequence[str] = ()  # Names of its files that were changed after the run
+    fluid_warnings: Sequence[str] = ()  # Sentences on what is not sound of its fluid
 
     @property
     def counts(self) -> bool:

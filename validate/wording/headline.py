@@ -46,7 +46,12 @@ def run_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
     ``volume_ratio`` is the volume of the settled particles over the dispensed volume. Sealant over the sample's edge is
     no fault of the fluid and has a sentence of its own.
     """
-    texts = [*fast_model(run), *run.remarks]
+    return *fast_model(run), *fluid_warnings(run, volume_ratio)
+
+
+def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
+    """Return the sentences of ``run_warnings`` without those on the fast model."""
+    texts = [*run.remarks]
     if run.escaped_particles:
         texts.append(f"{leak(run.escaped_particles)}, which must never happen. Please report it with the trial file.")
     low, high = SOUND

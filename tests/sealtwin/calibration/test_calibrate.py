@@ -115,6 +115,8 @@ def test_the_command_line_names_the_range_that_it_cannot_read():
 def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path):
     """As few runs as a search takes: the readings are found possible, and predict the trial that chose nothing."""
     one, other = tiny_trials(tmp_path)
+    with one.open("a", encoding="utf-8") as trial:
+        trial.write("\n[uncertainty]\nrepeatability_mm = 5.0\npass_mm = 0.0\n")
     ranges = {"fluid.viscosity_pa_s": (0.03, 0.4), "fluid.yield_stress_pa": (0.5, 6.0)}
     found = calibrate([one], ranges, tmp_path / "out", HERE, Progress(), held_out=[other], budget=FEWEST).content
     assert found["possible"]
@@ -124,6 +126,10 @@ def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path):
     ]
     assert found["predictions"][1]["rms_mm"] < found["predictions"][1]["flat_rms_mm"]
     assert found["predictions"][1]["stations_in_band"] >= 0.8
+    assert {*found["fluid_warnings"]} < {*found["cautions"]}
+    assert {one.partition(":")[0] for one in found["fluid_warnings"]} == {"tiny", "other"}
+    (unused,) = (one for one in found["cautions"] if "is not used" in one)
+    assert unused.startswith("tiny: uncertainty.repeatability_mm = 5 is not used: the repeats show the scatter, 0.0")
 
 
 def _command(lab, out):
@@ -133,6 +139,7 @@ def _command(lab, out):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # Of runs that are not at rest
 def test_a_calibration_that_is_killed_ends_with_the_bytes_of_an_unbroken_one(tmp_path):
     tiny_trials(tmp_path / "a")
     answers = []

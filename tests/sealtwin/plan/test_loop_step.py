@@ -114,7 +114,7 @@ def test_an_estimate_out_of_bounds_stops_the_flow():
 
 def test_a_step_has_no_memory_but_its_state(tmp_path):
     """The same inputs give the same answer, also after state and tables went through JSON."""
-    write_model(tmp_path / "loop.json", model(), "")
+    write_model(tmp_path / "loop.json", model(), "", {})
     t_s = OWN.t_s[0] + 6.0
     seen, start = frame(t_s, passes().nominal, 0.9), LoopState.start(model())
     first = step(model(), start, t_s, seen)

@@ -1,6 +1,7 @@
 """An emulated pour by coarse particles, its page and the replay of its log; and both commands on a tiny trial."""
 
 import json
+import warnings
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,19 +12,21 @@ import pytest
 from typer.testing import CliRunner
 
 from digitise.settings import CrackShape
+from sealtwin.api.planning import read_loop
 from sealtwin.cli.app import app
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
-from sealtwin.plan import make_loop
+from sealtwin.plan import make_loop, plan_page
 from sealtwin.plan.emulation import Emulated, Faults, emulate
 from sealtwin.plan.loop_model import write_model
 from sealtwin.plan.loop_page import write_loop_page
 from sealtwin.plan.loop_step import LevelFrame, LoopState, as_line, step
 from sealtwin.plan.make_loop import TABLES, replay
 from sealtwin.plan.verify import Misfit
-from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.job import shown
+from sealtwin.trial.stage_numbers import NUMBERS, numbers_up_to
 from simulate.settings import LEVEL, Fluid, Nozzle, Solver
 from tests.planned_slot import OUTLINE, areas, model, passes
 from tests.studies import plannable_lab
@@ -58,7 +61,7 @@ def by_fast_model() -> Emulated:
 
 def log_of(folder: Path) -> Path:
     """Write tables and log as ``run_loop`` does."""
-    write_model(folder / TABLES, model(), "")
+    write_model(folder / TABLES, model(), "", numbers_up_to("simulate"))
     head = {"version": 1, "tables_sha256": files.sha256(folder / TABLES)}
     log = folder / "loop-1.jsonl"
     log.write_text("".join(f"{json.dumps(line)}\n" for line in (head, *by_fast_model().lines)))
@@ -97,9 +100,18 @@ def test_the_page_has_the_numbers_of_its_pour(tmp_path):
         "given_mm3": 1234.0,
     }
     content |= {"tables_off_mm": 0.2, "stopped": "flow <b>0.1</b>", "other_versions": ["plan: computed by simulate 1."]}
+    content["fluid_warnings"] = ["2 of 2 runs: it bridges the crack."]
     write_loop_page(tmp_path / "loop.html", by_fast_model(), content)
     page = (tmp_path / "loop.html").read_text()
-    for said in ("EMULATED", "12 mm3", "78 mm3", "1.23 ml", "flow &lt;b&gt;0.1", "plan: computed by simulate 1."):
+    for said in (
+        "EMULATED",
+        "12 mm3",
+        "78 mm3",
+        "1.23 ml",
+        "flow &lt;b&gt;0.1",
+        "plan: computed by simulate 1.",
+        "2 of 2 runs: it",
+    ):
         assert said in page
     rows = (tmp_path / "figures" / "estimates.csv").read_text().splitlines()
     assert len(rows) == len(by_fast_model().lines) + 1
@@ -167,6 +179,31 @@ def test_tables_of_another_solver_are_made_anew(tmp_path, monkeypatch, raised):
     assert len(made) == 2
 
 
+@pytest.mark.parametrize("recorded", [True, False])
+def test_who_replays_or_reads_a_loop_of_another_solver_is_told_so(tmp_path, monkeypatch, recorded):
+    """An earlier version recorded no numbers beside its tables."""
+    log, own = log_of(tmp_path), NUMBERS["simulate"]
+    if not recorded:
+        content = files.read_json(tmp_path / TABLES)
+        files.write_json(tmp_path / TABLES, {key: content[key] for key in content if key != "stage_numbers"})
+        head, *lines = log.read_text().splitlines()
+        head = json.dumps(json.loads(head) | {"tables_sha256": files.sha256(tmp_path / TABLES)})
+        log.write_text("\n".join([head, *lines]))
+    words = ["loop", str(tmp_path), "--replay", str(log), "--quiet"]
+    for number, told in ((own, not recorded), (999, True)):
+        monkeypatch.setitem(NUMBERS, "simulate", number)
+        answers = [CliRunner().invoke(app, [*words, *more]) for more in ([], ["--json"])]
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            assert read_loop(tmp_path).first == model().first
+        others = json.loads(answers[1].stdout)["other_versions"]
+        assert [f"{shown(tmp_path)}: the tables of its loop were computed by " in one for one in others] == [
+            True
+        ] * told
+        assert [str(one.message) for one in caught] == others
+        assert [answers[0].stdout.count(one) for one in others] == [1] * told
+
+
 def test_plan_and_loop_of_a_tiny_trial(tmp_path):
     lab, out = plannable_lab(tmp_path), tmp_path / "out"
 
@@ -179,6 +216,7 @@ def test_plan_and_loop_of_a_tiny_trial(tmp_path):
     planned = called("plan", lab / "planned.toml", *given, "--verify", 1, "--seeds", 2, "--knots", 3)
     assert planned["total_mm3"] <= min(one["total_mm3"] for one in planned["baselines"].values())
     assert planned["chances"]["draws"] == 3
+    assert planned["fluid_warnings"] == plan_page.cautions_of(planned)[: len(planned["fluid_warnings"])] != []
     assert planned["verified"] == bool(planned.get("robot")) == (out / "robot").is_dir()
     assert planned["seeds"][0] != planned["seeds"][1]
     path = files.read_table(out / "plan.csv", ("t_s", "speed_mm_s"))
@@ -186,6 +224,7 @@ def test_plan_and_loop_of_a_tiny_trial(tmp_path):
     assert 0 < path[:, 1].max() <= 16.01
     emulated = called("loop", out, "--emulate", lab / "faults.toml")
     assert emulated["data"] == "EMULATED"
+    assert emulated["fluid_warnings"] == planned["fluid_warnings"]
     assert called("loop", out, "--replay", out / emulated["log"])["steps"] == emulated["updates"] > 5
     assert "EMULATED" in (out / "loop.html").read_text()
     left = called("loop", out, "--emulate", lab / "faults.toml", "--uncorrected")

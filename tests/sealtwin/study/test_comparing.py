@@ -79,7 +79,7 @@ def other(run, tmp_path):
 
 def test_runs_are_told_apart_by_what_differs(run, other, tmp_path):
     """Two trials of one name get their folders behind it; the one setting that was changed is what is told."""
-    answer, _ = compare_runs([run, other], tmp_path / "page")
+    answer, sheet = compare_runs([run, other], tmp_path / "page")
     content = json.loads((tmp_path / "page" / "compare.json").read_text(encoding="utf-8"))
     assert content == json.loads(json.dumps(answer))
     assert content["differing"] == {"fluid.U": [30.0, 3.0]}
@@ -90,6 +90,10 @@ def test_runs_are_told_apart_by_what_differs(run, other, tmp_path):
     ]
     assert content["runs"][0]["mean_error_mm"] == files.read_json(run / "comparison.json")["mean_error_mm"]
     assert all((tmp_path / "page" / name).is_file() for name in content["files"])
+    warned = [one for one in content["fluid_warnings"] if "without a yield stress" in one]
+    assert [one[:25] for one in warned] == ["2 of 2 runs: fluid.U is 3"]
+    assert [compared_lines(answer, sheet).count(one) for one in warned] == [1]
+    assert content["finding"] == sheet.finding
     assert content["replicates"][0].startswith("No area validation metric")
 
 

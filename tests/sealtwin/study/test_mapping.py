@@ -57,6 +57,7 @@ def test_errors_are_those_of_the_ledger(swept, tmp_path):
         assert run.volume_ratio == figures["volume_ratio"]
     assert mapped_lines(mapped)[0].startswith("The nearest of 4 pairs was chosen with these readings")
     content = json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
+    assert content["against_baselines"] in mapped_lines(mapped)
     assert content["best"]["number"] == mapped.chart.best.number
     assert all((tmp_path / name).is_file() for name in content["files"])
 

@@ -85,6 +85,11 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_p
     assert told["best"]["number"] == min(set(errors_mm) - set(off), key=errors_mm.__getitem__)
     assert told["best"]["beats_flat_level"] is (told["best"]["mean_error_mm"] < told["best"]["flat_level_error_mm"])
     assert any("In no ranking" in line for line in swept_lines(told))
+    # A study says of its fluids what a run says of one.
+    liquid, *others = [one for one in told["fluid_warnings"] if "without a yield stress" in one]
+    assert liquid.startswith("2 of 4 runs: fluid.U is 300: without a yield stress particles move before")
+    assert not others
+    assert [swept_lines(told).count(one) for one in told["fluid_warnings"]] == [1] * len(told["fluid_warnings"])
     table = (out / "runs.csv").read_text().splitlines()
     assert len(table) == 5
     assert table[0].startswith("number,fluid.U,fluid.D_cm,model,unfit,state,mean_error_mm")
@@ -96,9 +101,17 @@ def test_what_was_fitted_is_said_and_computes_nothing_again(lab, unbroken, tmp_p
     shutil.copytree(unbroken, out)
     shutil.copytree(lab.parent, said)
     trial = said / "trial.toml"
-    trial.write_text(trial.read_text().replace('role = "calib', 'fitted = ["fluid.U"]\nrole = "calib'))
-    report = sweep(said / lab.name, out, replace(HERE, dry_run=True), Progress())
-    assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
+    undeclared = trial.read_text(encoding="utf-8")
+    declared = 'fitted = ["fluid.U", "crack.tilt", "seed"]'
+    # Two settings vary, one of which is declared too; four stations were read.
+    for text, fitted in ((undeclared, 2), (undeclared.replace('role = "calib', f'{declared}\nrole = "calib'), 4)):
+        trial.write_text(text, encoding="utf-8")
+        report = sweep(said / lab.name, out, replace(HERE, dry_run=True), Progress())
+        assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
+        (sentence,) = (line for line in swept_lines(report) if "settings fitted" in line)
+        assert sentence == report["best"]["against_baselines"]
+        assert f"with {fitted} settings fitted" in sentence
+        assert ("a curve with 4 numbers would meet all 4 stations." in sentence) is (fitted == 4)
 
 
 def test_a_result_that_was_lost_or_edited_is_computed_again_and_no_other(lab, unbroken, tmp_path):

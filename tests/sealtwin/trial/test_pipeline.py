@@ -24,6 +24,7 @@ from tests.pages import leave_out_pages
 from tests.programs import start_interruptible
 from tests.studies import TRIAL, tiny_lab
 from tests.vtk_reader import read_polydata, read_pvd
+from validate.wording.headline import FAST
 
 LEFT = {
     "trial.toml", "overlay.png", "outline.json", "crack.stl", "crack.ply", "crack.glb", "solid.json", "trajectory.csv",
@@ -189,6 +190,15 @@ def test_a_fluid_that_is_not_sound_is_said_at_the_end_of_every_command(copied, n
         assert remark.startswith("fluid.U is 30: without a yield stress")
         assert warning.startswith("The fluid gained 70 %")
         assert [out.splitlines().count(one) for one in (remark, warning)] == [1, 1]
+
+
+def test_what_is_not_sound_of_the_fast_model_s_fluid_is_said_too():
+    """Its own sentences are there once, in fewer words."""
+    result = {"other_versions": [], "unfit": ["A mound."], "folder": "run", "edited": []}
+    result["fluid_warnings"] = [f"{FAST} It is UNFIT for this case:", "A mound.", "The Bond number is 0.9."]
+    said, *others = result_lines(result, "simulate")
+    assert said.startswith("Fluid: the fast model")
+    assert others == ["A mound.", "The Bond number is 0.9.", "Folder: run"]
 
 
 def test_validate_refuses_results_of_other_settings(copied):

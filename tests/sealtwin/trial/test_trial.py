@@ -190,9 +190,14 @@ def test_the_trials_of_the_fixture_say_what_was_fitted_and_why_their_gate_is_wha
 
 
 @pytest.mark.parametrize(
-    ("name", "says"), [("fluid.u", "the nearest is 'fluid.U'"), ("readings.file", "no such setting")]
+    ("name", "says"),
+    [
+        ("fluid.u", "the nearest is 'fluid.U'"),
+        ("readings.file", "no such setting"),
+        ("fluid.D_cm", "readings.fitted: fluid.D_cm is named twice"),
+    ],
 )
-def test_what_was_fitted_is_a_setting_of_the_trial(tmp_path, name, says):
+def test_what_was_fitted_is_a_setting_of_the_trial_named_once(tmp_path, name, says):
     text = (FIXTURE / "trial.toml").read_text(encoding="utf-8")
     assert '"fluid.U", ' in text
     path = tmp_path / "trial.toml"

@@ -12,6 +12,7 @@ ENOUGH = Basis(17, 1.0, 1 / 16)
 JUDGED = {
     "mean_error_mm": 0.1,
     "escaped_particles": 0,
+    "stations_compared": 17,
     "readings_data": "measured",
     "photo_data": "measured",
     "role": "held-out",
@@ -26,6 +27,9 @@ def judgement_of(
     reason: str = "",
     scatter_known: bool = True,
     edited: tuple[str, ...] = (),
+    screening: bool = False,
+    sentences: tuple[str, ...] = (),
+    unused: tuple[str, ...] = (),
     **more,
 ) -> Comparison:
     """Return the judgement on a crack of 80 mm; ``more`` are fields of the metrics."""
@@ -40,9 +44,25 @@ def judgement_of(
     uncertainty = None
     if interval_mm is not None:
         budget = BudgetSummary.model_construct(scatter_known=scatter_known)
-        uncertainty = ErrorUncertainty.model_construct(mean_error_interval_mm=interval_mm, budget=budget, sentences=())
+        told = {"budget": budget, "sentences": sentences, "unused": unused}
+        uncertainty = ErrorUncertainty.model_construct(mean_error_interval_mm=interval_mm, **told)
     declared = None if gate is None else Gate(mean_error_mm=gate, reason=reason)
-    return judged(metrics, declared, uncertainty, edited)
+    return judged(metrics, declared, uncertainty, edited, screening=screening)
+
+
+@pytest.mark.parametrize(
+    ("case", "findings"),
+    [
+        ({}, ("resolved", "not used")),
+        ({"screening": True}, ("not used",)),
+        ({"edited": ("particles.csv",)}, ("not used",)),
+        ({"basis": Basis(3, 0.3, 0.2)}, ("not used",)),
+    ],
+    ids=["a verdict", "the fast model", "edited", "few readings"],
+)
+def test_what_is_declared_and_not_used_is_said_without_a_verdict_too(case, findings):
+    told = {"sentences": ("resolved", "not used"), "unused": ("not used",)}
+    assert judgement_of(interval_mm=(0.0, 0.2), **told, **case).findings == findings
 
 
 @pytest.mark.parametrize(

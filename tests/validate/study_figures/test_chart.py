@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Profile
+from sealtwin.core.records import Floats, Profile
 from tests.charts import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
 from tests.evidence import axes_of as plots_of
 from validate.study_figures.chart import (
@@ -23,6 +23,7 @@ from validate.study_figures.chart import (
     scatter_of_runs,
 )
 from validate.study_figures.map_figures import draw_heat, heat
+from validate.study_figures.map_sheet import map_sheet
 
 
 def held(runs, readings):
@@ -133,6 +134,25 @@ def test_each_run_is_held_against_the_best_flat_line():
     level_mm = np.interp(s_mm, readings.s_mm, readings.level_mm)
     flat_mm = np.abs(level_mm - np.median(level_mm)).mean()
     assert run.flat_level_error_mm == pytest.approx(flat_mm, rel=1e-3)
+
+
+@pytest.mark.parametrize(("length_mm", "stations"), [(80.0, 17), (79.5, 16)])
+def test_as_many_settings_as_stations_that_are_compared_are_said_to_be_so(length_mm, stations):
+    chart = make_chart(fitted=stations)
+    short = [replace(run, profile=Profile(*_up_to(length_mm, run.profile))) for run in chart.runs]
+    sentence = replace(chart, runs=tuple(short)).beside_baselines
+    assert sentence.endswith(f"a curve with {stations} numbers would meet all {stations} stations.")
+
+
+def _up_to(length_mm: float, profile: Profile) -> tuple[Floats, Floats]:
+    within = profile.s_mm < length_mm
+    s_mm = np.append(profile.s_mm[within], length_mm)
+    return s_mm, np.interp(s_mm, profile.s_mm, profile.level_mm)
+
+
+def test_a_map_says_what_its_fluids_and_its_declared_errors_are_not():
+    chart = make_chart(fluid_warnings=("2 of 4 runs: a hollow.",), unused=("It is not used.",))
+    assert map_sheet(chart, []).cautions[-2:] == ["2 of 4 runs: a hollow.", "It is not used."]
 
 
 def test_the_readings_own_scatter_widens_what_comes_as_near():
