@@ -101,7 +101,7 @@ def settled(run: Lying, depth_mm: Floats) -> Mask:
     """
     on_sample = ~run.spilled
     down = SampleSlope.model_validate(run.settings.get("sample", {})).down
-    fast = np.flatnonzero(on_sample & (run.velocity_mm_s @ down > np.sqrt(2 * GRAVITY_MM_S2 * run.radius_mm)))
+    fast = np.flatnonzero(on_sample & (run.velocity_mm_s @ down > fastest_fall_mm_s(run.radius_mm)))
     if not len(fast):
         return on_sample
     fast_mm, reach_mm = run.position_mm[fast, :2], 2 * run.radius_mm
@@ -119,9 +119,19 @@ def settled(run: Lying, depth_mm: Floats) -> Mask:
     return on_sample
 
 
+def fastest_fall_mm_s(radius_mm: float) -> float:
+    """Speed after a free fall of one radius, along gravity."""
+    return np.sqrt(2 * GRAVITY_MM_S2 * radius_mm)
+
+
 def half_spacing_mm(run: Lying) -> float:
     """Height of the liquid above the topmost centres: half the side of the cube that a particle stands for."""
-    return min(run.radius_mm, float(np.cbrt(run.particle_volume_mm3)) / 2)
+    return half_side_mm(run.radius_mm, run.particle_volume_mm3)
+
+
+def half_side_mm(radius_mm: float, particle_volume_mm3: float) -> float:
+    """Half the side of the cube that a particle stands for, and no more than its radius."""
+    return min(radius_mm, float(np.cbrt(particle_volume_mm3)) / 2)
 
 
 def over_cavity(position_mm: Floats, solid: Solid) -> Mask:

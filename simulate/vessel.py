@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -11,6 +12,8 @@ from sealtwin.core.records import Floats, Integers, Solid
 from simulate.kernels.vessel import Lines, Liquid, raise_surface
 
 Mask = NDArray[np.bool_]
+TURN = np.cos(np.radians(18.0)), np.sin(np.radians(18.0))
+"""Cosine and sine of the angle by which the solid is turned about the z axis."""
 ROUNDED = 1e-6  # Cells
 
 
@@ -38,7 +41,7 @@ class Vessel:
         # Turned so, cells of 0.5 mm take up 0.3 % less than a slot 6 mm wide: their area makes the empty cavity right.
         lines_mm = float((np.minimum(self._ceiling_mm, 0.0)[inside] - np.minimum(self._z_mm, 0.0)[inside]).sum())
         known = lines_mm > 0 and solid.cavity_volume_mm3 > 0
-        self._cell_mm2 = solid.cavity_volume_mm3 / lines_mm if known else cell_mm**2
+        self.cell_mm2 = solid.cavity_volume_mm3 / lines_mm if known else cell_mm**2
 
     def volume_mm3(self, position_mm: Floats, half_mm: float) -> float:
         """Volume below the surface of particles, (n, 3), that end ``half_mm`` above their centres.
@@ -53,7 +56,15 @@ class Vessel:
         wp.launch(raise_surface, len(position_mm), inputs=inputs, device="cpu")
         reached_mm = liquid.top_mm.numpy()
         wet = np.isfinite(reached_mm)
-        return float((np.minimum(reached_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self._cell_mm2
+        return float((np.minimum(reached_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self.cell_mm2
+
+    def lines_on(self, device: str) -> tuple[Any, wp.array]:
+        """The lines for kernels on a device, and the end of the free stretch above each of their crossings."""
+        here, there = self._lines, Lines()
+        there.cell_mm, there.low, there.shape = here.cell_mm, here.low, here.shape
+        for name in ("last", "cell", "z_mm", "upward"):
+            setattr(there, name, wp.clone(getattr(here, name), device=device))
+        return there, wp.array(self._ceiling_mm, dtype=wp.float64, device=device)
 
 
 @lru_cache(maxsize=2)
@@ -64,7 +75,7 @@ def vessel_of(solid: Solid, cell_mm: float) -> Vessel:
 
 def _turned(point_mm: Floats) -> Floats:
     """The points turned about the z axis by 18 degrees."""
-    cosine, sine = np.cos(np.radians(18.0)), np.sin(np.radians(18.0))
+    cosine, sine = TURN
     return point_mm @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
 

@@ -6,16 +6,18 @@ dense as it might be; and new sealant presses into what has frozen. The sum of t
 between the walls and its surface, and what is missing or too much is made up by what still flows.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from sealtwin.core.records import Floats, Solid
+from simulate.device_beds import BedFigures, DeviceBeds
 from simulate.fluid.state import State
 from simulate.kernels.status import FROZEN, MOVING
-from simulate.profile import half_spacing_mm, settled
+from simulate.profile import half_side_mm, half_spacing_mm, settled
+from simulate.settings import SampleSlope
 from simulate.setup.release_schedule import Schedule
 from simulate.vessel import Mask, vessel_of
 
@@ -62,10 +64,12 @@ class VolumeControl:
         factor: float,
         yields: Sequence[bool],
         settings: dict[str, Any],
+        on_device: bool | None = None,
     ) -> None:
         """``factor`` is the scheme's volume factor, which ``State.swelling`` multiplies; ``settings`` are a run's.
 
-        ``yields`` says of each run whether its sealant has a yield stress.
+        ``yields`` says of each run whether its sealant has a yield stress. ``on_device``: the device measures beds, and
+        not the host; None asks whether it is a GPU.
         """
         self._solid, self._schedule, self._state = solid, schedule, state
         self._vessel = vessel_of(solid, CELL * radius_mm)
@@ -73,32 +77,60 @@ class VolumeControl:
         self.every = max(1, round(PERIOD_S / schedule.frame_s))
         """Frames from one measurement to the next."""
         self._gain = self.every * schedule.frame_s / MEMORY_S
+        self._particle_volume_mm3 = schedule.dispensed_mm3 / schedule.particles
+        self._beds: DeviceBeds | None = None
+        if state.device != "cpu" if on_device is None else on_device:
+            self._beds = DeviceBeds(
+                solid,
+                self._vessel,
+                state,
+                radius_mm=radius_mm,
+                half_mm=half_side_mm(radius_mm, self._particle_volume_mm3),
+                flows_mm_s=FLOWS_MM_S,
+                down=SampleSlope.model_validate(settings.get("sample", {})).down,
+            )
 
     def after_frame(self, done: int) -> None:
         """Adjust each run's particles, once in a period. ``done`` is the number of finished frames."""
         if done % self.every:
             return
         swelling = self._state.swelling.numpy().copy()
-        least, most = LEAST_FACTOR / self._factor, MOST_FACTOR / self._factor
-        for run, (bed, moves) in enumerate(self._beds(done)):
+        for run, bed in enumerate(self.figures(done)):
+            if self._is_bed(bed.lying, bed.moving):
+                swelling[run] = self._changed(float(swelling[run]), bed, yields=self._yields[run])
+        self._state.swelling.assign(swelling)
+
+    def figures(self, done: int) -> Iterable[BedFigures]:
+        """The figures of each run's bed; its volume need not be measured where it is too small, or nothing moves."""
+        return self._by_host(done) if self._beds is None else self._beds.figures()
+
+    def _is_bed(self, lying: int, moving: int) -> bool:
+        return moving > 0 and lying * self._particle_volume_mm3 >= LEAST_SETTLED * self._schedule.dispensed_mm3
+
+    def _changed(self, swelling: float, bed: BedFigures, *, yields: bool) -> float:
+        lacking = 1 - bed.volume_mm3 / (bed.lying * self._particle_volume_mm3)
+        share = (bed.flowing_and_lying if yields else bed.moving_and_lying) / bed.lying
+        if yields and share <= STANDS:
+            lacking, share = min(0.0, lacking), bed.moving_and_lying / bed.lying
+        changed = swelling + self._gain * lacking / max(LEAST_FLOWING, share)
+        return min(MOST_FACTOR / self._factor, max(LEAST_FACTOR / self._factor, changed))
+
+    def _by_host(self, done: int) -> Iterator[BedFigures]:
+        for run, (bed, moves) in enumerate(self._particles(done)):
             lies = settled(bed, np.full(len(bed.position_mm), self._solid.depth_mm))
-            dispensed_mm3 = lies.sum() * bed.particle_volume_mm3
-            if not moves.any() or dispensed_mm3 < LEAST_SETTLED * self._schedule.dispensed_mm3:
+            lying, moving = int(lies.sum()), int(moves.sum())
+            if not self._is_bed(lying, moving):
+                yield BedFigures(lying, moving, 0, 0, np.nan)
                 continue
-            lacking = 1 - self._vessel.volume_mm3(bed.position_mm[lies], half_spacing_mm(bed)) / dispensed_mm3
             flows = moves
             if self._yields[run]:
                 flows = moves & (np.linalg.norm(bed.velocity_mm_s, axis=1) >= FLOWS_MM_S)
-            share = (flows & lies).sum() / lies.sum()
-            if self._yields[run] and share <= STANDS:
-                lacking, share = min(0.0, lacking), (moves & lies).sum() / lies.sum()
-            changed = swelling[run] + self._gain * lacking / max(LEAST_FLOWING, share)
-            swelling[run] = min(most, max(least, changed))
-        self._state.swelling.assign(swelling)
+            volume_mm3 = self._vessel.volume_mm3(bed.position_mm[lies], half_spacing_mm(bed))
+            yield BedFigures(lying, moving, int((moves & lies).sum()), int((flows & lies).sum()), volume_mm3)
 
-    def _beds(self, done: int) -> Iterator[tuple[_Bed, Mask]]:
+    def _particles(self, done: int) -> Iterator[tuple[_Bed, Mask]]:
         """Each run's particles that have left the nozzle and are not lost, and the mask of those that move."""
-        state, schedule = self._state, self._schedule
+        state = self._state
         out = state.released(done - 1)
         status, position_mm, velocity_mm_s = state.status_of(), state.position_mm(), state.velocity_mm_s()
         for run in range(state.runs):
@@ -110,7 +142,7 @@ class VolumeControl:
                     velocity_mm_s[own][here],
                     np.zeros(int(here.sum()), dtype=bool),
                     self._radius_mm,
-                    schedule.dispensed_mm3 / schedule.particles,
+                    self._particle_volume_mm3,
                     self._settings,
                 ),
                 status[own][here] == int(MOVING),

@@ -40,14 +40,16 @@ class Launcher:
 
     def bind_whole(self, kernel: Any, dim: int | tuple[int, ...], *inputs: object) -> Callable[[], None]:
         """A launch over all of ``dim`` in one piece, for kernels without rows."""
-        command = self._record(kernel, dim, inputs)
+        return self._bind_all(kernel, dim, inputs)
 
-        # Warp's command keeps addresses only: the default argument keeps the arrays.
-        def launch(_inputs: object = inputs) -> None:
-            self.kernels += 1
-            command.launch()
+    def bind_blocks(self, kernel: Any, blocks: int, lanes: int, *inputs: object) -> Callable[[], None]:
+        """A launch of blocks of ``lanes`` threads, whose tiles add up; ``wp.tid()`` is a block and its thread.
 
-        return launch
+        A CPU's blocks have one thread each, unless Warp is set to give them more. The module of ``kernel`` is compiled
+        for each number of lanes.
+        """
+        lanes = 1 if self.device == "cpu" and not wp.config.enable_cpu_blocks else lanes
+        return self._bind_all(kernel, (blocks, lanes), inputs, lanes)
 
     def bind_first(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
         """A launch over the first so many points, in one piece."""
@@ -85,8 +87,22 @@ class Launcher:
                 else:
                     _launch_all(commands)
 
-    def _record(self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object]) -> Any:
-        return wp.launch(kernel, dim, inputs=list(inputs), device=self.device, record_cmd=True)
+    def _bind_all(
+        self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object], lanes: int | None = None
+    ) -> Any:
+        command = self._record(kernel, dim, inputs, lanes)
+
+        # Warp's command keeps addresses only: the default argument keeps the arrays.
+        def launch(_inputs: object = inputs) -> None:
+            self.kernels += 1
+            command.launch()
+
+        return launch
+
+    def _record(
+        self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object], lanes: int | None = None
+    ) -> Any:
+        return wp.launch(kernel, dim, inputs=list(inputs), device=self.device, record_cmd=True, block_dim=lanes)
 
 
 class RowLaunch:

@@ -17,7 +17,7 @@ class RunStatistics:
     def __init__(self, runs: int) -> None:
         self._runs = runs
         self.density: list[NDArray[np.floating]] = []  # Density errors of the movers, in frames that were sampled
-        self.owner: list[NDArray[np.integer]] = []  # The run of each of these movers
+        self.owner: list[NDArray[np.integer]] = []  # The run of each of these movers, which a sample has run by run
         self.solves = array("q")  # Iterations by substep and run; empty where frames are replayed
         self.moving = array("q")  # Movers by frame and run
         self.neighbours = np.zeros(runs, dtype=np.int64)  # Longest list of neighbours, by run
@@ -46,16 +46,19 @@ class RunStatistics:
         }
 
     def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
-        sampled = len(snapshot["seen_density"]) > 0
-        self.density = [snapshot["seen_density"]] if sampled else []
-        self.owner = [snapshot["seen_owner"]] if sampled else []
+        sampled, owner = len(snapshot["seen_density"]) > 0, snapshot["seen_owner"]
+        # The next sample begins, at the latest, where a run follows one of a larger number.
+        begins = np.flatnonzero(np.diff(owner) < 0) + 1
+        self.density = np.split(snapshot["seen_density"], begins) if sampled else []
+        self.owner = np.split(owner, begins) if sampled else []
         self.solves, self.moving = (array("q", snapshot[name].tolist()) for name in ("seen_solves", "seen_moving"))
         self.neighbours, self.frames_s = snapshot["seen_neighbours"].copy(), float(snapshot["seen_frames_s"])
 
     def summary(self, run: int) -> dict[str, Any]:
         """Figures of one run."""
+        own = [slice(*np.searchsorted(owner, [run, run + 1])) for owner in self.owner]
         # Sorted, for movers come in another order where other runs share the launch.
-        error = np.sort(np.concatenate(self.density)[np.concatenate(self.owner) == run])
+        error = np.sort(np.concatenate([density[rows] for density, rows in zip(self.density, own, strict=True)]))
         moving = np.array(self.moving).reshape(-1, self._runs)[:, run]
         iterations: dict[str, Any] = {}
         if self.solves:

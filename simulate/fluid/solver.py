@@ -134,7 +134,14 @@ class FluidSolver:
         """Particles get a viscosity of their own in each substep, by their shear or by their age."""
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
         self.viscosity = Viscosity(
-            *shared, self.paste, kernels.viscosity, launcher, support=support, mass=self.mass, frame_s=frame_s
+            *shared,
+            self.paste,
+            kernels.viscosity,
+            launcher,
+            support=support,
+            mass=self.mass,
+            frame_s=frame_s,
+            in_blocks=not native,
         )
         coarse: CoarsePressure | None = None
         if settings.pressure == "two-level":

@@ -5,15 +5,17 @@ that the last substep left (one lagged Picard pass), and the same between the fl
 """
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from simulate.fluid.cell_grid import NEIGHBOURS, pairs_of
-from simulate.fluid.launcher import Launcher, RowLaunch
+from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import SPARE, MoversList, State
 from simulate.kernels import conjugate_gradients as device_code
+from simulate.kernels import conjugate_gradients_gpu as block_code
 from simulate.kernels.viscosity import ViscosityKernels
 from simulate.setup.rheology import DAMPS, Rheology, kinematic_viscosity, no_slip_weight
 
@@ -58,7 +60,9 @@ class Viscosity:
         support: float,
         mass: float,
         frame_s: float,
+        in_blocks: bool,
     ) -> None:
+        """``in_blocks`` is for ``bind_search``."""
         rows, runs, device = len(lists.fluid_count), state.runs, state.device
         self._state, self._lists, self._paste, self._support = state, lists, paste, support
         self._pairs, self._launcher = pairs, launcher
@@ -91,7 +95,7 @@ class Viscosity:
         )
         """Measure the shear before a substep replaces the velocities that the last one left."""
         self.bind_weights(lists)
-        self._bind_search()
+        self.bind_search(in_blocks)
 
     @property
     def shear(self) -> Any:
@@ -127,19 +131,38 @@ class Viscosity:
         )
         """The matrix, and the residuals of the velocity without viscosity and of the guess."""
 
-    def _bind_search(self) -> None:
-        launcher, runs, search, system = self._launcher, self._state.runs, self._search, self.system
-        self.apply_matrix = launcher.bind(self._pairs.apply_matrix, *self._moving, self._lists, system, search)
-        self._sum_residuals = launcher.bind(device_code.sum_residuals, *self._moving, system, search)
-        self._start = launcher.bind(device_code.start_search, *self._moving, system, search)
-        self._sum_curvature = launcher.bind(device_code.sum_curvature, self._moving[0], search)
-        self._advance = launcher.bind(device_code.advance_search, *self._moving, system, search)
-        self._sum_left = launcher.bind(device_code.sum_left, self._moving[0], search)
-        self._shift_all = launcher.bind(device_code.shift_all, *self._moving, search)
-        limits = (OF_THE_RIGHT, OF_THE_CHANGE, ITERATIONS_AT_MOST)
-        self._begin = launcher.bind_whole(device_code.begin_search, runs, *limits, search)
-        self._find_length = launcher.bind_whole(device_code.find_length, runs, search)
-        self._find_turn = launcher.bind_whole(device_code.find_turn, runs, ITERATIONS_AT_MOST, search)
+    def bind_search(self, in_blocks: bool) -> None:
+        """``in_blocks`` says that blocks of threads add up, as on a GPU, and not one thread for each part."""
+        self._in_blocks = in_blocks
+        search, system = self._search, self.system
+        # The kernels of both have the same names.
+        code = block_code if in_blocks else device_code
+        by_parts, by_runs = self._bind_by_parts, self._bind_by_runs
+        self.apply_matrix = self._launcher.bind(self._pairs.apply_matrix, *self._moving, self._lists, system, search)
+        self._sum_residuals = by_parts(code.sum_residuals, *self._moving, system, search)
+        self._start = by_parts(code.start_search, *self._moving, system, search)
+        self._sum_curvature = by_parts(code.sum_curvature, self._moving[0], search)
+        self._advance = by_parts(code.advance_search, *self._moving, system, search)
+        self._sum_left = by_parts(code.sum_left, self._moving[0], search)
+        self._shift_all = by_parts(code.shift_all, *self._moving, search)
+        self._begin = by_runs(code.begin_search, OF_THE_RIGHT, OF_THE_CHANGE, ITERATIONS_AT_MOST, search)
+        self._find_length = by_runs(code.find_length, search)
+        self._find_turn = by_runs(code.find_turn, ITERATIONS_AT_MOST, search)
+
+    def _bind_by_parts(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
+        """A launch over the parts of all runs, which takes the number of rows."""
+        parts = self._state.runs * int(device_code.CHUNKS)
+        if self._in_blocks:
+            launch_blocks = self._launcher.bind_blocks(kernel, parts, block_code.LANES, *inputs)
+            return lambda rows: launch_blocks()
+        launch = self._launcher.bind(kernel, *inputs)
+        return lambda rows: launch(parts, rows / parts)
+
+    def _bind_by_runs(self, kernel: Any, *inputs: object) -> Callable[[], None]:
+        runs = self._state.runs
+        if self._in_blocks:
+            return self._launcher.bind_blocks(kernel, runs, block_code.LANES, *inputs)
+        return self._launcher.bind_whole(kernel, runs, *inputs)
 
     def solve_implicit(self, rows: int) -> None:
         """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run's is solved.
@@ -147,16 +170,12 @@ class Viscosity:
         The device itself decides on the next iteration, so that a recorded solve takes as many as any other.
         """
         self.weigh_pairs(rows)
-        self._by_parts(self._sum_residuals, rows)
+        self._sum_residuals(rows)
         self._begin()
-        self._by_parts(self._start, rows)
+        self._start(rows)
         wp.capture_while(self._search.more, self._iterate, rows=rows)
-        self._by_parts(self._sum_left, rows)
-        self._by_parts(self._shift_all, rows)
-
-    def _by_parts(self, launch: RowLaunch, rows: int) -> None:
-        parts = self._state.runs * int(device_code.CHUNKS)
-        launch(parts, rows / parts)
+        self._sum_left(rows)
+        self._shift_all(rows)
 
     def iterations(self) -> Any:
         """Number of iterations that the last solve took, by run."""
@@ -164,9 +183,9 @@ class Viscosity:
 
     def _iterate(self, rows: int) -> None:
         self.apply_matrix(rows)
-        self._by_parts(self._sum_curvature, rows)
+        self._sum_curvature(rows)
         self._find_length()
-        self._by_parts(self._advance, rows)
+        self._advance(rows)
         self._find_turn()
 
     def pass_explicit(self, rows: int) -> int:

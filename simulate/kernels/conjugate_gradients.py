@@ -1,6 +1,7 @@
 """Device code of the conjugate gradients that solve the viscosity's linear system, for all runs at once.
 
-Each run is solved as if it were alone, to the same bits with any number of threads and of other runs.
+Each run is solved as if it were alone, to the same bits with any number of threads and of other runs. The kernels here
+are a CPU's; ``conjugate_gradients_gpu`` has a GPU's, which do the same by row and by run but add up side by side.
 """
 
 import warp as wp
@@ -84,6 +85,22 @@ def rows_of(movers: Movers, part: int):
     return wp.vec2i(first + begin, first + wp.min(begin + width, rows))
 
 
+@wp.func
+def squares_of(particles: Particles, movers: Movers, system: System, search: Search, row: int):
+    """A row's share in the squares of the right side and of both residuals, in the norm of the preconditioner."""
+    inverse = system.inverse[row]
+    own = particles.velocity[movers.particle[row]]
+    still = search.residual[row]
+    moved = search.product[row]
+    return Sums(
+        wp.dot(own, times(inverse, own)),
+        wp.dot(still, times(inverse, still)),
+        wp.dot(moved, times(inverse, moved)),
+        1.0 + system.held[row],
+        wp.dot(own, own),
+    )
+
+
 @run_kernel
 def sum_residuals(
     parts: Span,
@@ -92,24 +109,13 @@ def sum_residuals(
     system: System,
     search: Search,  # out: partial, and zero in ``more``
 ):
-    """Squares of the right side and of both residuals, in the norm of the preconditioner."""
     for part in range(parts.begin + wp.tid(), parts.end, parts.step):
         if part == 0:
             search.more[0] = 0
         rows = rows_of(movers, part)
         total = Sums(0.0)
         for row in range(rows[0], rows[1]):
-            inverse = system.inverse[row]
-            own = particles.velocity[movers.particle[row]]
-            still = search.residual[row]
-            moved = search.product[row]
-            total += Sums(
-                wp.dot(own, times(inverse, own)),
-                wp.dot(still, times(inverse, still)),
-                wp.dot(moved, times(inverse, moved)),
-                1.0 + system.held[row],
-                wp.dot(own, own),
-            )
+            total += squares_of(particles, movers, system, search, row)
         search.partial[part // CHUNKS, part % CHUNKS] = total
 
 
@@ -122,16 +128,9 @@ def whole_sum(search: Search, run: int):
     return total
 
 
-@run_kernel
-def begin_search(
-    of_the_right: float,
-    of_the_change: float,
-    at_most: int,
-    search: Search,  # out: all scalars
-):
+@wp.func
+def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_the_change: float, at_most: int):
     """Choose where to begin, and the goal: shares of the right side, and of the residual of no viscosity at all."""
-    run = wp.tid()
-    squares = whole_sum(search, run)
     # Stiff sealant that moves as a whole has a residual of rounding alone: of velocities times the matrix, whose size
     # is the ratio of their squares in both norms.
     rounded = ROUNDINGS * UNIT_ROUNDOFF * squares[4]
@@ -145,6 +144,17 @@ def begin_search(
     search.length[run] = 0.0
     search.iterations[run] = 0
     ask_for_more(search, run, at_most)
+
+
+@run_kernel
+def begin_search(
+    of_the_right: float,
+    of_the_change: float,
+    at_most: int,
+    search: Search,  # out: all scalars
+):
+    run = wp.tid()
+    begin_run(search, run, whole_sum(search, run), of_the_right, of_the_change, at_most)
 
 
 @wp.func
@@ -163,22 +173,27 @@ def ask_for_more(search: Search, run: int, at_most: int):
         search.unsolved[run] = 1
 
 
+@wp.func
+def start_row(movers: Movers, particles: Particles, system: System, search: Search, row: int, warm: int):
+    """Begin at the guess, which lies where the scaled residual will, or at the velocity without viscosity."""
+    i = movers.particle[row]
+    r = search.residual[row]
+    if warm == 1:
+        r = search.product[row]
+        particles.velocity[i] = particles.scaled_residual[i]
+    search.residual[row] = r
+    search.direction[row] = wp.vec3(0.0)
+    search.pull[row] = wp.vec3(0.0)
+    particles.scaled_residual[i] = times(system.inverse[row], r)
+
+
 @run_kernel
 def start_search(parts: Span, movers: Movers, particles: Particles, system: System, search: Search):
-    """Begin at the guess, which lies where the scaled residual will, or at the velocity without viscosity."""
     for part in range(parts.begin + wp.tid(), parts.end, parts.step):
         rows = rows_of(movers, part)
         warm = search.warm[part // CHUNKS]
         for row in range(rows[0], rows[1]):
-            i = movers.particle[row]
-            r = search.residual[row]
-            if warm == 1:
-                r = search.product[row]
-                particles.velocity[i] = particles.scaled_residual[i]
-            search.residual[row] = r
-            search.direction[row] = wp.vec3(0.0)
-            search.pull[row] = wp.vec3(0.0)
-            particles.scaled_residual[i] = times(system.inverse[row], r)
+            start_row(movers, particles, system, search, row, warm)
 
 
 @run_kernel
@@ -197,13 +212,14 @@ def sum_curvature(
         search.partial[part // CHUNKS, part % CHUNKS] = Sums(total, 0.0, 0.0, 0.0, 0.0)
 
 
-@run_kernel
-def find_length(search: Search):
+@wp.func
+def is_solved(search: Search, run: int):
+    return search.error[run] <= search.goal[run]
+
+
+@wp.func
+def set_length(search: Search, run: int, along: float):
     """The step to the least energy along the next direction."""
-    run = wp.tid()
-    if search.error[run] <= search.goal[run]:
-        return
-    along = whole_sum(search, run)[0]
     curvature = along
     if search.turn[run] > 0.0:
         curvature -= search.turn[run] * search.error[run] / search.length[run]
@@ -215,29 +231,52 @@ def find_length(search: Search):
 
 
 @run_kernel
+def find_length(search: Search):
+    run = wp.tid()
+    if is_solved(search, run):
+        return
+    set_length(search, run, whole_sum(search, run)[0])
+
+
+@wp.func
+def advance_row(
+    movers: Movers, particles: Particles, system: System, search: Search, row: int, length: float, turn: float
+):
+    """Turn the direction and go along it; returns the square of the new residual."""
+    i = movers.particle[row]
+    direction = particles.scaled_residual[i] + turn * search.direction[row]
+    pull = search.product[row] + turn * search.pull[row]
+    search.direction[row] = direction
+    search.pull[row] = pull
+    particles.velocity[i] = particles.velocity[i] + length * direction
+    r = search.residual[row] - length * pull
+    search.residual[row] = r
+    scaled = times(system.inverse[row], r)
+    particles.scaled_residual[i] = scaled
+    return wp.dot(r, scaled)
+
+
+@run_kernel
 def advance_search(parts: Span, movers: Movers, particles: Particles, system: System, search: Search):
-    """Turn the direction, go along it, and sum up the new residual."""
     for part in range(parts.begin + wp.tid(), parts.end, parts.step):
         run = part // CHUNKS
-        if search.error[run] <= search.goal[run]:
+        if is_solved(search, run):
             continue
         rows = rows_of(movers, part)
         length = search.length[run]
         turn = search.turn[run]
         total = float(0.0)
         for row in range(rows[0], rows[1]):
-            i = movers.particle[row]
-            direction = particles.scaled_residual[i] + turn * search.direction[row]
-            pull = search.product[row] + turn * search.pull[row]
-            search.direction[row] = direction
-            search.pull[row] = pull
-            particles.velocity[i] = particles.velocity[i] + length * direction
-            r = search.residual[row] - length * pull
-            search.residual[row] = r
-            scaled = times(system.inverse[row], r)
-            particles.scaled_residual[i] = scaled
-            total += wp.dot(r, scaled)
+            total += advance_row(movers, particles, system, search, row, length, turn)
         search.partial[run, part % CHUNKS] = Sums(total, 0.0, 0.0, 0.0, 0.0)
+
+
+@wp.func
+def set_turn(search: Search, run: int, error: float, at_most: int):
+    """The share of this direction in the next one, and whether there is one."""
+    search.turn[run] = error / wp.max(search.error[run], 1.0e-30)
+    search.error[run] = error
+    ask_for_more(search, run, at_most)
 
 
 @run_kernel
@@ -245,14 +284,10 @@ def find_turn(
     at_most: int,
     search: Search,  # in, out
 ):
-    """The share of this direction in the next one, and whether there is one."""
     run = wp.tid()
-    if search.error[run] <= search.goal[run]:
+    if is_solved(search, run):
         return
-    error = whole_sum(search, run)[0]
-    search.turn[run] = error / wp.max(search.error[run], 1.0e-30)
-    search.error[run] = error
-    ask_for_more(search, run, at_most)
+    set_turn(search, run, whole_sum(search, run)[0], at_most)
 
 
 @run_kernel
@@ -270,17 +305,29 @@ def sum_left(
         search.partial[part // CHUNKS, part % CHUNKS] = Sums(total[0], total[1], total[2], 0.0, 0.0)
 
 
+@wp.func
+def shift_of(search: Search, run: int, left: Sums):
+    """Velocity by which a run moves as a whole, so that its residual is zero.
+
+    Pairs then keep momentum, wherever the search ended.
+    """
+    return wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
+
+
+@wp.func
+def shift_row(movers: Movers, particles: Particles, row: int, by: wp.vec3):
+    i = movers.particle[row]
+    particles.velocity[i] = particles.velocity[i] + by
+
+
 @run_kernel
 def shift_all(parts: Span, movers: Movers, particles: Particles, search: Search):
-    """Move a run as a whole until its residual is zero: pairs then keep momentum, wherever the search ended."""
     for part in range(parts.begin + wp.tid(), parts.end, parts.step):
         run = part // CHUNKS
         rows = rows_of(movers, part)
-        left = whole_sum(search, run)
-        by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
+        by = shift_of(search, run, whole_sum(search, run))
         # What is no number stays with its particle, which is then found.
         if not wp.isfinite(by):
             continue
         for row in range(rows[0], rows[1]):
-            i = movers.particle[row]
-            particles.velocity[i] = particles.velocity[i] + by
+            shift_row(movers, particles, row, by)

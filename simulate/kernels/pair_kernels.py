@@ -28,7 +28,7 @@ def pair_kernels(native: bool) -> PairKernels:
     return PairKernels(
         neighbour_kernels(search, module),
         pressure_kernels(loops, module, seldom),
-        viscosity_kernels(loops, module, seldom),
+        viscosity_kernels(loops, module, seldom, skips_solved=not native),
     )
 
 

@@ -1,8 +1,8 @@
 """The Warp module of all kernels that a run on a CPU launches.
 
 A compiler reads Warp's headers anew for each module, which takes it longer than ten kernels do. Modules of their own
-are what a GPU alone launches, to sort into cells, to list who moves and to sum over pairs, the kernels of the two-level
-pressure and of the printed viscosity, and what tests launch.
+are what a GPU alone launches, to sort, to list who moves, to sum over pairs, to solve and to measure beds, the kernels
+of the two-level pressure and of the printed viscosity, and what tests launch.
 """
 
 from typing import Any

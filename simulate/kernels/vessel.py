@@ -31,18 +31,19 @@ class Liquid:
     top_mm: wp.array[wp.float64]
 
 
-@run_kernel
-def raise_surface(
+@wp.func
+def raise_over(
     liquid: Liquid,  # in, out: top_mm
+    tops: int,
+    here: wp.vec3d,
     half_mm: wp.float64,
     reach_mm: wp.float64,
     lines: Lines,
 ):
-    """Raise the liquid above each upward crossing to ``half_mm`` above every particle within reach of the cell's line.
+    """Raise the liquid to ``half_mm`` above a particle where the line of a cell within reach has an upward crossing.
 
-    A particle counts for the stretch of the line that it is in.
+    A particle counts for the stretch of the line that it is in. ``tops`` is the place of the first crossing's top.
     """
-    here = liquid.position_mm[wp.tid()]
     size = lines.cell_mm
     reach = int(wp.ceil(reach_mm / size))
     row = int(wp.floor(here[0] / size))
@@ -67,4 +68,15 @@ def raise_surface(
                 else:
                     break
             if below >= 0 and lines.upward[below] == 1:
-                wp.atomic_max(liquid.top_mm, below, here[2] + half_mm)
+                wp.atomic_max(liquid.top_mm, tops + below, here[2] + half_mm)
+
+
+@run_kernel
+def raise_surface(
+    liquid: Liquid,  # in, out: top_mm
+    half_mm: wp.float64,
+    reach_mm: wp.float64,
+    lines: Lines,
+):
+    """Raise the liquid above each upward crossing to ``half_mm`` above all particles that reach the cell's line."""
+    raise_over(liquid, 0, liquid.position_mm[wp.tid()], half_mm, reach_mm, lines)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from simulate.kernels.conjugate_gradients import Search, Symmetric, System
+from simulate.kernels.conjugate_gradients import Search, Symmetric, System, is_solved
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import DragSums, GradientSums
 from simulate.kernels.status import Movers, Particles, Span, end_of
@@ -83,10 +83,11 @@ def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float,
     return wp.sqrt(0.5 * wp.ddot(rate, rate))
 
 
-def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> ViscosityKernels:
+def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solved: bool) -> ViscosityKernels:
     """The kernels of the viscosity that sum over pairs, with the inner loops of ``loops``.
 
-    ``explicit`` is the Warp module of what the explicit passes alone launch.
+    ``explicit`` is the Warp module of what the explicit passes alone launch. ``skips_solved``: runs that are solved,
+    whose products nobody reads, do not make the others of a launch wait, which threads of a GPU share.
 
     They are defined in a function because Warp binds the functions that a kernel calls when the kernel is defined.
     """
@@ -199,6 +200,8 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any) -> Viscosit
         """(I + A) of backward Euler on Eq. 5, times the scaled residual."""
         for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
             i = movers.particle[row]
+            if wp.static(skips_solved) and is_solved(search, i // particles.per_run):
+                continue
             near = neighbours
             vector = particles.scaled_residual
             pulled = sum_pulled(vector, system.links, near.fluid, near.fluid_at[row], near.fluid_count[row], vector[i])

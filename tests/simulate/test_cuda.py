@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 
 from simulate.device import choose_device
+from simulate.kernels.beds import PARTS
 from tests.launches import (
     PASTES,
     check_going_on,
@@ -78,16 +79,28 @@ def test_explicit_passes_are_counted_by_the_host_and_no_frame_of_theirs_is_recor
 
 
 def test_frames_are_replayed_without_a_word_from_the_host(monkeypatch):
-    """Between samples no array is read and nobody waits."""
+    """Between samples nobody waits and no array is read, but some figures of the bed each time that it is measured."""
     injection = ready(PASTES[:1], device=DEVICE)
-    for _ in range(2):
-        injection.advance()
+    control, numpy = injection.volume_control, wp.array.numpy
+    assert control is not None
+    read: list[int] = []
 
     def overheard(*_: object) -> None:
         raise AssertionError("the host asked within a frame")
 
-    for name in ("synchronize_device", "synchronize_stream", "synchronize"):
-        monkeypatch.setattr(f"warp._src.context.{name}", overheard)
-    monkeypatch.setattr(wp.array, "numpy", overheard)
-    for _ in range(40):
+    def noted(array: wp.array) -> np.ndarray:
+        read.append(array.size)
+        return numpy(array)
+
+    for _ in range(2):
         injection.advance()
+    while injection.done < 42:
+        measured = (injection.done + 1) % control.every == 0
+        with monkeypatch.context() as within:
+            within.setattr(wp.array, "numpy", noted if measured else overheard)
+            for name in () if measured else ("synchronize_device", "synchronize_stream", "synchronize"):
+                within.setattr(f"warp._src.context.{name}", overheard)
+            injection.advance()
+    # The factors of all runs, and the parts of their counts and volumes.
+    assert len(read) == 3 * (42 // control.every)
+    assert max(read) == int(PARTS)

@@ -1,0 +1,163 @@
+"""Device code that measures the beds of all runs at once, where their particles are: on a GPU. Millimetres, mm/s.
+
+Double precision, as on the host, and sums of a fixed order: over blocks of threads, and over the parts of each run.
+"""
+
+import warp as wp
+
+from simulate.kernels.status import FROZEN, MOVING, Particles
+from simulate.kernels.vessel import Lines, Liquid, raise_over
+
+LANES = 128  # Threads of a block
+PARTS = wp.constant(32)
+"""Parts of a run that are summed up one by one; the host adds them. One run alone then fills a quarter of a GPU."""
+
+wp.set_module_options({"enable_backward": False, "block_dim": LANES})
+
+
+@wp.struct
+class Sizes:
+    """Constants that all runs share."""
+
+    mm: wp.float64  # A millimetre in the solver's unit
+    down: wp.vec3d  # Direction of gravity
+    falls_mm_s: wp.float64  # Speed along it above which a particle may be in flight
+    flows_mm_s: wp.float64  # Speed from which paste that yields flows
+    radius_mm: wp.float64
+    floor_mm: wp.float64  # Height of the solid's floor
+    half_mm: wp.float64  # Height of the liquid above the centres of its topmost particles
+    reach_mm: wp.float64  # Distance from a particle to the lines that it raises
+    turn: wp.vec2d  # Cosine and sine of the angle by which the solid's lines are turned
+
+
+@wp.struct
+class Beds:
+    """Measured figures, and the arrays that they are made in."""
+
+    lies: wp.array[int]  # 1 for a particle on the sample that is not in flight; by particle
+    count: wp.array2d[wp.vec4i]
+    """Particles that lie, that move, that move and lie, and of these the ones that flow; by run and part."""
+    length_mm: wp.array2d[wp.float64]  # Wet length of the vertical lines, by run and part
+    ceiling_mm: wp.array[wp.float64]  # End of the free stretch above each crossing
+    liquid: Liquid
+    """The tops of a batch of runs, one run's crossings behind the other's."""
+
+
+@wp.func
+def is_here(particles: Particles, i: int):
+    """True for a particle that has left the nozzle and is not lost; one that waits has a status of its own."""
+    x = particles.position[i]
+    return particles.status[i] <= FROZEN and wp.isfinite(wp.vec3(x[0], x[1], x[2]))
+
+
+@wp.func
+def place_of(particles: Particles, sizes: Sizes, i: int):
+    x = particles.position[i]
+    return wp.vec3d(wp.float64(x[0]) / sizes.mm, wp.float64(x[1]) / sizes.mm, wp.float64(x[2]) / sizes.mm)
+
+
+@wp.func
+def speed_of(particles: Particles, sizes: Sizes, i: int):
+    v = particles.velocity[i]
+    return wp.vec3d(wp.float64(v[0]) / sizes.mm, wp.float64(v[1]) / sizes.mm, wp.float64(v[2]) / sizes.mm)
+
+
+@wp.func
+def falls(particles: Particles, sizes: Sizes, i: int):
+    return wp.dot(speed_of(particles, sizes, i), sizes.down) > sizes.falls_mm_s
+
+
+@wp.kernel
+def find_lying(
+    particles: Particles,
+    sizes: Sizes,
+    beds: Beds,  # out: lies
+):
+    """``profile.settled``: of what falls, a block of threads looks for the bed below; all other blocks end at once."""
+    i, lane = wp.tid()
+    here = is_here(particles, i)
+    if not here or not falls(particles, sizes, i):
+        if lane == 0:
+            beds.lies[i] = wp.where(here, 1, 0)
+        return
+    place = place_of(particles, sizes, i)
+    first = i // particles.per_run * particles.per_run
+    around = wp.float64(2.0) * sizes.radius_mm
+    bed_mm = sizes.floor_mm
+    for j in range(first + lane, first + particles.per_run, wp.block_dim()):
+        if is_here(particles, j) and not falls(particles, sizes, j):
+            other = place_of(particles, sizes, j)
+            along = other[0] - place[0]
+            across = other[1] - place[1]
+            if along * along + across * across <= around * around:
+                bed_mm = wp.max(bed_mm, other[2])
+    highest_mm = wp.tile_max(wp.tile(bed_mm))[0]
+    if lane == 0:
+        beds.lies[i] = wp.where(place[2] <= highest_mm + sizes.radius_mm, 1, 0)
+
+
+@wp.kernel
+def count_particles(
+    particles: Particles,
+    sizes: Sizes,
+    beds: Beds,  # out: count
+):
+    part, lane = wp.tid()
+    run = part // PARTS
+    width = (particles.per_run + PARTS - 1) // PARTS
+    begin = part % PARTS * width
+    own = wp.vec4i(0, 0, 0, 0)
+    for k in range(begin + lane, wp.min(begin + width, particles.per_run), wp.block_dim()):
+        i = run * particles.per_run + k
+        lies = beds.lies[i]
+        moves = int(0)
+        flows = int(0)
+        if particles.status[i] == MOVING and is_here(particles, i):
+            moves = 1
+            if wp.length(speed_of(particles, sizes, i)) >= sizes.flows_mm_s:
+                flows = 1
+        own += wp.vec4i(lies, moves, moves * lies, flows * lies)
+    total = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
+    if lane == 0:
+        beds.count[run, part % PARTS] = total
+
+
+@wp.kernel
+def raise_surfaces(
+    particles: Particles,
+    sizes: Sizes,
+    lines: Lines,
+    first_run: int,
+    beds: Beds,  # in, out: the liquid's tops
+):
+    """``vessel.raise_surface`` for a batch of runs."""
+    k = wp.tid()
+    i = first_run * particles.per_run + k
+    if beds.lies[i] == 0:
+        return
+    x = place_of(particles, sizes, i)
+    turned = wp.vec3d(x[0] * sizes.turn[0] - x[1] * sizes.turn[1], x[0] * sizes.turn[1] + x[1] * sizes.turn[0], x[2])
+    tops = k // particles.per_run * lines.z_mm.shape[0]
+    raise_over(beds.liquid, tops, turned, sizes.half_mm, sizes.reach_mm, lines)
+
+
+@wp.kernel
+def sum_lines(
+    lines: Lines,
+    first_run: int,
+    beds: Beds,  # out: length_mm of a batch of runs
+):
+    """Length of the vertical lines from the foot of each wet stretch to its top, or to its ceiling."""
+    part, lane = wp.tid()
+    run = part // PARTS
+    crossings = lines.z_mm.shape[0]
+    width = (crossings + PARTS - 1) // PARTS
+    begin = part % PARTS * width
+    own = wp.float64(0.0)
+    for k in range(begin + lane, wp.min(begin + width, crossings), wp.block_dim()):
+        top_mm = beds.liquid.top_mm[run * crossings + k]
+        if wp.isfinite(top_mm):
+            own += wp.min(top_mm, beds.ceiling_mm[k]) - lines.z_mm[k]
+    total = wp.tile_sum(wp.tile(own))[0]
+    if lane == 0:
+        beds.length_mm[first_run + run, part % PARTS] = total
