@@ -237,6 +237,7 @@ class TableReader:
             header_row=header.row.number,
             digits_mm=digits_mm,
             is_depth=header.quantity == "depth",
+            declared_unit_mm=FACTORS[header.station.unit or "mm"] if header.station.unit_declared else None,
         )
 
     def _merged_stations(self) -> dict[int, SheetCell]:

@@ -39,6 +39,7 @@ TURNED: tuple[tuple[Kind, float, str], ...] = (
 )
 """Kinds of mistakes that are one factor of all levels."""
 BELOW_FLOOR_MM = 1.0
+COUNTED_SHARE = 0.5  # Share of the crack up to which stations that count 1, 2, 3 may be numbers of places
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,8 @@ def doubts_of_sheet(cells: ReadCells, depth_mm: float | None, filling: Filling |
     if known.sum() < 3:
         return
     s_mm, level_mm = cells.s_mm[known], np.nanmedian(cells.levels_mm[known], axis=1)
+    if filling is not None and (counted := _counted(cells, filling.outline.length_mm)) is not None:
+        yield counted
     found = dict(_by_numbers(cells, level_mm, depth_mm))
     if filling is not None:
         for screen in (_by_volume, _by_level):
@@ -71,6 +74,23 @@ def doubts_of_sheet(cells: ReadCells, depth_mm: float | None, filling: Filling |
     for kind, words in found.items():
         column = cells.station_column if kind == "direction" else int(cells.columns[0])
         yield Doubt(kind, cells.header_row, column, (kind,), words, ASK[kind])
+
+
+def _counted(cells: ReadCells, length_mm: float) -> Doubt | None:
+    """Return the doubt whether stations of a unit that is only declared are numbers of places: 1, 2, 3 to n."""
+    unit_mm, s_mm = cells.declared_unit_mm, cells.s_mm
+    if unit_mm is None or s_mm[-1] > COUNTED_SHARE * length_mm:
+        return None
+    if not any(np.allclose(s_mm, unit_mm * np.arange(first, first + len(s_mm))) for first in (0, 1)):
+        return None
+    first, last = f"{s_mm[0] / unit_mm:g}", f"{s_mm[-1] / unit_mm:g}"
+    found = (
+        f"the stations count from {first} to {last} by ones, and readings.unit alone makes them {s_mm[-1]:g} mm of a "
+        f"crack of {length_mm:.3g} mm: perhaps they are numbers of places."
+    )
+    return Doubt(
+        "unit", cells.header_row, cells.station_column, ("unit",), found, "Write each place's distance along s"
+    )
 
 
 def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> Iterator[tuple[Kind, str]]:
