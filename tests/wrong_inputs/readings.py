@@ -2,7 +2,7 @@
 
 import shutil
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -92,7 +92,7 @@ def sheet(name: str, write: str | Write, *names: str, settings: str = "", suffix
     return WrongInput(name, make, "validate {given} --device cpu", (f"P01{suffix}", *names))
 
 
-def lab(name: str, files: dict[str, str | Write], *names: str, settings: str = "") -> WrongInput:
+def lab(name: str, files: Mapping[str, str | Write], *names: str, settings: str = "") -> WrongInput:
     """A lab's folder of P01 with these files beside its photo, and of a sound P02, which has no readings."""
     note = f"[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n"
     notes = {f"{sample}.toml": note for sample in ("P01", "P02") if f"{sample}_note.xlsx" not in files}

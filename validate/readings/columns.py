@@ -1,6 +1,6 @@
 """The header of a sheet: its rows, and the columns with their sign and unit, as it names them or as declared."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal
@@ -133,7 +133,7 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList, mass: Ma
         found_ = f"column {_names([repeat])} numbers the repeats of one column, and there are {_names(readings)}."
         faults.add(place, found_, "Name those that are readings of one station: [readings.columns] levels, or repeat.")
     _check_numbers(place, readings, faults)
-    _check_factors(place, [stations[0], *readings], declared, faults)
+    _check_factors(place, [stations[0], *readings], found.names.values(), declared, faults)
     for column in (stations[0], *readings):
         if (word := other_units.get(column.index)) is not None:
             what = f"{quoted(word)}, below {quoted(column.name)}, is no unit of length that is known."
@@ -285,12 +285,14 @@ def _check_numbers(place: Place, readings: Sequence[Column], faults: FaultList) 
             faults.add(place, f"repeat {label} occurs twice: {_names(columns)}.", SAY, columns[1].name)
 
 
-def _check_factors(place: Place, columns: Sequence[Column], declared: Declared, faults: FaultList) -> None:
+def _check_factors(
+    place: Place, columns: Sequence[Column], names: Collection[str], declared: Declared, faults: FaultList
+) -> None:
     """Add a fault for each number that stands beside a unit, and may multiply it or say how finely was read."""
     if "unit" in (declared.as_written or ()):
         return
-    numbers = {number for column in columns if (number := ten_at_unit(column.name)) is not None}
-    labels = {column.number for column in columns}
+    numbers = {ten_at_unit(name) for name in names}
+    labels = {found.number for name in names if (found := meaning(name)) is not None}
     for column in columns:
         # 10 is the number of a repeat where there is a ninth, and 1/10 where there is 2/10.
         ten = ten_at_unit(column.name)

@@ -184,7 +184,7 @@ class SheetGrid:
     hidden_rows: frozenset[int] = frozenset()
     hidden_columns: frozenset[int] = frozenset()
     shown_units: Mapping[tuple[int, int], str] = field(default_factory=dict[tuple[int, int], str])
-    """What the format of a number shows behind it, as "cm" or "%", by row from 1 and column from 0."""
+    """Text that the format of a number shows behind it, as "cm" or "%", by row from 1 and column from 0."""
     turned: tuple[int, ...] | None = None
     """Rows of the file, by number, that the columns of a turned sheet were; None in a sheet as it is in its file."""
 

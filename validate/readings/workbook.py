@@ -41,7 +41,7 @@ from validate.units import counted
 LARGEST_UNPACKED_BYTES = 32_000_000  # Limit on all parts together: 10,000 rows of 32 numbers take 13 million bytes
 HIDDEN = ("1", "true")
 CALCULATES_ON_LOAD = re.compile(rb"<(?:\w+:)?calcPr\b[^>]*\bfullCalcOnLoad\s*=\s*[\"'](?:1|true)")
-"""What a writer that calculates nothing leaves to the program that opens the file; Excel takes it out."""
+"""Mark of a writer that calculates nothing: the program that opens the file is to do so, and Excel takes it out."""
 NO_DATE = re.compile(r"[^\W\d_dmyhsapegbjtcrw]", re.IGNORECASE)
 """Letter that no format of a date has, and the word Standard does: General in other languages."""
 TEXT_OR_COLOUR = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')

@@ -102,6 +102,20 @@ def test_formats_of_numbers_are_no_dates(book, read):
     assert read(book).repeats_mm[:, 0].tolist() == [-1.5, -2, -2.5]
 
 
+@pytest.mark.parametrize("general", ["Standard", "Est\u00e1ndar", "Standaard"])
+def test_the_word_for_a_general_format_is_no_date(book, read, general):
+    """Writers store the word of their language, whose d, m, s and y openpyxl takes for those of a date."""
+    for row in (2, 3, 4):
+        first(book).cell(row, 2).number_format = general
+    assert read(book).repeats_mm[:, 0].tolist() == [-1.5, -2, -2.5]
+
+
+def test_control_characters_of_names_are_decoded(book, read):
+    """SAP and LIMS write a line's end as _x000D_."""
+    first(book)["A1"], first(book)["B1"] = "s_mm_x000D_", "Tiefe 1_x000D__x000A_[mm]"
+    assert read(book).s_mm.tolist() == [0, 5, 10]
+
+
 def test_merged_cells_are_named(book, read):
     first(book).merge_cells("B3:C3")
     (fault,) = faults_of(read, book).faults
