@@ -191,6 +191,12 @@ NOBODY = '<table:table-cell office:value-type="string" office:string-value="kapu
 FORMULA = 'table:formula="of:=1-1"'
 TWINS = {f"{unicodedata.normalize(form, 'P01 Größe')}.csv": under("s_mm;depth_mm") for form in ("NFC", "NFD")}
 
+
+def depths(folder: Path) -> None:
+    write_photo(folder / "P01.png")
+    (folder / "depths.csv").write_text("s_mm;depth_mm;Einheit\n0;8;mm\n9;0.3;inch\n", encoding="utf-8")
+
+
 CASES: list[WrongInput] = [
     # A number beside a unit.
     sheet("a decimal before the unit", under("s_mm;Tiefe (0,1 mm)"), "'Tiefe (0,1 mm)'", "'0,1 mm'", "as_written"),
@@ -200,7 +206,7 @@ CASES: list[WrongInput] = [
     sheet("a power of ten", under("s_mm;depth [10^-1 mm]"), "'10^-1'"),
     sheet("a factor beside a declared unit", under("s_mm;depth 1/100"), "'/100'", settings=IN_MM),
     sheet("a factor of inches", under("s_mm;depth (1/1000 in)"), "'1/1000 in'", settings=IN_MM),
-    sheet("a factor of places", under("Pos (0,1 mm);depth_mm"), "'Pos (0,1 mm)'"),
+    sheet("a factor of places", under("Pos (0,1 mm);depth_mm"), "'0,1 mm'", "as_written"),
     sheet(
         "tenths and a declared unit", under("s_mm;Tiefe [1/10 mm]"), "1/10 mm and mm", "readings.unit", settings=IN_MM
     ),
@@ -272,6 +278,13 @@ CASES: list[WrongInput] = [
         },
         "hidden",
         '["B"]',
+    ),
+    # Sisters.
+    WrongInput(
+        "a depth in inches",
+        depths,
+        "digitise {given}/P01.png --mm-per-px 0.1 --depth-mm {given}/depths.csv --out {out}",
+        ("depths.csv", "line 3", "column depth_mm", "0.3", "'inch'"),
     ),
     # What a lab leaves.
     lab("twins by Unicode", TWINS, "2 files", "look alike"),

@@ -82,18 +82,22 @@ def _holds_units(name: str, cells: Sequence[SheetCell]) -> bool:
 
 
 def unit_cells(
-    body: Sequence[SheetRow], columns: Sequence[int], stations: Set[int], readings: Sequence[int]
+    body: Sequence[SheetRow],
+    columns: Sequence[int],
+    stations: Set[int],
+    readings: Sequence[int],
+    without: Sequence[int],
 ) -> Iterator[UnitCell]:
     """Yield the unit that each row has in ``columns`` for its reading, or for its station.
 
     A column of units is that of the readings at its left, up to the next one; beside the stations alone it may be
-    theirs, or that of the readings that follow.
+    theirs, or that of the readings that follow ``without`` a unit of their own.
     """
     before = -1
     for at in columns:
         left = [column for column in sorted({*stations, *readings}) if before < column < at]
         of_readings = [column for column in left if column in readings]
-        of = of_readings or [*left, *(column for column in readings if column > at and len(columns) == 1)]
+        of = of_readings or [*left, *(column for column in without if column > at and len(columns) == 1)]
         before = at
         for row in body:
             written = row.cell(at).text

@@ -141,8 +141,9 @@ def read_header(grid: SheetGrid, declared: Declared, faults: FaultList, mass: Ma
     taken = {column.index for column in columns} - {column.index for column in skipped}
     of_units = columns_of_units(found.names, taken, body)
     used = stations[0].index, [column.index for column in readings]
+    without = [column.index for column in readings if column.unit is None and column.index not in units]
     beside = [
-        *unit_cells(body, of_units, {used[0]}, used[1]),
+        *unit_cells(body, of_units, {used[0]}, used[1], without),
         *shown_cells(body, grid.shown_units, [used[0], *used[1]]),
     ]
     if declared.unit is None:
@@ -378,7 +379,8 @@ def _check_units_beside(
             found = f"{quoted(value)} has the format of percentages, and shows {float(value) * 100:.12g} %."
             faults.add(place, found, "Give the column the format of numbers, and check the readings.", value)
             continue
-        where = "the format of the number" if one.at == one.column else f"column {letters(one.at)}"
+        at = f"column {letters(one.at)}" if grid.turned is None else f"row {grid.turned[one.at]}"
+        where = "the format of the number" if one.at == one.column else at
         other = f"and the others are in {column.unit}" if column.unit else "and no other unit is given"
         if one.unit is None:
             other = "which is no unit of length that is known"

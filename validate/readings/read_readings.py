@@ -78,7 +78,7 @@ def read_readings(
         data,
         path.name,
         dialect_of(grid, header, settings, table.mark, levels_mm.shape[1], table.missing),
-        doubts=tuple(doubts_of(grid, header, cells, settings, depth_mm, filling)),
+        doubts=tuple(doubts_of(grid, header, cells, settings, length_mm, depth_mm, filling)),
         columns=faults.columns,
     )
 

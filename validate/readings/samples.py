@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from sealtwin.core.errors import InputError, as_text
+from validate.readings.cell_units import columns_of_units, unit_cells
 from validate.readings.columns import Column, Header, read_header
 from validate.readings.header_words import sample_key
 from validate.readings.sheet import SAVE_AGAIN, FaultList, Place, SheetFaults, SheetGrid, SheetRow, quoted, refuse
@@ -74,6 +75,15 @@ def named_cells(
         raise InputError(
             f"{table.path}: {head.count(twice[0])} columns {twice[0]}; keep one, and name the others anew."
         )
+    heads = dict(enumerate(head))
+    known = {at for at, name in heads.items() if name in names}
+    places = {at for at in known if heads[at] == "s_mm"}
+    beside = columns_of_units(heads, known, table.rows[1:])
+    units = unit_cells(table.rows[1:], beside, places, sorted(known - places), ())
+    for one in units:
+        if heads[one.column].endswith("_mm") and one.unit != "mm":
+            place = table.place(one.row.number, one.column, heads[one.column])
+            raise InputError(f"{place}: {one.row.cell(one.column).text} is in {quoted(one.written)}; give it in mm.")
     for row in table.rows[1:]:
         for at, name in enumerate(head):
             if name in names and table.shown_units.get((row.number, at)) == "%" and row.cell(at).kind == "number":

@@ -11,7 +11,7 @@ from validate.readings.copies import alike_columns, mean_rows
 from validate.readings.screens import Doubt, ReadCells, doubtful_cells, scattered_stations
 from validate.readings.sheet import Place, SheetGrid, letters, quoted, shown
 from validate.readings.text_table import number
-from validate.readings.whole_sheet import Filling, doubts_of_sheet
+from validate.readings.whole_sheet import Filling, counted_stations, doubts_of_sheet
 from validate.settings import Decimal, Declared
 from validate.units import LABELS, counted
 
@@ -74,14 +74,14 @@ def doubts_of(
     header: Header,
     cells: ReadCells,
     declared: Declared,
+    length_mm: float | None,
     depth_mm: float | None,
     filling: Filling | None,
 ) -> Iterator[str]:
     """Yield a sentence for each doubt without an answer: its cell, what was found, the remedy, and what to answer."""
     names = {column.index: column.name for column in header.read}
-    for doubt in unanswered(
-        (*_marked(grid, header), *_too_fine(header, cells), *screened(cells, depth_mm, filling)), declared
-    ):
+    of_header = (*_marked(grid, header), *_too_fine(header, cells), *counted_stations(cells, length_mm))
+    for doubt in unanswered((*of_header, *screened(cells, depth_mm, filling)), declared):
         place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
         yield in_words(doubt, _with_cell(place))
 

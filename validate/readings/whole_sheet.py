@@ -39,6 +39,7 @@ TURNED: tuple[tuple[Kind, float, str], ...] = (
 )
 """Kinds of mistakes that are one factor of all levels."""
 BELOW_FLOOR_MM = 1.0
+LEAST_COUNTED = 3
 COUNTED_SHARE = 0.5  # Share of the crack up to which stations that count 1, 2, 3 may be numbers of places
 
 
@@ -64,8 +65,6 @@ def doubts_of_sheet(cells: ReadCells, depth_mm: float | None, filling: Filling |
     if known.sum() < 3:
         return
     s_mm, level_mm = cells.s_mm[known], np.nanmedian(cells.levels_mm[known], axis=1)
-    if filling is not None and (counted := _counted(cells, filling.outline.length_mm)) is not None:
-        yield counted
     found = dict(_by_numbers(cells, level_mm, depth_mm))
     if filling is not None:
         for screen in (_by_volume, _by_level):
@@ -76,21 +75,20 @@ def doubts_of_sheet(cells: ReadCells, depth_mm: float | None, filling: Filling |
         yield Doubt(kind, cells.header_row, column, (kind,), words, ASK[kind])
 
 
-def _counted(cells: ReadCells, length_mm: float) -> Doubt | None:
-    """Return the doubt whether stations of a unit that is only declared are numbers of places: 1, 2, 3 to n."""
+def counted_stations(cells: ReadCells, length_mm: float | None) -> Iterator[Doubt]:
+    """Yield the doubt whether stations of a unit that is only declared are numbers of places: 1, 2, 3 to n."""
     unit_mm, s_mm = cells.declared_unit_mm, cells.s_mm
-    if unit_mm is None or s_mm[-1] > COUNTED_SHARE * length_mm:
-        return None
+    if unit_mm is None or length_mm is None or len(s_mm) < LEAST_COUNTED or s_mm[-1] > COUNTED_SHARE * length_mm:
+        return
     if not any(np.allclose(s_mm, unit_mm * np.arange(first, first + len(s_mm))) for first in (0, 1)):
-        return None
+        return
     first, last = f"{s_mm[0] / unit_mm:g}", f"{s_mm[-1] / unit_mm:g}"
     found = (
         f"the stations count from {first} to {last} by ones, and readings.unit alone makes them {s_mm[-1]:g} mm of a "
         f"crack of {length_mm:.3g} mm: perhaps they are numbers of places."
     )
-    return Doubt(
-        "unit", cells.header_row, cells.station_column, ("unit",), found, "Write each place's distance along s"
-    )
+    remedy = "Write the distance of each place along the crack"
+    yield Doubt("unit", cells.header_row, cells.station_column, ("unit",), found, remedy)
 
 
 def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> Iterator[tuple[Kind, str]]:
