@@ -29,12 +29,14 @@ def material(
     cone_mm: Annotated[
         Text, option(f"The cone's inner diameters below and above, and its height: {CONE}.", "AxBxH")
     ] = None,
-    mass_g: Annotated[Number, number_option("Mass of the paste on the plate; default: the full cone's.", 0.001)] = None,
+    mass_g: Annotated[
+        Number, number_option("Mass of the paste on the plate; default: the full cone's.", 0.001, 100_000)
+    ] = None,
     mass_error_g: Annotated[
-        Number, number_option("Its standard uncertainty; default: 0.1, of a bead 0.03.", 1e-6)
+        Number, number_option("Its standard uncertainty; default: 0.1, of a bead 0.03.", 1e-6, 10_000)
     ] = None,
     density_error_kg_m3: Annotated[
-        Number, number_option("Standard uncertainty of the density; default: 1 % of it.", 1e-6)
+        Number, number_option("Standard uncertainty of the density; default: 1 % of it.", 1e-6, 20_000)
     ] = None,
     edge_n_m: Annotated[
         Number, number_option("Surface tension's weight lambda; default: 0.005 N/m of cement paste.", 0, 0.1)
@@ -91,7 +93,9 @@ def material(
         if method == "rheometer":
             from sealtwin.material.by_rheometer import material_of_table
 
-            found, facts, extra = material_of_table(source, density_kg_m3, density_error_kg_m3, data, when), {}, []
+            with options_named():
+                found = material_of_table(source, density_kg_m3, density_error_kg_m3, data, when)
+            facts, extra = {}, []
         else:
             if markers is None or face_mm is None:
                 raise typer.BadParameter(f"a {method} needs --markers TOML and --face-mm WxH of the frame in the photo")

@@ -19,8 +19,9 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
     stood. Raises InputError.
     """
     others = [name for name in bounds if name not in needed]
-    optional = f", and of {', '.join(others)} those that are known" if others else ""
-    said = f"a CSV in UTF-8 with columns {', '.join(needed)}{optional}, separated by commas"
+    optional = f"of {', '.join(others)} those that are known" if others else ""
+    columns_said = ", and ".join(part for part in (", ".join(needed), optional) if part)
+    said = f"a CSV in UTF-8 with columns {columns_said}, separated by commas"
     if path.is_dir():
         raise InputError(f"{path}: a folder; it must be {said}.")
     if not path.is_file():
@@ -52,7 +53,8 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
             raise InputError(f"{path}, row {line}: {len(row)} cells for {len(header)} columns ({','.join(row):.60}).")
         for name, cell in zip(header, row, strict=True):
             try:
-                value = float(cell)
+                # Python alone reads 1_5 as 15.
+                value = float(cell.replace("_", "?"))
             except ValueError:
                 raise InputError(f"{path}, row {line}, column {name}: '{cell:.60}' is no number.") from None
             low, high = bounds[name]

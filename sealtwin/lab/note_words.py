@@ -120,12 +120,12 @@ def key_of_unit(value: str, unit: str) -> str | None:
     return next((one.key for one in SETTINGS.values() if one.unit in TELLING and units & UNITS[one.unit].keys()), None)
 
 
-def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False) -> Any:
+def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False, behind: str = "") -> Any:
     """Return ``text`` as the setting that ``meaning`` names takes it.
 
     ``unit`` is that of the word, such as mm of "depth [mm]", or empty; ``exact`` marks a workbook's own number, whose
-    decimal point is one. Raises ValueError where it cannot be read without guessing; its text ends a sentence that
-    names the place.
+    decimal point is one, and ``behind`` the unit that its format shows. Raises ValueError where it cannot be read
+    without guessing; its text ends a sentence that names the place.
     """
     if meaning.own:
         return _read_setting(text, exact=exact)
@@ -155,7 +155,7 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
         case _ if not meaning.unit:
             return text
         case _:
-            return _scaled(meaning, float(text), unit, "") if exact else _quantity(meaning, text, unit)
+            return _scaled(meaning, float(text), unit, behind) if exact else _quantity(meaning, text, unit)
 
 
 def _read_setting(text: str, *, exact: bool) -> Any:

@@ -163,15 +163,17 @@ def _words(path: Path, own: Mapping[str, str]) -> Note:
             )
         elif not word:
             note.faults.append(f"{where}: {shown(value)} without a word before it; write what it is.")
+        elif row.cell(1).kind in {"formula", "error"}:
+            note.faults.append(f"{where}: {shown(word)} holds a formula without a result; write the value itself.")
         elif value.casefold() not in note_words.NOT_STATED and not is_missing(value):
-            if row.cell(1).kind in {"formula", "error"}:
-                note.faults.append(f"{where}: {shown(word)} holds a formula without a result; write the value itself.")
-            else:
-                _take_word(note, word, row.cell(1), unit, where, own)
+            _take_word(note, word, row.cell(1), unit, where, own, grid.shown_units.get((row.number, 1), ""))
     return note
 
 
-def _take_word(note: Note, word: str, cell: SheetCell, unit: str, where: str, own: Mapping[str, str]) -> None:
+def _take_word(
+    note: Note, word: str, cell: SheetCell, unit: str, where: str, own: Mapping[str, str], behind: str
+) -> None:
+    """Take a word and its value; ``behind`` is what the format of a workbook's number shows behind it."""
     written, value = word.rstrip(": "), cell.text
     found = UNIT_OF_WORD.fullmatch(word)
     name, in_word = (found[1], next((part for part in found.groups()[1:] if part), "")) if found else (written, "")
@@ -181,7 +183,11 @@ def _take_word(note: Note, word: str, cell: SheetCell, unit: str, where: str, ow
         _take_unknown(note, written, value, in_word, where, own)
         return
     try:
-        read = note_words.read_value(meaning, value, in_word, exact=cell.kind == "number")
+        exact = cell.kind == "number"
+        if exact and behind == "%":
+            raise ValueError(f"has the format of percentages, {float(value) * 100:.12g} %; write a number without it.")
+        behind = behind if exact and note_words.is_unit(behind) else ""
+        read = note_words.read_value(meaning, value, in_word, exact=exact, behind=behind)
         _take(note, meaning.key, read, where, own)
     except ValueError as fault:
         note.meant.add(meaning.key)
