@@ -16,9 +16,8 @@ from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
 from sealtwin.lab.fill_sheet import read_fill
 from sealtwin.lab.found_files import DEFAULTS, Role
-from sealtwin.lab.free_text import settings_in
 from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE, of_columns
-from sealtwin.lab.notes import Note, NoteEntry, read_cell, read_note
+from sealtwin.lab.notes import Note, NoteEntry, OfNote, read_cell, read_note, seems_to_say
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
@@ -151,7 +150,17 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
         else:
             name = kept_as(role if role != "text" else f"text-{1 + texts.index((role, file))}", file)
             outcome.raw.append(KeptFile(role, file.as_posix(), name, files.sha256(path), size))
-    notes = (read_note(folder / raw.original, defaults.words) for raw in outcome.raw if raw.role == "note")
+    cells = {
+        role: read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
+        for role, said in sample.answers.items()
+    }
+    about = OfNote(
+        sample.name,
+        sample.others,
+        tuple(part.strip() for part in sample.answers.get("note", {}).get("skip", "").split(";")),
+        {key: entry.value for cell in cells.values() for key, entry in cell.entries.items()},
+    )
+    notes = (read_note(folder / raw.original, defaults.words, about) for raw in outcome.raw if raw.role == "note")
     own = next(notes, Note())
     if "readings" not in sample.files:
         # What the folder says of readings concerns other samples.
@@ -165,10 +174,14 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     if "fill" in sample.files:
         defaults = replace(defaults, entries={key: one for key, one in defaults.entries.items() if key != ANGLE})
     outcome.note = own.over(defaults)
-    for role, said in sample.answers.items():
-        cell = read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
+    for cell in cells.values():
         outcome.note = cell.over(outcome.note)
-    given = {key: text for role, said in sample.answers.items() if role != "fill" for key, text in said.items()}
+    given = {
+        key: text
+        for role, said in sample.answers.items()
+        for key, text in said.items()
+        if role != "fill" and (role, key) != ("note", "skip")
+    }
     said = of_columns(as_columns(given))
     if "crack" in given:
         said["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
@@ -181,10 +194,9 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
 def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
     for text in (text for text in outcome.sample.texts if not (folder / text).is_symlink()):
         told = f"{text} is kept as text, and not read"
-        if found := settings_in(folder / text):
-            said_there = ", ".join(f"{key} = {value}" for key, value in found)
-            told += f"; it seems to say {said_there}: if it does, give it the role note in {PAIRING}, else leave it"
-            outcome.asked[text] = [f"{told}."]
+        if found := seems_to_say(folder / text, outcome.sample.name):
+            told += f"; {found}: if that is of the sample, give it the role note in {PAIRING}, else leave it"
+            outcome.asked[text] = [shorten(f"{told}.", LONGEST_QUESTION, placeholder="...")]
         outcome.remarks.append(f"{told}.")
 
 
