@@ -21,6 +21,7 @@ from sealtwin.lab.notes import Note, NoteEntry, OfNote, read_cell, read_note, se
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
+from sealtwin.trial.quick_trial import ASSUMED, toml_value
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial
 from validate.readings.read_readings import read_readings
@@ -261,8 +262,7 @@ def _tables(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     """
     said = _said(outcome)
     _weigh(folder, outcome, said)
-    solver = {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
-    said = {"note": _assumed(outcome)} | solver | _fluid(said.keys()) | said
+    said = {"note": _assumed(outcome)} | _solver() | _fluid(said.keys()) | said
     meant, roles = outcome.note.meant, {"photo", "crack", *outcome.sample.files.keys()}
     needed = [
         key
@@ -358,11 +358,32 @@ def _fluid(said: Set[str]) -> dict[str, Any]:
     return {key: value for key, value in fluid.items() if key not in said}
 
 
+def _rest(outcome: SampleOutcome) -> dict[str, Any]:
+    """Return the values of path, nozzle and solver that 'sealtwin quick' marks as assumed too, if nobody says them."""
+    said = outcome.note.entries
+    tables: dict[str, Any] = {table: Trial.model_fields[table].default for table in ("path", "nozzle", "solver")}
+    values = {f"{table}.{key}": getattr(one, key) for table, one in tables.items() for key in ASSUMED[table]}
+    values |= _solver()
+    replaced = {
+        "path.plan": "path.",
+        "path.weighed": "path.volume_ml",
+        "solver.model": "solver.",  # The fast model has neither particles nor a rest.
+    }
+    without = tuple(prefix for key, prefix in replaced.items() if key in said)
+    return {key: value for key, value in values.items() if key not in said and not key.startswith(without)}
+
+
+def _solver() -> dict[str, Any]:
+    return {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
+
+
 def _assumed(outcome: SampleOutcome) -> str:
     """The trial's note, which every report shows: the settings that nobody of the lab said."""
     said = {*outcome.note.entries, *([ANGLE] if "fill" in outcome.sample.files else [])}
     crack = {key: value for key, value in UNSEEN.items() if key not in said}
-    taken = ", ".join(f"{key} = {value}" for key, value in {**crack, **_fluid(said)}.items())
+    taken = ", ".join(
+        f"{key} = {toml_value(value)}" for key, value in {**crack, **_fluid(said), **_rest(outcome)}.items()
+    )
     return f"Assumed, since no note of the lab says it: {taken}." if taken else ""
 
 
