@@ -216,8 +216,7 @@ def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, .
     """
     small = _at_most(pixels.image, GLANCE_PX)
     for dictionary in DICTIONARY:
-        detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(DICTIONARY[dictionary]))
-        ids = detector.detectMarkers(small)[1]
+        ids = _detector(cv2.aruco.getPredefinedDictionary(DICTIONARY[dictionary])).detectMarkers(small)[1]
         numbers = set() if ids is None else {int(number) for number in np.ravel(ids)}
         if len(numbers) < MIN_MARKERS:
             continue
@@ -244,6 +243,12 @@ def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, .
     return ()
 
 
+def _detector(dictionary: cv2.aruco.Dictionary) -> cv2.aruco.ArucoDetector:
+    how = cv2.aruco.DetectorParameters()
+    how.minMarkerDistanceRate = LEAST_APART
+    return cv2.aruco.ArucoDetector(dictionary, how)
+
+
 def _at_most(image: NDArray[np.uint8], longest_px: int) -> NDArray[np.uint8]:
     grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
     shrink = longest_px / max(grey.shape)
@@ -254,9 +259,7 @@ def _at_most(image: NDArray[np.uint8], longest_px: int) -> NDArray[np.uint8]:
 
 def _search(grey: NDArray[np.uint8], board: MarkerBoard, expected: set[int], file: Path) -> dict[int, Floats]:
     """Find rough corners of the expected markers in ever larger copies of the photo, until all are found."""
-    how = cv2.aruco.DetectorParameters()
-    how.minMarkerDistanceRate = LEAST_APART
-    detector = cv2.aruco.ArucoDetector(_dictionary(board), how)
+    detector = _detector(_dictionary(board))
     longest = max(grey.shape)
     found: dict[int, Floats] = {}
     for side_px in [SEARCH_PX * 2**step for step in range(10) if SEARCH_PX * 2**step < longest] + [longest]:

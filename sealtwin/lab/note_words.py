@@ -5,6 +5,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
+from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
@@ -21,7 +22,8 @@ IGNORED = "ignore"  # What lab.toml says of a word that means no setting
 OF_READINGS = ("readings.", "gate.")  # Prefixes of the keys that concern no sample without readings
 COLUMNS = "readings.columns"  # A table of the trial within another
 MESH = "mesh"  # A lab's samples are photos; 'sealtwin import-mesh' takes a mesh
-SCALE = "photo.mm_per_px"
+SCALE, DEPTH = "photo.mm_per_px", "crack.depth_mm"
+ALIKE = 0.8  # Share of letters in one order from which a word may be another, misspelt
 ALTERNATIVES = (
     (
         {SCALE, "photo.scale_is"},
@@ -119,6 +121,18 @@ def key_of_unit(value: str, unit: str) -> str | None:
     found = NUMBER.fullmatch(value)
     units = {unit_spelt(unit), unit_spelt(found[2])} if found else set[str]()
     return next((one.key for one in SETTINGS.values() if one.unit in TELLING and units & UNITS[one.unit].keys()), None)
+
+
+def key_like(word: str, value: str, unit: str) -> str | None:
+    """Return the setting that a word with a number may mean: by a name that is spelt almost alike, or a depth by mm."""
+    if not re.search(r"\d", value):
+        return None
+    names = {normal(key.rpartition(".")[2]): key for key in known_keys()} | {w: one.key for w, one in BY_WORD.items()}
+    if close := get_close_matches(normal(word), names, n=1, cutoff=ALIKE):
+        return names[close[0]]
+    found = NUMBER.fullmatch(value)
+    units = {unit_spelt(unit), unit_spelt(found[2])} if found else set[str]()
+    return DEPTH if units & UNITS["mm"].keys() else None
 
 
 def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False) -> Any:

@@ -3,7 +3,7 @@
 import json
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +18,7 @@ from sealtwin.lab.note_sentences import LONGEST_TEXT, names_of_samples, read_sen
 from sealtwin.lab.note_words import (
     IGNORED,
     WordMeaning,
+    key_like,
     key_of_unit,
     known_keys,
     meaning_of,
@@ -30,6 +31,7 @@ from validate.readings.sheet import SheetCell, clipped
 from validate.readings.text_table import is_missing
 from validate.settings import Declared
 
+SEEMS = "it seems to say "
 MOST_QUOTED = 30  # Numbers in one question
 NOT_READ = "Or give the file the role text: it is kept then, and not read."
 STARTER = 'a note says what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
@@ -63,6 +65,20 @@ class Note:
     meant: set[str] = field(default_factory=set)
     """Keys that the faults are about, as far as can be told: they are not missing, but wrong."""
 
+    doubts: list[tuple[str, str, str]] = field(default_factory=list)
+    """Keys that an unknown word may mean, with the fault if nothing else says that key, and the remark if it does."""
+
+    def decided(self) -> "Note":
+        """Return this note with each doubt as a fault or a remark."""
+        for key, fault, remark in self.doubts:
+            if key in self.entries:
+                self.remarks.append(remark)
+            else:
+                self.meant.add(key)
+                self.faults.append(fault)
+        self.doubts = []
+        return self
+
     def over(self, defaults: "Note") -> "Note":
         """Return this note, and what it does not say as the folder's ``defaults`` say it."""
         dropped = set[str]()
@@ -92,10 +108,10 @@ def read_note(path: Path, own: Mapping[str, str] | None = None, of: OfNote | Non
     """
     try:
         if path.suffix.lower() == NOTE_SUFFIX:
-            return _of_tables(read_toml(path, name="note", starter=STARTER), as_text(path), own or {})
+            return _of_tables(read_toml(path, name="note", starter=STARTER), as_text(path), own or {}).decided()
         if path.suffix.lower() in FREE_TEXT and kind_of_text(path) == "text":
             return _of_sentences(path, of or OfNote())
-        return _words(path, own or {})
+        return _words(path, own or {}).decided()
     except InputError as fault:
         return Note({}, str(fault).splitlines(), meant=set(known_keys()))
 
@@ -137,13 +153,21 @@ def seems_to_say(path: Path, sample: str = "") -> str:
     settings = ", ".join(f"{key} = {value} ({words})" for key, (value, words) in said.settings.items())
     unread = "; ".join(said.unread[:MOST_QUOTED])
     more = f" and {len(said.unread) - MOST_QUOTED} more" * (len(said.unread) > MOST_QUOTED)
-    told = [f"it seems to say {settings}"] if settings else []
+    told = [f"{SEEMS}{settings}"] if settings else []
     told += (
         [f"as a note it {'leaves' if settings else 'gives no setting, and leaves'} open {unread}{more}"]
         if unread
         else []
     )
     return "; ".join(told)
+
+
+def text_and_samples(path: Path, samples: Sequence[str]) -> tuple[str, list[str]]:
+    """Return what a text seems to say, and the samples that it names."""
+    try:
+        return seems_to_say(path), names_of_samples(text_of(path)[:LONGEST_TEXT], samples)
+    except (InputError, OSError):
+        return "", []
 
 
 def _is_answered(quoted: str, settings: Mapping[str, Any]) -> bool:
@@ -269,15 +293,22 @@ def _take_word(note: Note, word: str, cell: SheetCell, unit: str, where: str, ow
 
 def _take_unknown(note: Note, word: str, value: object, unit: str, where: str, own: Mapping[str, str]) -> None:
     """Keep what is no setting; ask about what may be one, since the folder's would be taken in its place."""
-    key = None if own.get(normal(word)) == IGNORED else key_of_unit(str(value), unit)
+    is_ignored = own.get(normal(word)) == IGNORED
+    key = None if is_ignored else key_of_unit(str(value), unit)
+    likely = None if is_ignored else key_like(word, str(value), unit)
+    remark = f"{where}: {shown(word)} = {shown(value)}: written down, and no setting."
+    if key is None and likely is None:
+        note.remarks.append(remark)
+        return
+    fault = (
+        f"{where}: {shown(word)} = {shown(value)} may be {key or likely}, and the word is not known. Say what it is in "
+        f'lab.toml: [{WORDS}] "{word}" = "{key or likely}" (or another key, or "{IGNORED}").'
+    )
     if key is None:
-        note.remarks.append(f"{where}: {shown(word)} = {shown(value)}: written down, and no setting.")
+        note.doubts.append((str(likely), fault, remark))
         return
     note.meant.add(key)
-    note.faults.append(
-        f"{where}: {shown(word)} = {shown(value)} may be {key}, and the word is not known. Say what it is in lab.toml: "
-        f'[{WORDS}] "{word}" = "{key}" (or another key, or "{IGNORED}").'
-    )
+    note.faults.append(fault)
 
 
 def shown(value: object) -> str:

@@ -16,7 +16,8 @@ from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
 from sealtwin.lab.fill_sheet import read_fill
 from sealtwin.lab.found_files import DEFAULTS, Role
-from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE, of_columns
+from sealtwin.lab.note_sentences import quantities, read_sentences
+from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE, is_unit, of_columns
 from sealtwin.lab.notes import Note, NoteEntry, OfNote, read_cell, read_note, seems_to_say
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.study.study_file import with_settings
@@ -25,10 +26,12 @@ from sealtwin.trial.quick_trial import ASSUMED, toml_value
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial
 from validate.readings.read_readings import read_readings
+from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetFaults
 from validate.settings import Declared
 
 INPUTS = Path("inputs")
+MOST_CELLS = 3  # Cells of a row that holds a title: word, value and unit
 LONGEST_QUESTION = 900  # Letters of a cell of the pairing file
 PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
 """Settings that name a file."""
@@ -175,6 +178,16 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     if "fill" in sample.files:
         defaults = replace(defaults, entries={key: one for key, one in defaults.entries.items() if key != ANGLE})
     outcome.note = own.over(defaults)
+    outcome.remarks += [
+        f"{entry.origin}: {key} = {toml_value(entry.value)}, in place of {toml_value(theirs.value)} in {DEFAULTS}."
+        for key, entry in own.entries.items()
+        if (theirs := defaults.entries.get(key)) is not None and theirs.value != entry.value
+    ]
+    outcome.remarks += [
+        f"{file}: its name has {', '.join(found)}, and a name is no setting."
+        for file in sample.files.values()
+        if (found := _numbers_in(file))
+    ]
     for cell in cells.values():
         outcome.note = cell.over(outcome.note)
     given = {
@@ -190,6 +203,12 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     outcome.faults += outcome.note.faults
     outcome.remarks += outcome.note.remarks
     return outcome
+
+
+def _numbers_in(file: PurePath) -> list[str]:
+    """Return numbers in a file's name, and its folders', with a unit that a setting of a trial has."""
+    name = file.with_suffix("").as_posix().replace("_", " ").replace("/", "; ")
+    return [name[one.start : one.end] for one in quantities(name) if one.unit and is_unit(one.unit)]
 
 
 def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
@@ -243,6 +262,7 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
             return  # Told of already, by the key that is at fault.
+        outcome.faults += _contradictions(path, declared, content, outcome)
         try:
             profile = read_readings(path, declared, None, deepest_mm)
         except SheetFaults as fault:
@@ -252,6 +272,33 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
         # A sheet is judged by the crack's own depth.
         if "crack.depth_mm" in outcome.note.entries:
             outcome.faults += [f"{doubt} It goes into {_note_of(outcome)}, or {PAIRING}." for doubt in profile.doubts]
+
+
+def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], outcome: SampleOutcome) -> list[str]:
+    """Return titles and remarks of a sheet that say another value of a setting than the one that would run.
+
+    What the pairing file says of that setting is the answer.
+    """
+    told, assumed = list[str](), _rest(outcome)
+    try:
+        rows = read_cells(path, declared).rows
+    except InputError:
+        return told  # Told of by whoever reads the readings.
+    for row in rows:
+        texts = [cell.text for cell in row.cells if cell.text]
+        if len(texts) > MOST_CELLS or len(" ".join(texts)) > LONGEST_QUESTION:
+            continue
+        for key, (value, words) in read_sentences(" ".join(texts), outcome.sample.name).settings.items():
+            table, _, name = key.rpartition(".")
+            runs, entry = content.get(table, {}).get(name, assumed.get(key)), outcome.note.entries.get(key)
+            if value == runs or key.startswith(OF_READINGS) or (entry and entry.origin.startswith(PAIRING)):
+                continue
+            other = f"{entry.origin} says {toml_value(entry.value)}" if entry else "no note says so"
+            told.append(
+                f"{path}, row {row.number}: {words!r} says {key} = {toml_value(value)}, and {other}. Write the "
+                f"right one into settings of {PAIRING}: {key} = {toml_value(value)}."
+            )
+    return told
 
 
 def _tables(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
