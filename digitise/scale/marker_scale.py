@@ -222,7 +222,7 @@ def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, .
             continue
         places = tuple(Marker(id=number, x_mm=0, y_mm=0) for number in sorted(numbers))
         try:
-            board = MarkerBoard(dictionary=dictionary, size_mm=PRINTED_MM, markers=places)
+            board = MarkerBoard.model_validate({"dictionary": dictionary, "size_mm": PRINTED_MM, "markers": places})
             found = find_markers(pixels.image, pixels.brightness, board, pixels.file)
         except InputError:
             continue
@@ -231,14 +231,14 @@ def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, .
         )
         by_markers, off = PRINTED_MM / side_px, PRINTED_MM / side_px / mm_per_px - 1
         seen = (
-            f"the photo shows {len(found)} markers of {dictionary}, which [photo.markers] could use in place of {given}"
+            f"the photo shows {len(found)} markers of {dictionary}: if they are {PRINTED_MM:g} mm wide, as printed by "
+            f"default, the scale is {by_markers:.4g} mm/px, {abs(off):.1%} {'above' if off > 0 else 'below'} {given}"
         )
-        by_side = f"if they are {PRINTED_MM:g} mm wide, as printed by default, the scale is {by_markers:.4g} mm/px"
         if abs(off) <= MOST_OFF:
-            return (f"{seen}: {by_side}, within {MOST_OFF:.0%} of it ({off:+.1%})",)
+            return (f"{seen}; [photo.markers] in its place would show the camera's tilt as well",)
         return (
-            f"{seen}, and may contradict it: {by_side}, {off:+.1%}; by {given} they are {side_px * mm_per_px:.1f} mm "
-            "wide. Measure one",
+            f"{seen}, by which they would be {side_px * mm_per_px:.1f} mm wide: measure one, and correct the scale or "
+            "give [photo.markers] in its place",
         )
     return ()
 

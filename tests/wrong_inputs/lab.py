@@ -211,15 +211,15 @@ CASES: list[WrongInput] = [
         "a typed scale that markers in the photo contradict",
         _beside_markers,
         f"{ON_PAPER} 0.5",
-        ("4 markers of 4x4_50", "photo.mm_per_px = 0.5", "contradict", "0.4 mm/px, -20.", "20.0 mm wide"),
+        ("4 markers of 4x4_50", "0.4 mm/px, 20.0% below --mm-per-px 0.5", "20.0 mm wide", "--markers"),
         0,
     ),
     WrongInput(
         "a typed scale beside markers that agree",
         _beside_markers,
         f"{ON_PAPER} 0.4",
-        ("4 markers of 4x4_50", "[photo.markers]", "within 1%"),
+        ("4 markers of 4x4_50", "0.4 mm/px, 0.0%", "--markers"),
         0,
-        ("contradict",),
+        ("measure one",),
     ),
 ]
