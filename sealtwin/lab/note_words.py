@@ -127,7 +127,9 @@ def key_like(word: str, value: str, unit: str) -> str | None:
     """Return the setting that a word with a number may mean: by a name that is spelt almost alike, or a depth by mm."""
     if not re.search(r"\d", value):
         return None
-    names = {normal(key.rpartition(".")[2]): key for key in known_keys()} | {w: one.key for w, one in BY_WORD.items()}
+    # Of two settings with one name, as crack.depth_mm and uncertainty.depth_mm, the one that has words of its own.
+    keys = [*sorted(known_keys()), *SETTINGS]
+    names = {normal(key.rpartition(".")[2]): key for key in keys} | {w: one.key for w, one in BY_WORD.items()}
     if close := get_close_matches(normal(word), names, n=1, cutoff=ALIKE):
         return names[close[0]]
     found = NUMBER.fullmatch(value)
