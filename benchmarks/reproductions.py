@@ -45,7 +45,7 @@ class Answer:
 DXF = "--depth-mm 10 --out {out}/run"
 LINE = f"--line CENTRELINE --width-mm 3 {DXF}"
 PHOTO = "--depth-mm 10 --mm-per-px 0.2 --out {out}/run"
-RHEOMETER = "--density-kg-m3 1690 --out {out}/m.toml"
+RHEOMETER = "--data measured --density-kg-m3 1690 --out {out}/m.toml"
 
 ANSWERS = (
     Answer("crack_brighter_than_ground", f"digitise photo.jpg {PHOTO} --ends 43,132 407,160", ("bright",)),
@@ -55,12 +55,14 @@ ANSWERS = (
     Answer("dxf_hidden_layer_taken", f"import-dxf hidden.dxf {DXF}", ("outline", "off"), (0, 3)),
     Answer("dxf_in_block", f"import-dxf block.dxf {LINE}", ("block",), (0, 3)),
     Answer("dxf_inch_by_default", f"import-dxf inch.dxf {LINE}", ("inch",), (0,)),
-    Answer("dxf_inch_by_default --units mm", f"import-dxf inch.dxf {LINE} --units mm", ("inch",), (0,)),
+    Answer(
+        "dxf_inch_by_default --units mm", f"import-dxf inch.dxf {LINE} --units mm", ("states inch", "20.4 mm"), (0, 3)
+    ),
     Answer("dxf_other_layer_spoils", f"import-dxf polyface.dxf {DXF}", (), (0,)),
     Answer("dxf_other_layer_spoils far", f"import-dxf far.dxf {DXF}", (), (0,)),
     Answer("dxf_side_arm_without_nozzle", f"import-dxf y.dxf {DXF}", ("arm",), (0,)),
-    Answer("dxf_spline_fit_frame", f"import-dxf curve.dxf {LINE}", ("61",), (0,)),
-    Answer("dxf_two_outlines", f"import-dxf two.dxf {DXF}", ("outline", "second"), (0, 3)),
+    Answer("dxf_spline_fit_frame", f"import-dxf curve.dxf {LINE}", ("60.4 mm",), (0,)),
+    Answer("dxf_two_outlines", f"import-dxf two.dxf {DXF}", ("outline", "beside"), (0, 3)),
     Answer("dxf_wrapper_messages", f"import-dxf disc.dxf {DXF}", ("face",), lacks=("check up",)),
     Answer("mask_labels_0_1", f"digitise photo.jpg --mask mask.png {PHOTO}", ("1 of 255",)),
     Answer("mask_line", "digitise photo.jpg --mask mask.png --depth-mm 10 --mm-per-px 0.1 --out {out}/run", ("line",)),

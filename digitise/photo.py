@@ -13,7 +13,7 @@ from digitise.geometry.polyline import depth_inside, rectangle
 from digitise.image.decoding import Decoded, Pixels, read_mask, read_photo
 from digitise.image.raster import Map, moved
 from digitise.scale.face_scale import scale_by_face
-from digitise.scale.marker_scale import scale_by_markers
+from digitise.scale.marker_scale import scale_by_markers, unused_markers
 from digitise.scale.view import Scale, View
 from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, Pixel
 from sealtwin.core.errors import InputError
@@ -74,7 +74,17 @@ class Photo(Pixels, Scale):
 
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:
     """Read the photo, whose path is in ``folder`` or absolute, and find its scale; raise InputError if that fails."""
-    return scaled(read_pixels(settings, folder), settings)
+    photo = scaled(read_pixels(settings, folder), settings)
+    return replace(photo, warnings=(*photo.warnings, *beside_markers(photo, settings)))
+
+
+def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[str, ...]:
+    """Return a warning if the photo shows markers, and its scale is typed or by a ruler."""
+    if settings.mm_per_px is not None:
+        return unused_markers(photo, photo.mm_per_px, f"photo.mm_per_px = {settings.mm_per_px:g}")
+    if settings.ruler_px is not None:
+        return unused_markers(photo, photo.mm_per_px, f"photo.ruler_px ({photo.mm_per_px:.4g} mm/px)")
+    return ()
 
 
 def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:

@@ -21,6 +21,7 @@ def material(
         Path, argument("PHOTO|CSV", "Photo of the paste on the plate, or a table of shear_rate_per_s,stress_pa.")
     ],
     density_kg_m3: Annotated[float, number_option("Density of the paste, as of a weighed syringe.", 100, 20_000)],
+    data: Annotated[Literal["measured", "reconstructed", "synthetic"], option("Origin of the photo or table.")],
     out: Annotated[Path, option("The file to write, for fluid.material of a trial.", "FILE")] = Path("material.toml"),
     markers: Annotated[
         File, option("The printed markers, as 'sealtwin markers --toml' writes them; for photos.", "TOML")
@@ -57,21 +58,18 @@ def material(
         option("Where that nozzle began, from the opening's lower left corner: shows the pump's delay.", "X,Y"),
     ] = None,
     date: Annotated[Text, option("Day of the measurement; default: today.", "YYYY-MM-DD")] = None,
-    data: Annotated[Literal["measured", "reconstructed", "synthetic"], option("Origin of the photo or table.")] = (
-        "measured"
-    ),
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Measure a paste, and write material.toml for trials.
 
     Examples: sealtwin material spread photo.jpg --markers frame.toml --face-mm 150x150 --cone-mm 38x19x57
-    --density-kg-m3 1690
+    --density-kg-m3 1690 --data measured
 
     sealtwin material bead bead.jpg --markers frame.toml --face-mm 90x60 --mass-g 4.36 --density-kg-m3 1690
-    --asked-mm3-s 320 --speed-mm-s 5
+    --asked-mm3-s 320 --speed-mm-s 5 --data measured
 
-    sealtwin material rheometer curve.csv --density-kg-m3 1690
+    sealtwin material rheometer curve.csv --density-kg-m3 1690 --data measured
     """
     with answering("cpu", as_json, quiet) as command:
         when = day_of(date)

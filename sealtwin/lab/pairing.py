@@ -60,6 +60,7 @@ class SampleFiles:
     part: SamplePart | None = None  # Part of the file of readings, where samples share it
     texts: tuple[PurePath, ...] = ()  # Free texts, which are kept and say nothing
     answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # In the pairing file, beside its files
+    others: tuple[str, ...] = ()  # Names of the other samples
 
     @property
     def key(self) -> str:
@@ -118,7 +119,13 @@ def pair(placed: Mapping[Piece, Said]) -> list[SampleFiles]:
         elif said.role != "ignore":
             groups[sample_key(said.sample)][piece] = said
     samples = [_sample(key, group, groups) for key, group in sorted(groups.items())]
-    return [replace(sample, texts=tuple(texts.get(sample.key, ()))) for sample in samples]
+    names = [sample.name for sample in samples]
+    return [
+        replace(
+            sample, texts=tuple(texts.get(sample.key, ())), others=tuple(each for each in names if each != sample.name)
+        )
+        for sample in samples
+    ]
 
 
 def _sample(key: str, group: Mapping[Piece, Said], groups: Mapping[str, Mapping[Piece, Said]]) -> SampleFiles:

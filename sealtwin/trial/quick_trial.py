@@ -48,16 +48,16 @@ def quick_trial(photo: Path, folder: Path, given: Tables, sheet: Path | None) ->
     if sheet is not None:
         said["readings"] = {"file": _from(folder, sheet)}
         assumed["readings"] = {"data": NOBODY, "role": NOBODY}
-    told = [f"{table}.{key} = {_toml(value)}" for table, keys in assumed.items() for key, value in keys.items()]
+    told = [f"{table}.{key} = {toml_value(value)}" for table, keys in assumed.items() for key, value in keys.items()]
     name = LINE_BREAKING.sub("-", photo.stem)[:80].strip() or "photo"
     head = {"name": name, "note": f"Assumed, not measured or given: {', '.join(told)}."}
     tables = {table: (said.get(table, {}), assumed.get(table, {})) for table in dict.fromkeys([*said, *assumed])}
     checked(Trial, photo, {**head, **{table: {**keys, **more} for table, (keys, more) in tables.items()}})
     lines = [HEAD.format(file=(folder / "trial.toml").as_posix(), run=(folder / "run").as_posix())]
-    lines += [f"{key} = {_toml(value)}" for key, value in head.items()]
+    lines += [f"{key} = {toml_value(value)}" for key, value in head.items()]
     for table, (keys, more) in tables.items():
-        lines += ["", f"[{table}]", *(f"{key} = {_toml(value)}" for key, value in keys.items())]
-        lines += [f"{key} = {_toml(value)}  # assumed" for key, value in more.items()]
+        lines += ["", f"[{table}]", *(f"{key} = {toml_value(value)}" for key, value in keys.items())]
+        lines += [f"{key} = {toml_value(value)}  # assumed" for key, value in more.items()]
     content = "\n".join(lines) + "\n"
     return f"{MARK}{_check(content)}\n{content}", told
 
@@ -87,7 +87,8 @@ def _from(folder: Path, file: Path) -> str:
         return file.absolute().as_posix()
 
 
-def _toml(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """Return a value as a trial file writes it."""
     import tomlkit
 
     if not isinstance(value, Mapping):
