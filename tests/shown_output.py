@@ -157,6 +157,8 @@ def differences_of(page: str, lines: Sequence[str], folder: Path, *, quick: bool
                 last = printed[line] = _printed_by_command(line, folder, code)
         elif block.language == "text" and block.mark != "not-output":
             shown = list(block.lines)
+            if mark and mark["of"] not in printed:
+                raise NoAnswerError(f"line {block.start}: no block above runs {mark['of']}")
             new = rewritten(shown, printed[mark["of"]] if mark else last)
             if new != shown:
                 yield Difference(page, block, tuple(new))

@@ -158,6 +158,11 @@ def test_a_slow_block_ends_the_quick_part(tmp_path):
     assert len(list(differences_of("page.md", page, tmp_path / "all"))) == 2
 
 
+def test_output_of_a_command_that_no_block_runs_is_a_fault(tmp_path: Path):
+    with pytest.raises(shown_output.NoAnswerError, match="no block above runs sealtwin doctor"):
+        list(differences_of("page.md", ["```text of sealtwin doctor", "ok", "```"], tmp_path))
+
+
 def test_another_exit_code_is_a_fault(tmp_path: Path):
     page = ["```sh exits 3", "sealtwin simulate nowhere", "```"]
     assert list(differences_of("page.md", page, tmp_path)) == []
