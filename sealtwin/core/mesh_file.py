@@ -18,6 +18,7 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.interrupts import load_trimesh
+from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.records import Floats, Integers
 
 LARGEST_BYTES = 200_000_000
@@ -80,7 +81,7 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
     try:
         # Numbers near the largest there are overflow, and signalling NaNs warn; both are refused below.
         with np.errstate(over="ignore", invalid="ignore"):
-            return READERS[kind](path.read_bytes())
+            return READERS[kind](read_bytes(path, LARGEST_BYTES))
     except UnreadableError as fault:
         raise InputError(f"{path}: no readable {kind[1:].upper()}: {fault}. {remedy}") from fault
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.plain_files import opened
 from sealtwin.lab.fill_sheet import is_fill
 from sealtwin.lab.note_words import BY_WORD, SETTINGS, TELLING, meaning_of, normal, read_value
 from validate.readings.samples import read_cells
@@ -38,8 +39,9 @@ def kind_of_text(path: Path) -> Literal["readings", "fill", "note", "text"]:
 def settings_in(path: Path) -> list[tuple[str, Any]]:
     """Return the settings, by dotted key, that phrases of a text seem to say, as "Tiefe 16 mm" does."""
     try:
-        text = path.read_bytes()[:LARGEST_READ_BYTES].decode("utf-8", errors="replace")
-    except OSError:
+        with opened(path) as content:
+            text = content.read(LARGEST_READ_BYTES).decode("utf-8", errors="replace")
+    except (OSError, InputError):
         return []
     found: dict[str, Any] = {}
     for phrase in PHRASES.split(text):

@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
+from sealtwin.core.plain_files import require_plain
 from sealtwin.core.stage_keys import other_numbers
 from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
@@ -209,6 +210,7 @@ def _import_ledger(folder: Path) -> None:
     path = folder / LEDGER
     again = "Give another --out, or delete it: 'sealtwin sweep STUDY.toml' computes the runs again."
     columns = [*PLANNED, "state", "wall_s", "finished_unix_s", "reason", "trace", "figures"]
+    require_plain(path)
     try:
         with closing(sqlite3.connect(path)) as base:
             facts = dict(base.execute("SELECT name, value FROM facts"))
