@@ -240,10 +240,10 @@ def _traced(folder: Path) -> str:
 
 
 def _done(item: PlannedPhoto, folder: Path) -> BatchRow:
-    outline = files.read_json(folder / "outline.json")
-    path_alone = outline["width_source"] == "none"
-    solid: dict[str, Any] = {"warnings": []} if path_alone else files.read_json(folder / "solid.json")
     with files.understood(folder):
+        outline = files.read_json(folder / "outline.json")
+        path_alone = outline["width_source"] == "none"
+        solid: dict[str, Any] = {"warnings": []} if path_alone else files.read_json(folder / "solid.json")
         return BatchRow(
             file=as_text(item.file),
             folder=item.name,

@@ -247,7 +247,7 @@ def _left_s(plan: study_folder.Plan) -> float | None:
         return None
     elapsed_s = max(run.finished_unix_s or 0.0 for run in since) - plan.started_unix_s
     left = sum(run.work_s for run in plan.runs if run.state == "waiting")
-    return round(elapsed_s * left / sum(run.work_s for run in since), 1)
+    return round(elapsed_s * left / (sum(run.work_s for run in since) or 1.0), 1)
 
 
 def _holder(folder: Path) -> str | None:
