@@ -41,7 +41,7 @@ class LaidBead(PasteOnPlate):
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
     asked_mm3_s: float = Field(ge=1e-3, le=1e6)
     """Flow that the program asked for."""
-    speed_mm_s: float = Field(gt=0.01, le=5000)
+    speed_mm_s: float = Field(ge=0.01, le=5000)
     """Speed of the nozzle."""
     start_mm: tuple[OnFace, OnFace] | None = None
     """Place where the nozzle began to move and to ask, from the lower left corner of the sheet's opening."""
