@@ -118,12 +118,14 @@ class Catalogue:
         return cls(lab)
 
     def _read(self) -> None:
-        content = files.read_json(self.path)
+        try:
+            content = files.read_json(self.path)
+        except InputError as fault:
+            raise InputError(f"{self.path}: no catalogue that can be read ({fault}). {REMEDY}") from fault
         version = content.get("version") if isinstance(content, dict) else None
         if version != VERSION:
-            raise InputError(
-                f"{self.path}: no catalogue that can be read (version = {version!r:.20}; {VERSION} is read). {REMEDY}"
-            )
+            found = f"version = {version!r:.20}; {VERSION} is read"
+            raise InputError(f"{self.path}: no catalogue that can be read ({found}). {REMEDY}")
         content = read_checked(CatalogueFile, self.path, REMEDY)
         self.pairing, self._sources = content["pairing"], dict(content["sources"])
         self.uses = {digest: list(names) for digest, names in content["uses"].items()}
