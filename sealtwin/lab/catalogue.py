@@ -76,7 +76,7 @@ class CatalogueFile(Result):
 
 
 class ComputedBy(Result):
-    """What computed a stage."""
+    """Version and stage numbers that computed a stage."""
 
     stage_numbers: dict[str, int] = Field(default_factory=dict)
 
