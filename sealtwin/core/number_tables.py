@@ -20,8 +20,9 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
     stood. Raises InputError.
     """
     others = [name for name in bounds if name not in needed]
-    optional = f", and of {', '.join(others)} those that are known" if others else ""
-    said = f"a CSV in UTF-8 with columns {', '.join(needed)}{optional}, separated by commas"
+    names = [", ".join(needed)] if needed else []
+    names += [f"of {', '.join(others)} those that are known"] if others else []
+    said = f"a CSV in UTF-8 with columns {', and '.join(names)}, separated by commas"
     if path.is_dir():
         raise InputError(f"{path}: a folder; it must be {said}.")
     if not path.is_file():

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from tests.studies import plannable_lab
 from tests.wrong_inputs.table import WrongInput
 
 DEVICE = Path(os.devnull)
@@ -129,11 +130,10 @@ CASES: list[WrongInput] = [
         ("study.toml", "device"),
     ),
     WrongInput(
-        "bead laid at the least speed that help allows",
-        folder_of({}),
-        "material bead {given}/none.jpg --density-kg-m3 1690 --mass-g 1 --asked-mm3-s 9 --speed-mm-s 0.01 "
-        "--markers {given}/none.toml --face-mm 200x100 --out {out}",
-        ("none",),
-        lacks=("greater than",),
+        "draws of a sealant that are missing, of which no column is needed",
+        plannable_lab,
+        "plan {given}/planned.toml --posterior {given}/none.csv --out {out}",
+        ("none.csv", "fluid.yield_stress_pa"),
+        lacks=("columns ,",),
     ),
 ]
