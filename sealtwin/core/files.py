@@ -98,9 +98,18 @@ def as_json(content: Any) -> str:
 def read_json(path: Path) -> Any:
     """Read a JSON file. Raises InputError, naming the file, if it is missing or no JSON."""
     try:
-        return json.loads(read_text(path))
+        return parse_json(read_text(path))
     except (ValueError, RecursionError) as fault:
         raise InputError(f"{path}: no readable JSON ({fault}). Delete it and run its stage again.") from fault
+
+
+def parse_json(text: str) -> Any:
+    """Return the content of a JSON. Raises ValueError; also for NaN, which Python reads and no stage writes."""
+    return json.loads(text, parse_constant=_refuse_constant)
+
+
+def _refuse_constant(name: str) -> None:
+    raise ValueError(f"{name} is no number of a JSON")
 
 
 @contextmanager

@@ -9,7 +9,6 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
 
 from sealtwin.core.errors import InputError, as_text, naming
 
@@ -41,7 +40,7 @@ def require_plain(path: Path, largest_bytes: int = LARGEST_BYTES) -> None:
 
 
 @contextmanager
-def opened(path: Path, largest_bytes: int = LARGEST_BYTES) -> Iterator[BinaryIO]:
+def opened(path: Path, largest_bytes: int = LARGEST_BYTES) -> Iterator[io.BufferedReader]:
     """Open a file for reading. Raises as ``require_plain``."""
     require_plain(path, largest_bytes)
     with path.open("rb") as content:

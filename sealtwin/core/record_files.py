@@ -1,6 +1,5 @@
 """Files of a run folder, written from records and read back as records."""
 
-import json
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
@@ -253,7 +252,10 @@ def read_checked(kind: type[Kind], path: Path, remedy: str = AGAIN) -> Any:
     """Read a JSON file that fits a record, as it was written. Raises InputError as ``read_record``."""
     text = files.read_text(path)
     as_record(kind, text, path, remedy)
-    return json.loads(text)
+    try:
+        return files.parse_json(text)
+    except ValueError as fault:
+        raise InputError(f"{path}: no readable JSON ({fault}). {remedy}") from None
 
 
 def as_record(kind: type[Kind], text: str, where: Path | str, remedy: str = AGAIN) -> Kind:

@@ -124,6 +124,12 @@ CASES: list[WrongInput] = [
         ("plan.json", "runs.0.settings = None"),
     ),
     WrongInput(
+        "plan of a study with a setting that is no number",
+        folder_of({"plan.json": json.dumps(PLAN).replace('"solver": {}', '"solver": {"radius_mm": NaN}')}),
+        "sweep merge {given} --out {out}",
+        ("plan.json", "NaN"),
+    ),
+    WrongInput(
         "study that merges a link to a device",
         folder_of({"plan.json": PLAN, "study.toml": DEVICE}),
         "sweep merge {given} --out {out}",
