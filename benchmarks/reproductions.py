@@ -13,9 +13,11 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from benchmarks import reproduced_folders as folders
 from benchmarks.table import Row, leave
 
 LIMIT_S = 120
@@ -40,6 +42,11 @@ class Answer:
     lacks: tuple[str, ...] = ()
     files: str = ""
     """Folder of the inputs, if it is not that of ``name``."""
+    prepare: Callable[[Path], None] = lambda _: None
+    """Adds to the copy of the inputs, in which the command runs."""
+    environment: Mapping[str, str] = field(default_factory=dict)
+    largest_file_bytes: int = resource.RLIM_INFINITY
+    """Size at which writing a file fails, as on a full disk."""
 
 
 DXF = "--depth-mm 10 --out {out}/run"
@@ -105,7 +112,60 @@ ANSWERS = (
     Answer("s2", 'st.read_readings("unit_column.csv", unit="mm")', ("unit_column.csv", "inch"), files="files/s2"),
     Answer("s3", 'st.read_readings("excel_error.ods")', ("excel_error.ods", "error"), files="files/s3"),
     Answer("s4", 'st.read_readings("xlsxwriter_zero.xlsx")', ("xlsxwriter_zero.xlsx", "formula"), files="files/s4"),
-    Answer("c1 catalogue", "lab list .", ("catalogue.json",), files="files/c1"),
+    Answer("c1 catalogue", "lab list .", ("catalogue.json", "faults"), files="files/c1"),
+    Answer(
+        "k1 cache",
+        "doctor",
+        ("kernels compiled, run and recorded",),
+        (0,),
+        files="files/k1",
+        prepare=folders.damaged_kernels,
+        environment={"WARP_CACHE_PATH": folders.CACHE},
+    ),
+    Answer("o1 film", "film RUN --out x.gif", ("frames", "device"), files="files/o1", prepare=folders.filmed),
+    Answer(
+        "o1 film pipe", "film RUN --out x.gif", ("frames", "pipe"), files="files/o1", prepare=folders.filmed_by_a_pipe
+    ),
+    Answer(
+        "o1 loop",
+        "loop PLAN --replay PLAN/loop-1.jsonl",
+        ("loop.json", "device"),
+        files="files/o1",
+        prepare=folders.looped,
+    ),
+    Answer(
+        "f1 outcome",
+        "sweep status STUDY",
+        ("outcome.json", "wall_s"),
+        files="files/f1",
+        prepare=folders.outcome_of_a_list,
+    ),
+    Answer(
+        "e1 cp1252",
+        "digitise trial.toml --out p\u0142yta",
+        ("p\\u0142yta",),
+        (0,),
+        files="files/o1",
+        prepare=folders.digitised,
+        environment={"PYTHONIOENCODING": "cp1252"},
+    ),
+    Answer(
+        "e2 home",
+        "simulate RUN --device cpu",
+        ("warp_cache_path",),
+        files="files/o1",
+        prepare=folders.digitised,
+        environment={"HOME": "/dev/null"},
+    ),
+    Answer(
+        "e3 full disk",
+        "simulate RUN --device cpu",
+        ("warp_cache_path", "cache"),
+        files="files/k1",
+        prepare=folders.digitised,
+        environment={"WARP_CACHE_PATH": folders.CACHE},
+        largest_file_bytes=300_000,
+    ),
 )
 
 
@@ -129,6 +189,7 @@ def judge(answer: Answer, inputs: Path) -> tuple[str, bool]:
         given, out = Path(scratch) / "given", Path(scratch) / "out"
         shutil.copytree(inputs / (answer.files or answer.name.split()[0]), given)
         out.mkdir()
+        answer.prepare(given)
         words = ["-m", "sealtwin", *(word.format(out=out) for word in answer.command.split())]
         if answer.command.startswith("st."):
             words = ["-c", IN_PYTHON.format(answer.command)]
@@ -136,11 +197,11 @@ def judge(answer: Answer, inputs: Path) -> tuple[str, bool]:
             ended = subprocess.run(
                 [sys.executable, *words],
                 cwd=given,
-                env=os.environ,
+                env={**os.environ, **answer.environment},
                 capture_output=True,
                 text=True,
                 timeout=LIMIT_S,
-                preexec_fn=_bound_memory,
+                preexec_fn=lambda: _bound(answer.largest_file_bytes),
                 check=False,
             )
         except subprocess.TimeoutExpired:
@@ -153,7 +214,8 @@ def judge(answer: Answer, inputs: Path) -> tuple[str, bool]:
     return f"exit {ended.returncode}{f', lacking {lacking}' if lacking else ''}: {words[-300:]}", sound
 
 
-def _bound_memory() -> None:
+def _bound(largest_file_bytes: int) -> None:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file_bytes, largest_file_bytes))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
 
 

@@ -22,6 +22,7 @@ from digitise.settings import MeshUnit
 from digitise.solid.float_mesh import corners_mm
 from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError, ShapeError
+from sealtwin.core.plain_files import read_text
 from sealtwin.core.records import Floats, Outline, arc_length, arc_length_at
 
 RIVAL = 0.5  # Share of the largest opening's area from which on a second one is ambiguous
@@ -225,7 +226,7 @@ def read_path(path: Path) -> Floats:
     if path.stat().st_size > LARGEST_BYTES:
         raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; a path has some hundred lines.")
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_text(path, LARGEST_BYTES).splitlines()
     except UnicodeDecodeError:
         raise InputError(f"{path}: no text; a path is x and y in mm, a line for each point.") from None
     if comma := next((line for line in lines if DECIMAL_COMMAS.match(line)), None):

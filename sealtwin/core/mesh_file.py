@@ -18,6 +18,7 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.interrupts import load_trimesh
+from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.records import Floats, Integers
 
 LARGEST_BYTES = 200_000_000
@@ -79,7 +80,7 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
         )
     if kind == ".3mf" and importlib.util.find_spec("lxml") is None:
         raise InputError(f"{path}: 3MF needs lxml: install sealtwin[3mf], or save the mesh as STL.")
-    content = path.read_bytes()
+    content = read_bytes(path, LARGEST_BYTES)
     try:
         # Numbers near the largest there are overflow, and signalling NaNs warn; both are refused below.
         with np.errstate(over="ignore", invalid="ignore"):

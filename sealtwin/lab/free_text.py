@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Literal
 
 from sealtwin.core.errors import InputError, naming
+from sealtwin.core.plain_files import opened
 from sealtwin.lab.fill_sheet import is_fill
 from sealtwin.lab.note_words import meaning_of
 from validate.readings.samples import read_cells
@@ -31,8 +32,8 @@ def kind_of_text(path: Path) -> Literal["readings", "fill", "note", "text"]:
 
 def text_of(path: Path) -> str:
     """Return the first part of a text in whatever encoding it is. Raises InputError for what is none."""
-    with naming(path), path.open("rb") as opened:
-        content = opened.read(LARGEST_READ_BYTES)
+    with naming(path), opened(path) as file:
+        content = file.read(LARGEST_READ_BYTES)
     return decoded(path, content)[0]
 
 

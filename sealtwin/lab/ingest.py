@@ -14,6 +14,7 @@ from pathlib import Path, PurePath
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, as_text, naming
+from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
@@ -302,8 +303,7 @@ def write_trial(outcome: SampleOutcome, trial: Trial, source: Path, folder: Path
     (folder / INPUTS).mkdir(parents=True)
     for raw in outcome.raw:
         path = source / raw.original
-        with naming(path):
-            content = path.read_bytes()
+        content = read_bytes(path)
         if hashlib.sha256(content).hexdigest() != raw.sha256:
             raise InputError(f"{path}: changed while it was taken in. Give the same command again.")
         files.write_bytes(folder / raw.kept_as, content)

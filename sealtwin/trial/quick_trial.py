@@ -9,6 +9,7 @@ from typing import Any
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_text
+from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import LINE_BREAKING, Trial
@@ -65,7 +66,7 @@ def quick_trial(photo: Path, folder: Path, given: Tables, sheet: Path | None) ->
 def write_quick_trial(path: Path, text: str) -> None:
     """Write the file. Raises InputError where there is one that anybody wrote or edited."""
     if path.exists():
-        first, _, rest = path.read_text(encoding="utf-8", errors="replace").partition("\n")
+        first, _, rest = read_bytes(path).decode("utf-8", errors="replace").partition("\n")
         if first != MARK + _check(rest):
             raise InputError(
                 f"{path}: is yours, or was edited, and is not overwritten. Run 'sealtwin run {path}', or give another "
