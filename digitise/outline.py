@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from skimage.measure import points_in_poly
 
-from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.hints import CrackPath, listed
 from digitise.crack_path.standing_out import band_px, is_wider
 from digitise.geometry import polyline
 from digitise.image.raster import shrunk
@@ -164,7 +164,9 @@ def _along(
 ) -> Outline:
     """Outline of what was traced and drawn, without side cracks and islands."""
     stations = _stations(photo, traced)
-    centreline_mm, left_mm, right_mm, drawn = mended(stations, lines_mm, traced.kinds, photo.mm_per_px, str(photo.file))
+    centreline_mm, left_mm, right_mm, drawn, far = mended(
+        stations, lines_mm, traced.kinds, photo.mm_per_px, str(photo.file)
+    )
     if source == "none":
         # A path has no area; its ring goes there and back.
         left_mm = right_mm = centreline_mm
@@ -179,7 +181,7 @@ def _along(
         scale_source=photo.scale_source,
         scale_residual_mm=photo.scale_residual_mm,
         path_source=path.source,
-        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *remarks),
+        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *_far(photo, far), *remarks),
         scale_uncertainty=photo.scale_uncertainty,
         camera_tilt_deg=photo.camera_tilt_deg,
         photo_size_px=photo.size_px,
@@ -345,6 +347,15 @@ def _doubts(path: CrackPath, traced: Traced, drawn: float) -> list[str]:
             f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts a wall off"
         )
     return doubts
+
+
+def _far(photo: Photo, far: Sequence[tuple[int, float, Floats]]) -> list[str]:
+    """Warnings about walls drawn far from those that the photo shows."""
+    return [
+        f"photo.walls_px, line {number}, is up to {away_mm:.1f} mm from the wall that the photo shows, at "
+        f"{listed(photo.to_px(place_mm[None]))} px: check that it follows this crack"
+        for number, away_mm, place_mm in far
+    ]
 
 
 def _stated(islands_mm: tuple[Floats, ...]) -> list[str]:

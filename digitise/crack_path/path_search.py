@@ -153,12 +153,21 @@ class PathSearch:
             f"{places}. Look there, and give a point of the crack between the ends, photo.via_px"
         ]
 
+    def _border_hint(self, points_px: Floats) -> str:
+        """A sentence about dark surroundings that the path comes close to, or none."""
+        if not self._near_surroundings(points_px).any():
+            return ""
+        return f" The path comes close to a dark region at the photo's border, which {TAKEN}."
+
+    def _near_surroundings(self, points_px: Floats) -> NDArray[np.bool_]:
+        if not self.field.around.any():
+            return np.zeros(len(points_px), dtype=bool)
+        cells = np.rint(self.field.to_work(points_px)[:, ::-1]).astype(int)
+        return distance_outside(self.field.around)[tuple(cells.T)] <= BESIDE_AROUND
+
     def _along_surroundings(self, points_px: Floats, width_px: float) -> list[str]:
         """Return a warning about a path beside what was taken for the surroundings, as along one wall of a crack."""
-        if not self.field.around.any():
-            return []
-        cells = np.rint(self.field.to_work(points_px)[:, ::-1]).astype(int)
-        near = distance_outside(self.field.around)[tuple(cells.T)] <= BESIDE_AROUND
+        near = self._near_surroundings(points_px)
         beside_px = float(np.linalg.norm(np.diff(points_px, axis=0), axis=1)[near[1:] & near[:-1]].sum())
         if beside_px <= max(AROUND_WIDTHS * width_px, LEAST_BESIDE / self.field.scale):
             return []
@@ -226,7 +235,7 @@ class PathSearch:
             if beside_px > limit_px:
                 raise InputError(
                     f"{self.photo.file}: the end ({x:g}, {y:g}) is on no crack: the nearest one is "
-                    f"{too_far(beside_px, limit_px)}; give a point inside the crack."
+                    f"{too_far(beside_px, limit_px)}; give a point inside the crack.{self._border_hint(points_px)}"
                 )
         # A few cells as bright as mortar are a grain in the crack.
         gap = larger_pieces(~on_crack[None, first : last + 1], limit_px * self.field.scale)
@@ -234,7 +243,7 @@ class PathSearch:
         if gaps > MOST_GAPS:
             raise InputError(
                 f"{self.photo.file}: no crack on {gaps:.0%} of the path between the ends (at most {MOST_GAPS:.0%}); "
-                "give ends of one unbroken crack."
+                f"give ends of one unbroken crack.{self._border_hint(points_px)}"
             )
         return slice(first, last + 1)
 

@@ -15,7 +15,7 @@ from sealtwin.core.records import Floats
 NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beside half a width that still are the path's; reach in widths, and px more
 NOT_DARK, BRIGHT = 0.93, 1.5  # Light of a path over its darker side's, 0.88 on hairlines; of a bright line over ground
 SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Widths, and px more, between which the sides of a found line are compared
-MOST_UNLIKE = 0.5  # Difference of both sides over the lesser one's step down to the line; 0.2 on most cracks
+MOST_UNLIKE = 0.4  # Difference of both sides over the lesser one's step down to the line: up to 0.33 on real cracks
 BAND, BAND_PX = (6.0, 20.0), 6.0  # Reach in widths, and px more, of a dark band; px by which it is wider at least
 TWICE = 2.0  # Width of the band over the fitted one: blur makes less of it
 GROUND = 75  # Percentile of light across a stretch that is the ground's

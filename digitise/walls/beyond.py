@@ -9,14 +9,15 @@ from digitise.crack_path.darkness import sample_mask
 from digitise.crack_path.hints import listed
 from digitise.crack_path.medial_axis import radius
 from digitise.crack_path.profiles import median_known, profiles_across, row_medians
-from digitise.geometry.polyline import unit
+from digitise.geometry.polyline import depth_inside, unit
 from digitise.image.raster import blurred, shrunk
 from digitise.photo import Photo
 from sealtwin.core.records import Floats, arc_length
 from sealtwin.core.solid_figures import EndKind
 
 MOST_BEYOND = 0.05  # Share of the traced length that a crack may go on without a word
-LEAST_BEYOND = 6.0  # Widths that it may go on: as much is grain, or a blunt end
+LEAST_BEYOND, LEAST_BEYOND_PX = 2.0, 30.0  # Widths and px that it may go on: a blunt end, and grain that touches it
+AT_BORDER = 2.0  # Widths, and twice as many px, from the photo's border within which a crack leaves the photo
 WORK_PX, LARGEST_PX = 6.0, 2500  # Width of the crack in the copy that is searched, and longest side of the copy
 LAST = 8.0  # Widths of the crack before an end that give its darkness and its direction
 BESIDE = (1.0, 3.0)  # Widths from the line between which the ground's light is read
@@ -29,14 +30,14 @@ NEAR = 1.5  # Widths from the end within which the crack must go on
 def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[str]:
     """Return a warning about each end, cut by a click, beyond which the photo shows much more of the crack."""
     length_px = float(arc_length(line_px)[-1])
-    warnings = []
+    last_px, warnings = np.array(photo.size_px) - 1, list[str]()
     for kind, inward_px in zip(kinds, (line_px, line_px[::-1]), strict=True):
-        if kind != "cut":
+        if kind != "cut" or depth_inside(inward_px[:1], (0, 0, *last_px))[0] < AT_BORDER * (width_px + 2):
             continue
         beyond_px = _beyond_px(photo, inward_px, max(width_px, 2.0))
-        if beyond_px > max(MOST_BEYOND * length_px, LEAST_BEYOND * width_px):
+        if beyond_px > max(MOST_BEYOND * length_px, LEAST_BEYOND * width_px, LEAST_BEYOND_PX):
             warnings.append(
-                f"the crack goes on beyond the end {listed(inward_px[:1])} px for at least "
+                f"the crack goes on beyond the end {listed(inward_px[:1])} px for about "
                 f"{beyond_px * photo.mm_per_px:.1f} mm ({beyond_px:.0f} px), which are not part of the result: give "
                 "its own end in ends_px to have all of it"
             )
