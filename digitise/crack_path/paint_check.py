@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_fill_holes
 
-from digitise.crack_path.profiles import profiles_across, row_medians
+from digitise.crack_path.profiles import Profiles, median_known, profiles_across, row_medians
 from digitise.image.raster import Map, sampled, widened
 from digitise.photo import Photo
 from sealtwin.core.errors import InputError
@@ -26,6 +26,8 @@ HOLLOW, HOLE_DARK = (
     0.5,
     0.8,
 )  # Least area of holes over that of paint, and light in them over that outside, of an outline
+SLENDER = 5.0  # Least length over width of paint whose place is compared with the photo's
+ASIDE, LEAST_ASIDE_PX, MUCH_DARKER = 0.35, 3.0, 0.08  # Widths, and px, that sound paint is aside; gain of light there
 AROUND = 8  # Cells around an outline whose light is compared
 
 
@@ -50,7 +52,7 @@ def judge_paint(
         return ()
     darker, usual = float(np.mean(ratio[known] < DARKER)), float(np.median(ratio[known]))
     if darker >= SOME:
-        return ()
+        return _shifted(seen, width_px)
     first, last = seen.line_px[[0, -1]]
     said = (
         f"photo.mask: the painted area from ({first[0]:.0f}, {first[1]:.0f}) to ({last[0]:.0f}, {last[1]:.0f}) px is "
@@ -65,6 +67,26 @@ def judge_paint(
     raise InputError(
         f"{photo.file}: {said}. {causes}. If it is right, as on a crack filled with something light, give ends_px, its "
         "two ends on the paint."
+    )
+
+
+def _shifted(seen: Profiles, width_px: float) -> tuple[str, ...]:
+    """Return a warning if the darkest band as wide as the paint is beside it, by more than a third of its width."""
+    if len(seen.line_px) < SLENDER * width_px:
+        return ()
+    shares = seen.mean() / np.maximum(row_medians(seen.mean()), 1e-6)[:, None]
+    profile = np.array([median_known(column) for column in shares.T])
+    reach = int(width_px + LEAST_BESIDE_PX / 2)
+    asides_px = np.arange(-reach, reach + 1)
+    light = np.array([profile[np.abs(seen.offset_px - aside_px) <= width_px / 2].mean() for aside_px in asides_px])
+    if not np.isfinite(light).all():
+        return ()
+    aside_px, own = int(abs(asides_px[light.argmin()])), float(light[reach])
+    if aside_px <= max(ASIDE * width_px, LEAST_ASIDE_PX) or light.min() > own - MUCH_DARKER:
+        return ()
+    return (
+        f"photo.mask: the darkest band along the paint, which is {width_px:.0f} px wide, is {aside_px} px beside it: "
+        "is the mask shifted against the photo?",
     )
 
 

@@ -131,7 +131,7 @@ class PathSearch:
         return searched
 
     def _searched(self) -> str:
-        """What is searched, by what limits it, and the settings to check."""
+        """Return what limits the search, and the settings to check, in words."""
         limits = ["the face"] if self.photo.face_px is not None else []
         limits += ["less its markers"] if self.photo.markers_px else []
         limits += ["inside roi_px"] if self.in_region else []
@@ -154,7 +154,7 @@ class PathSearch:
         ]
 
     def _border_hint(self, points_px: Floats) -> str:
-        """A sentence about dark surroundings that the path comes close to, or none."""
+        """Return a sentence about dark surroundings that the path comes close to, or none."""
         if not self._near_surroundings(points_px).any():
             return ""
         return f" The path comes close to a dark region at the photo's border, which {TAKEN}."

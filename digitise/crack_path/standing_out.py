@@ -13,7 +13,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
 NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beside half a width that still are the path's; reach in widths, and px more
-NOT_DARK, BRIGHT = 0.93, 1.5  # Light of a path over its darker side's, 0.88 on hairlines; of a bright line over ground
+NOT_DARK, BRIGHT = 0.93, 1.25  # Light of a path over its darker side's, 0.88 on hairlines; of a bright line over ground
 SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Widths, and px more, between which the sides of a found line are compared
 MOST_UNLIKE = 0.4  # Difference of both sides over the lesser one's step down to the line: up to 0.33 on real cracks
 BAND, BAND_PX = (6.0, 20.0), 6.0  # Reach in widths, and px more, of a dark band; px by which it is wider at least

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -62,7 +63,7 @@ def _classes() -> np.ndarray:
 
 
 def _hairline_beside_a_joint(folder: Path) -> None:
-    light, y = mortar((300, 420), 3), np.arange(4, 416)
+    light, y = mortar((300, 420), 3), np.arange(4.0, 416)
     x = 130 + 10 * np.sin(y / 55)
     light = np.where(_line(light.shape, x, y, 1), 0.85 * light, light)
     write_png(folder / "photo.png", np.where(_line(light.shape, np.full(len(y), 170.0), y, 4), 0.1 * light, light))
@@ -74,20 +75,21 @@ def _line(shape: tuple[int, ...], x: Floats, y: Floats, width_px: int) -> np.nda
     return cover > 0
 
 
-def _wedge(folder: Path) -> None:
+def _wedge(folder: Path, blur_px: float = 0.5) -> None:
     """A crack that is 120 px wide at the photo's border and narrows to 10 px."""
-    cover = np.zeros((460, 600), dtype=np.uint8)
-    cv2.fillPoly(cover, [np.array([(0, 60), (150, 190), (545, 360), (540, 370), (120, 230), (0, 200)])], 1)
-    write_png(folder / "photo.png", np.where(cover > 0, 0.004, mortar((600, 460))))
+    cover = np.zeros((460, 600), dtype=np.float32)
+    cv2.fillPoly(cover, [np.array([(0, 60), (150, 190), (545, 360), (540, 370), (120, 230), (0, 200)])], 1.0)
+    cover = cv2.GaussianBlur(cover, (0, 0), blur_px)
+    write_png(folder / "photo.png", mortar((600, 460)) * (1 - 0.99 * cover))
 
 
 def _marking(folder: Path) -> None:
     """A white marking whose one edge is a little darker than the ground."""
     light = mortar((500, 300), 4)
-    x = np.arange(15, 486)
+    x = np.arange(15.0, 486)
     edge = 150 + 6 * np.sin(x / 40)
     light = np.where(np.arange(300)[:, None] < np.interp(np.arange(500), x, edge), 1.7 * light, light)
-    write_png(folder / "photo.png", np.where(_line(light.shape, x.astype(float), edge, 5), 0.35 * light, light))
+    write_png(folder / "photo.png", np.where(_line(light.shape, x, edge, 5), 0.35 * light, light))
 
 
 def _debris(folder: Path) -> None:
@@ -105,19 +107,19 @@ def _coarse(folder: Path) -> None:
     write_png(folder / "photo.png", with_crack(light, CRACK, 18))
 
 
-def _linear(folder: Path, stated: Callable[[], dict[str, object]], name: str = "photo.png") -> None:
+def _linear(folder: Path, stated: Callable[[], dict[str, Any]], name: str = "photo.png") -> None:
     """A picture whose values are light itself, and that says so."""
     values = np.rint(255 * np.clip(_crack(), 0, 1)).astype(np.uint8)
     Image.fromarray(np.dstack([values] * 3)).save(folder / name, **stated())
 
 
-def _gamma_chunk() -> dict[str, object]:
+def _gamma_chunk() -> dict[str, Any]:
     chunks = PngImagePlugin.PngInfo()
     chunks.add(b"gAMA", (100_000).to_bytes(4, "big"))
     return {"pnginfo": chunks}
 
 
-def _linear_profile() -> dict[str, object]:
+def _linear_profile() -> dict[str, Any]:
     """The profile of sRGB with straight lines for its curves: a parametric curve of kind 0 and exponent 1."""
     content = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
     at = content.find(b"para", 128)
@@ -127,13 +129,13 @@ def _linear_profile() -> dict[str, object]:
     return {"icc_profile": bytes(content)}
 
 
-def _exif_gamma() -> dict[str, object]:
+def _exif_gamma() -> dict[str, Any]:
     exif = Image.Exif()
     exif.get_ifd(0x8769)[0xA500] = 1.0
     return {"exif": exif, "quality": 98}
 
 
-def _transfer_function() -> dict[str, object]:
+def _transfer_function() -> dict[str, Any]:
     tags = TiffImagePlugin.ImageFileDirectory_v2()
     tags[301] = tuple(257 * value for value in range(256)) * 3
     tags.tagtype[301] = 3
@@ -161,6 +163,14 @@ CASES: list[WrongInput] = [
     ),
     WrongInput("mask mirrored", partial(_masked, lambda: _paint()[::-1]), MASKED, ("--mask", "0%", "mirrored")),
     WrongInput("mask shifted", partial(_masked, lambda: np.roll(_paint(), 45, 0)), MASKED, ("--mask", "shifted")),
+    WrongInput(
+        "mask shifted by half a width",
+        partial(_masked, lambda: np.roll(_paint(), 8, 0)),
+        MASKED,
+        ("--mask", "8 px beside"),
+        0,
+    ),
+    WrongInput("negative", lambda at: write_png(at / "photo.png", 1 - _crack()), CLICKED, ("bright", "--mask")),
     WrongInput("mask of a bright crack", partial(_masked, _paint, light=_bright), MASKED, ("--mask", "--ends")),
     WrongInput(
         "mask of a bright crack, with its ends",
@@ -215,6 +225,13 @@ CASES: list[WrongInput] = [
         _wedge,
         f"{DIGITISE} --ends 2,66 540,363",
         ("close to a dark region", "border", "--mask"),
+    ),
+    WrongInput(
+        "soft wide crack at the border, clicked at its wall",
+        partial(_wedge, blur_px=3.0),
+        f"{DIGITISE} --ends 2,66 540,363",
+        ("along a dark region", "border", "--mask", "--roi"),
+        0,
     ),
     WrongInput("edge of a marking", _marking, DIGITISE, ("sides", "--ends"), 0),
     WrongInput("debris beside a thin crack", _debris, CLICKED, ("dark over about 3", "--mask", "--width-mm"), 0),
