@@ -9,6 +9,7 @@ from itertools import pairwise
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial import KDTree
 
 from digitise.crack_path import step_costs
@@ -31,6 +32,7 @@ OBVIOUS_DARKNESS = 0.5  # Median darkness that needs no likeness to a line: no s
 MOST_GAPS = 0.2  # Share of the path that may be as bright as mortar
 AROUND, LEAST_AROUND_PX = 0.5, 100.0  # Room beside the box of two points: share of their distance, px of the photo
 BESIDE = 1.5  # Distance in cells within which two paths are the same
+PALE, PALE_LENGTH = 0.28, 24.0  # Mean darkness over the path's usual one, over so many cells: 0.31 and more on cracks
 GAP_WIDTHS, LEAST_GAP = 4.0, 10.0  # Longest gap in widths, and in cells, that is a grain: at most 3.6 on 55 real cracks
 BESIDE_AROUND = 6.0  # Cells from the surroundings within which a path runs along them
 AROUND_WIDTHS, LEAST_BESIDE = 3.0, 40.0  # Widths, and cells, over which a crack may do so where it leaves the sample
@@ -75,7 +77,8 @@ class PathSearch:
         if thin or darkness < OBVIOUS_DARKNESS:
             self._check_clear(np.concatenate(legs))
         # A path through a thin crack may run a cell beside it.
-        crack = cv2.dilate(field.dark, np.ones((3, 3), np.uint8)) > darkness / 2
+        dark = np.asarray(cv2.dilate(field.dark, np.ones((3, 3), np.uint8)), dtype=np.float32)
+        crack = dark > darkness / 2
         if thin:
             crack |= field.ridge > CLEAR_RIDGE
         limit_px = max(snap_px(self.photo), width / field.scale)
@@ -89,7 +92,8 @@ class PathSearch:
         on_crack = self._from_crack_to_crack(points_px, inside, limit_px)
         points_px = points_px[on_crack]
         width_px = width_along(self.photo, points_px, width / field.scale)
-        doubts = (*self._gaps(points_px, inside[on_crack], width_px), *self._along_surroundings(points_px, width_px))
+        seen = inside[on_crack] & ~self._bare(dark[tuple(cells.T)][on_crack], width_px)
+        doubts = (*self._gaps(points_px, seen, width_px), *self._along_surroundings(points_px, width_px))
         path = CrackPath(points_px, width_px, "ends", doubts)
         require_dark(self.photo, path)
         return path
@@ -136,6 +140,18 @@ class PathSearch:
         limits += ["less its markers"] if self.photo.markers_px else []
         limits += ["inside roi_px"] if self.in_region else []
         return f"which is {', '.join(limits) or 'the sample'}; check ends_px, via_px{' and roi_px' * self.in_region}"
+
+    def _bare(self, dark: Map, width_px: float) -> NDArray[np.bool_]:
+        """Places along a path, of this darkness, in stretches that are as bright as the ground.
+
+        A filter that is longer than wide sees a line on a gap between two lines as well.
+        """
+        usual, length = float(np.median(dark)), round(max(PALE_LENGTH, GAP_WIDTHS * width_px * self.field.scale))
+        if len(dark) < 2 * length:
+            return np.zeros(len(dark), dtype=bool)
+        pale = uniform_filter1d(dark, length, mode="nearest") < PALE * usual
+        near = maximum_filter1d(pale.astype(np.uint8), length) > 0
+        return near & (dark < usual / 2)
 
     def _gaps(self, points_px: Floats, inside: NDArray[np.bool_], width_px: float) -> list[str]:
         """Return a warning about stretches of several widths that are as bright as the ground beside them."""

@@ -69,6 +69,12 @@ def _hairline_beside_a_joint(folder: Path) -> None:
     write_png(folder / "photo.png", np.where(_line(light.shape, np.full(len(y), 170.0), y, 4), 0.1 * light, light))
 
 
+def _interrupted(folder: Path) -> None:
+    """A hairline with a gap as long as fifteen widths."""
+    light = with_crack(mortar(SIZE_PX), [(20, 60), (185, 92)], 3)
+    write_png(folder / "photo.png", with_crack(light, [(235, 85), (400, 110)], 3))
+
+
 def _line(shape: tuple[int, ...], x: Floats, y: Floats, width_px: int) -> np.ndarray:
     cover = np.zeros(shape, dtype=np.uint8)
     cv2.polylines(cover, [np.column_stack([x, y]).round().astype(np.int32)], False, 1, width_px)
@@ -213,6 +219,7 @@ CASES: list[WrongInput] = [
         ("--via", "px from ("),
         0,
     ),
+    WrongInput("hairline with a gap", _interrupted, CLICKED, ("no crack is seen", "--via"), 0),
     WrongInput(
         "wide crack at the border, clicked",
         _wedge,
