@@ -83,7 +83,7 @@ ANSWERS = (
     Answer(
         "path_jumps_to_joint",
         "digitise photo.jpg --path-only --mm-per-px 0.2 --ends 202,7 213,412 --out {out}/run",
-        ("photo.via_px",),
+        ("--via",),
         (0, 3),
     ),
     Answer("photo_linear_gamma", f"digitise linear.png {PHOTO} --ends 43,132 407,160", ("gamma",), (0, 3)),

@@ -103,7 +103,7 @@ def read_photo(
         The photo cannot be read, is black, has no scale or two, or does not show its markers.
     """
     given = locals()
-    from digitise.image.decoding import read_mask, take_mask
+    from digitise.image.painted import read_mask, take_mask
     from digitise.photo import beside_markers, pixels_of, scaled
 
     file = _name_of(photo, "photo")
