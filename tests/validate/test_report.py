@@ -225,7 +225,7 @@ def test_a_leak_and_a_lost_volume_stand_before_every_number(tmp_path, no_figures
     _, page, pdf = written(tmp_path, readings_data=readings_data, gate=GATE, run=run, volume_ratio=0.7)
     for text in (page.text, pdf):
         for words in ("Do not use: 11 particles went through a wall", "of its volume (0.7"):
-            assert text.index(words) < text.index("escaped particles")
+            assert text.index(words) < text.index("particles escaped")
     verdict = [attributes["class"] for tag, attributes in page.tags if tag == "div" and "class" in attributes]
     assert "verdict failed" in verdict
 

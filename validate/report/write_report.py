@@ -120,7 +120,10 @@ def _data_uri(kind: Literal["jpeg", "webp"], content: bytes) -> str:
 
 
 def _write_pdf(path: Path, data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> None:
-    """Write what the page shows, in its order; the same evidence gives the same bytes, without a date."""
+    """Write what the page shows; the same evidence gives the same bytes, without a date.
+
+    Findings follow the first chapter, whose figures then stand on the first page.
+    """
     with Typesetter(data.name) as paper:
         paper.paragraph(data.name, size_pt=20, weight="B")
         paper.paragraph(data.note, colour=MUTED)
@@ -130,14 +133,15 @@ def _write_pdf(path: Path, data: ReportData, figures: KeyFigures, content: Seque
             paper.paragraph(sentence, size_pt=11, weight="B", colour=OUTCOME_COLOUR[tone(data.verdict)])
         for sentence in data.in_short:
             paper.paragraph(sentence, size_pt=10)
-        for finding in data.verdict.findings:
-            paper.paragraph(finding)
         paper.rows(figures)
         for before, chapter in zip([None, *content], content, strict=False):
             if before is not None and chapter.appendix and not before.appendix:
                 paper.add_page()
                 paper.chapter("Appendix", 0.0)
             _write_chapter(paper, chapter)
+            if before is None:
+                for finding in data.verdict.findings:
+                    paper.paragraph(finding)
         paper.output(str(path))
 
 

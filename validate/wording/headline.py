@@ -183,11 +183,9 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
         if found is not None and (at_station := worst_station_of(found, m.worst_at_mm)) is not None:
             # Between stations, and beyond the last one, there is no reading to be off from.
             worst = f"worst error at a station (at s = {at_station[1]:.1f} mm)", f"{at_station[0]:.2f} mm"
-        figures += [(f"{one.name}, as a baseline", f"{one.mean_error_mm:.2f} mm") for one in m.baselines]
+        if m.baselines:
+            names = "; ".join(one.name for one in m.baselines)
+            figures.append((f"baselines: {names}", f"{'; '.join(f'{one.mean_error_mm:.2f}' for one in m.baselines)} mm"))
         figures += [worst, ("readings were", ROLES[m.role])]
-    return [
-        *figures,
-        ("volume ratio", f"{evidence.volume_ratio:.3f}"),
-        ("escaped particles", f"{run.escaped_particles}" if run.bed is None else NOT_COMPUTED),
-        ("spilled particles", f"{run.spilled_particles}" if run.bed is None else NOT_COMPUTED),
-    ]
+    lost = f"{run.escaped_particles}; {run.spilled_particles}" if run.bed is None else NOT_COMPUTED
+    return [*figures, ("volume ratio", f"{evidence.volume_ratio:.3f}"), ("particles escaped; spilled", lost)]
