@@ -293,6 +293,9 @@ def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], 
             runs, entry = content.get(table, {}).get(name, assumed.get(key)), outcome.note.entries.get(key)
             if value == runs or key.startswith(OF_READINGS) or (entry and entry.origin.startswith(PAIRING)):
                 continue
+            # Date and operator are of no table: a run does not depend on them.
+            if not table and entry is None:
+                continue
             other = f"{entry.origin} says {toml_value(entry.value)}" if entry else "no note says so"
             told.append(
                 f"{path}, row {row.number}: {words!r} says {key} = {toml_value(value)}, and {other}. Write the "
