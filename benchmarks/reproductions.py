@@ -127,28 +127,38 @@ def judge(answer: Answer, inputs: Path) -> tuple[str, bool]:
         given, out = Path(scratch) / "given", Path(scratch) / "out"
         shutil.copytree(inputs / (answer.files or answer.name.split()[0]), given)
         out.mkdir()
-        words = ["-m", "sealtwin", *(word.format(out=out) for word in answer.command.split())]
-        if answer.command.startswith("st."):
-            words = ["-c", IN_PYTHON.format(answer.command)]
-        try:
-            ended = subprocess.run(
-                [sys.executable, *words],
-                cwd=given,
-                env=os.environ,
-                capture_output=True,
-                text=True,
-                timeout=LIMIT_S,
-                preexec_fn=_bound_memory,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            return f"not done in {LIMIT_S} s", False
+        ended = run_in(given, out, answer.command)
+    if ended is None:
+        return f"not done in {LIMIT_S} s", False
     printed = f"{ended.stdout}\n{ended.stderr}"
     small = printed.lower()
     lacking = [word for word in answer.says if word not in small] + [word for word in answer.lacks if word in small]
     sound = ended.returncode in answer.exit_codes and not lacking and "Traceback" not in printed
-    words = " ".join((ended.stderr.strip() or ended.stdout.strip()).split())
-    return f"exit {ended.returncode}{f', lacking {lacking}' if lacking else ''}: {words[-300:]}", sound
+    return f"exit {ended.returncode}{f', lacking {lacking}' if lacking else ''}: {last_words(ended)}", sound
+
+
+def run_in(given: Path, out: Path, command: str) -> "subprocess.CompletedProcess[str] | None":
+    """Run a command in the folder of its inputs, in bounded time and memory. Return None if it is not done in time."""
+    words = ["-m", "sealtwin", *(word.format(out=out) for word in command.split())]
+    if command.startswith("st."):
+        words = ["-c", IN_PYTHON.format(command)]
+    try:
+        return subprocess.run(
+            [sys.executable, *words],
+            cwd=given,
+            env=os.environ,
+            capture_output=True,
+            text=True,
+            timeout=LIMIT_S,
+            preexec_fn=_bound_memory,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def last_words(ended: "subprocess.CompletedProcess[str]") -> str:
+    return " ".join((ended.stderr.strip() or ended.stdout.strip()).split())[-300:]
 
 
 def _bound_memory() -> None:
