@@ -283,7 +283,7 @@ def of_material(case: Case) -> list[str]:
         case.damage(case.chance.choice(("material.toml", "material.toml", "pasted.toml")), reworded)
         return ["digitise", "pasted.toml", "--out", "new"]
     case.damage("curve.csv", reworded)
-    return ["material", "rheometer", "curve.csv", "--density-kg-m3", "1690", "--out", "new.toml"]
+    return ["material", "rheometer", "curve.csv", "--density-kg-m3", "1690", "--data", "synthetic", "--out", "new.toml"]
 
 
 def of_fill(case: Case) -> list[str]:
@@ -349,7 +349,7 @@ def _photographed(case: Case, method: str, photo: str, frame: str, sound: dict[s
     if not case.sound and case.chance.random() < 0.4:
         given[case.chance.choice([*given])] = case.chance.choice((*WORDS, *ODD))
     options = [word for option, value in given.items() for word in (option, value)]
-    return ["material", method, photo, "--markers", frame, *options, "--out", "new.toml"]
+    return ["material", method, photo, "--markers", frame, *options, "--data", "synthetic", "--out", "new.toml"]
 
 
 def of_run_folder(case: Case) -> list[str]:

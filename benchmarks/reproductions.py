@@ -13,9 +13,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
+from benchmarks import reproduced_folders as folders
 from benchmarks.table import Row, leave
 
 LIMIT_S = 120
@@ -40,27 +43,34 @@ class Answer:
     lacks: tuple[str, ...] = ()
     files: str = ""
     """Folder of the inputs, if it is not that of ``name``."""
+    prepare: Callable[[Path], None] = lambda _: None
+    """Adds to the copy of the inputs, in which the command runs."""
+    environment: Mapping[str, str] = field(default_factory=dict)
+    largest_file_bytes: int = resource.RLIM_INFINITY
+    """Size at which writing a file fails, as on a full disk."""
 
 
 DXF = "--depth-mm 10 --out {out}/run"
 LINE = f"--line CENTRELINE --width-mm 3 {DXF}"
 PHOTO = "--depth-mm 10 --mm-per-px 0.2 --out {out}/run"
-RHEOMETER = "--density-kg-m3 1690 --out {out}/m.toml"
+RHEOMETER = "--data measured --density-kg-m3 1690 --out {out}/m.toml"
 
 ANSWERS = (
     Answer("crack_brighter_than_ground", f"digitise photo.jpg {PHOTO} --ends 43,132 407,160", ("bright",)),
     Answer("dxf_drawn_in_xz", f"import-dxf xz.dxf {LINE}", ("centreline", "mm")),
     Answer("dxf_duplicate_line", f"import-dxf twice.dxf {DXF}", ("twice",), (0, 3), ("0 mm2",)),
-    Answer("dxf_gap_without_place", f"import-dxf gap.dxf {LINE}", ("gap",), (0, 3)),
+    Answer("dxf_gap_without_place", f"import-dxf gap.dxf {LINE}", ("0.004 mm",), (0, 3)),
     Answer("dxf_hidden_layer_taken", f"import-dxf hidden.dxf {DXF}", ("outline", "off"), (0, 3)),
     Answer("dxf_in_block", f"import-dxf block.dxf {LINE}", ("block",), (0, 3)),
     Answer("dxf_inch_by_default", f"import-dxf inch.dxf {LINE}", ("inch",), (0,)),
-    Answer("dxf_inch_by_default --units mm", f"import-dxf inch.dxf {LINE} --units mm", ("inch",), (0,)),
+    Answer(
+        "dxf_inch_by_default --units mm", f"import-dxf inch.dxf {LINE} --units mm", ("states inch", "20.4 mm"), (0, 3)
+    ),
     Answer("dxf_other_layer_spoils", f"import-dxf polyface.dxf {DXF}", (), (0,)),
     Answer("dxf_other_layer_spoils far", f"import-dxf far.dxf {DXF}", (), (0,)),
     Answer("dxf_side_arm_without_nozzle", f"import-dxf y.dxf {DXF}", ("arm",), (0,)),
-    Answer("dxf_spline_fit_frame", f"import-dxf curve.dxf {LINE}", ("61",), (0,)),
-    Answer("dxf_two_outlines", f"import-dxf two.dxf {DXF}", ("outline", "second"), (0, 3)),
+    Answer("dxf_spline_fit_frame", f"import-dxf curve.dxf {LINE}", ("60.4 mm",), (0,)),
+    Answer("dxf_two_outlines", f"import-dxf two.dxf {DXF}", ("outline", "beside"), (0, 3)),
     Answer("dxf_wrapper_messages", f"import-dxf disc.dxf {DXF}", ("face",), lacks=("check up",)),
     Answer("mask_labels_0_1", f"digitise photo.jpg --mask mask.png {PHOTO}", ("1 of 255",)),
     Answer("mask_line", "digitise photo.jpg --mask mask.png --depth-mm 10 --mm-per-px 0.1 --out {out}/run", ("line",)),
@@ -74,7 +84,7 @@ ANSWERS = (
     Answer(
         "path_jumps_to_joint",
         "digitise photo.jpg --path-only --mm-per-px 0.2 --ends 202,7 213,412 --out {out}/run",
-        ("photo.via_px",),
+        ("--via",),
         (0, 3),
     ),
     Answer("photo_linear_gamma", f"digitise linear.png {PHOTO} --ends 43,132 407,160", ("gamma",), (0, 3)),
@@ -99,11 +109,64 @@ ANSWERS = (
     Answer("r1 flat", f"material rheometer flat.csv {RHEOMETER}", ("flat.csv", "viscosity"), files="files/r1"),
     Answer("r1 flat12", f"material rheometer flat12.csv {RHEOMETER}", ("flat12.csv", "viscosity"), files="files/r1"),
     Answer("s1 tenths", 'st.read_readings("tenth_mm.csv").level_mm', ("2.15",), (0,), files="files/s1"),
-    Answer("s1 0.1 mm", 'st.read_readings("a02c.csv").level_mm', ("2.15",), (0,), files="files/s1"),
+    Answer("s1 0.1 mm", 'st.read_readings("a02c.csv").level_mm', ("a02c.csv", "0.1 mm"), files="files/s1"),
     Answer("s2", 'st.read_readings("unit_column.csv", unit="mm")', ("unit_column.csv", "inch"), files="files/s2"),
     Answer("s3", 'st.read_readings("excel_error.ods")', ("excel_error.ods", "error"), files="files/s3"),
     Answer("s4", 'st.read_readings("xlsxwriter_zero.xlsx")', ("xlsxwriter_zero.xlsx", "formula"), files="files/s4"),
-    Answer("c1 catalogue", "lab list .", ("catalogue.json",), files="files/c1"),
+    Answer("c1 catalogue", "lab list .", ("catalogue.json", "faults"), files="files/c1"),
+    Answer(
+        "k1 cache",
+        "doctor",
+        ("kernels compiled, run and recorded",),
+        (0,),
+        files="files/k1",
+        prepare=folders.damaged_kernels,
+        environment={"WARP_CACHE_PATH": folders.CACHE},
+    ),
+    Answer("o1 film", "film RUN --out x.gif", ("frames", "device"), files="files/o1", prepare=folders.filmed),
+    Answer(
+        "o1 film pipe", "film RUN --out x.gif", ("frames", "pipe"), files="files/o1", prepare=folders.filmed_by_a_pipe
+    ),
+    Answer(
+        "o1 loop",
+        "loop PLAN --replay PLAN/loop-1.jsonl",
+        ("loop.json", "device"),
+        files="files/o1",
+        prepare=folders.looped,
+    ),
+    Answer(
+        "f1 outcome",
+        "sweep status STUDY",
+        ("outcome.json", "wall_s"),
+        files="files/f1",
+        prepare=folders.outcome_of_a_list,
+    ),
+    Answer(
+        "e1 cp1252",
+        "digitise trial.toml --out p\u0142yta",
+        ("p\\u0142yta",),
+        (0,),
+        files="files/o1",
+        prepare=folders.digitised,
+        environment={"PYTHONIOENCODING": "cp1252"},
+    ),
+    Answer(
+        "e2 home",
+        "simulate RUN --device cpu",
+        ("warp_cache_path",),
+        files="files/o1",
+        prepare=folders.digitised,
+        environment={"HOME": "/dev/null"},
+    ),
+    Answer(
+        "e3 full disk",
+        "simulate RUN --device cpu",
+        ("warp_cache_path", "cache"),
+        files="files/k1",
+        prepare=folders.digitised,
+        environment={"WARP_CACHE_PATH": folders.CACHE},
+        largest_file_bytes=300_000,
+    ),
 )
 
 
@@ -127,7 +190,8 @@ def judge(answer: Answer, inputs: Path) -> tuple[str, bool]:
         given, out = Path(scratch) / "given", Path(scratch) / "out"
         shutil.copytree(inputs / (answer.files or answer.name.split()[0]), given)
         out.mkdir()
-        ended = run_in(given, out, answer.command)
+        answer.prepare(given)
+        ended = run_in(given, out, answer.command, answer.environment, answer.largest_file_bytes)
     if ended is None:
         return f"not done in {LIMIT_S} s", False
     printed = f"{ended.stdout}\n{ended.stderr}"
@@ -137,7 +201,13 @@ def judge(answer: Answer, inputs: Path) -> tuple[str, bool]:
     return f"exit {ended.returncode}{f', lacking {lacking}' if lacking else ''}: {last_words(ended)}", sound
 
 
-def run_in(given: Path, out: Path, command: str) -> "subprocess.CompletedProcess[str] | None":
+def run_in(
+    given: Path,
+    out: Path,
+    command: str,
+    environment: Mapping[str, str] = MappingProxyType({}),
+    largest_file_bytes: int = resource.RLIM_INFINITY,
+) -> "subprocess.CompletedProcess[str] | None":
     """Run a command in the folder of its inputs, in bounded time and memory. Return None if it is not done in time."""
     words = ["-m", "sealtwin", *(word.format(out=out) for word in command.split())]
     if command.startswith("st."):
@@ -146,11 +216,11 @@ def run_in(given: Path, out: Path, command: str) -> "subprocess.CompletedProcess
         return subprocess.run(
             [sys.executable, *words],
             cwd=given,
-            env=os.environ,
+            env={**os.environ, **environment},
             capture_output=True,
             text=True,
             timeout=LIMIT_S,
-            preexec_fn=_bound_memory,
+            preexec_fn=lambda: _bound(largest_file_bytes),
             check=False,
         )
     except subprocess.TimeoutExpired:
@@ -161,7 +231,8 @@ def last_words(ended: "subprocess.CompletedProcess[str]") -> str:
     return " ".join((ended.stderr.strip() or ended.stdout.strip()).split())[-300:]
 
 
-def _bound_memory() -> None:
+def _bound(largest_file_bytes: int) -> None:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file_bytes, largest_file_bytes))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
 
 

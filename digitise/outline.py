@@ -7,19 +7,21 @@ from dataclasses import replace
 import numpy as np
 from skimage.measure import points_in_poly
 
-from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.hints import CrackPath, listed
+from digitise.crack_path.standing_out import band_px, is_wider
 from digitise.geometry import polyline
 from digitise.image.raster import shrunk
 from digitise.photo import Photo
 from digitise.scale.view import Lens, View
 from digitise.settings import PhotoInput, Pixel
+from digitise.walls.beyond import judge_beyond
 from digitise.walls.centreline_and_walls import STATION_PX, TooThinError, Traced
 from digitise.walls.islands import find_islands, photo_of_paint
 from digitise.walls.mended import mended
 from digitise.walls.mouths import trace_past_mouths
 from digitise.walls.side_cracks import find_side_cracks, measure_branches
 from digitise.walls.stretches import MIN_WIDTH_PX, WORTH_SAYING, judge_reach, judge_stretches
-from digitise.walls.thin_crack import trace_line, trace_thin
+from digitise.walls.thin_crack import FittedWidth, trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, WidthSource, arc_length
@@ -30,6 +32,7 @@ WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: below what grain 
 MOST_TRIMMED = 0.02  # Share of the crack's area that may be cut off where its walls cross each other
 GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Of the crack in the smaller copy: its walls are within 0.1 mm of the final ones
 TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of its widths that is no matter of where its end is seen
+CLICKED = ("ends", "via", "mask")  # Sources of a path whose ends a person chose
 LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
 
 
@@ -62,8 +65,27 @@ def trace_outline(
     drew, in place of what was traced. Raises InputError as ``outline_by_walls``, and where a thin crack or the ground
     beside it is hidden, or where walls were drawn that no outline has.
     """
+    outline = _measured(photo, path, edge_fraction, keep_branches, width_mm, mean_width_mm, path_only, walls_px)
+    if path.source not in CLICKED:
+        return outline
+    shown = photo_of_paint(photo, path) if path.source == "mask" else photo
+    beyond = judge_beyond(shown, outline.centreline_px, outline.ends, path.width_px)
+    return replace(outline, warnings=(*outline.warnings, *beyond))
+
+
+def _measured(
+    photo: Photo,
+    path: CrackPath,
+    edge_fraction: float,
+    keep_branches: bool,
+    width_mm: Floats | None,
+    mean_width_mm: float | None,
+    path_only: bool,
+    walls_px: Lines,
+) -> Outline:
+    """Outline of ``trace_outline`` without a look beyond its ends."""
     if mean_width_mm is not None:
-        shown = trace_outline(photo, path, edge_fraction, keep_branches, width_mm=width_mm, walls_px=walls_px)
+        shown = _measured(photo, path, edge_fraction, keep_branches, width_mm, None, False, walls_px)
         if shown.width_source == "none" or shown.branches_kept:
             raise InputError(
                 f"{photo.file}: photo.mean_width_mm: only a main crack between walls is widened. Leave it out, or give "
@@ -142,7 +164,9 @@ def _along(
 ) -> Outline:
     """Outline of what was traced and drawn, without side cracks and islands."""
     stations = _stations(photo, traced)
-    centreline_mm, left_mm, right_mm, drawn = mended(stations, lines_mm, traced.kinds, photo.mm_per_px, str(photo.file))
+    centreline_mm, left_mm, right_mm, drawn, far = mended(
+        stations, lines_mm, traced.kinds, photo.mm_per_px, str(photo.file)
+    )
     if source == "none":
         # A path has no area; its ring goes there and back.
         left_mm = right_mm = centreline_mm
@@ -157,7 +181,7 @@ def _along(
         scale_source=photo.scale_source,
         scale_residual_mm=photo.scale_residual_mm,
         path_source=path.source,
-        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *remarks),
+        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *_far(photo, far), *remarks),
         scale_uncertainty=photo.scale_uncertainty,
         camera_tilt_deg=photo.camera_tilt_deg,
         photo_size_px=photo.size_px,
@@ -180,12 +204,38 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
         )
         return _along(photo, path, traced, "none", remarks=(thin,))
     low_mm, mean_mm, high_mm = (px * seen.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
+    if low_mm <= 0:
+        raise InputError(
+            f"{photo.file}: the photo shows no width of this line: by a fit of its blurred profile it is {mean_mm:.3g} "
+            f"mm wide, with 95 % from {low_mm:.3g} to {high_mm:.3g} mm, and no crack is 0 mm wide. It is not clearly "
+            "darker than the ground beside it: give ends_px on a dark crack, its width in width_mm, or path_only."
+        )
+    why = "too thin" if factor * fit.mean_px < MIN_WIDTH_PX else "too blurred"
     said = (
-        f"the crack is {factor * fit.mean_px:.1f} px wide, too thin for walls of its own: its width is a fit of its "
+        f"the crack is {factor * fit.mean_px:.1f} px wide, {why} for walls of its own: its width is a fit of its "
         f"blurred profile, {mean_mm:.3g} mm on average, with 95 % from {low_mm:.3g} to {high_mm:.3g} mm; side cracks "
         "and islands are not looked for"
     )
-    return _along(photo, path, traced, "fit", (low_mm, high_mm), (said,))
+    return _along(photo, path, traced, "fit", (low_mm, high_mm), (said, *_judged_band(seen, narrow, traced, fit)))
+
+
+def _judged_band(seen: Photo, path: CrackPath, traced: Traced, fit: FittedWidth) -> list[str]:
+    """Return a warning if the photo is dark far beside a fitted width; raises InputError if a line is painted there."""
+    dark_px = band_px(seen, seen.to_px(traced.line_mm), fit.mean_px)
+    dark_mm = dark_px * seen.mm_per_px
+    if path.source == "mask" and is_wider(dark_px, path.width_px):
+        raise InputError(
+            f"{seen.file}: photo.mask paints a line {path.width_px * seen.mm_per_px:.2g} mm wide ({path.width_px:.1f} "
+            f"px) down a dark band about {dark_mm:.2g} mm wide ({dark_px:.0f} px), not its area. Paint the crack from "
+            "wall to wall; or leave the mask out and give ends_px, with path_only for its path alone."
+        )
+    if not is_wider(dark_px, fit.mean_px):
+        return []
+    return [
+        f"the fitted width is {fit.mean_px * seen.mm_per_px:.3g} mm, but the photo is dark over about {dark_mm:.2g} mm "
+        "across the crack, as by debris in it or a broken edge: the interval does not cover that. Look at overlay.png, "
+        "and paint the crack in photo.mask, or give width_mm"
+    ]
 
 
 def _middle(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
@@ -297,6 +347,15 @@ def _doubts(path: CrackPath, traced: Traced, drawn: float) -> list[str]:
             f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts a wall off"
         )
     return doubts
+
+
+def _far(photo: Photo, far: Sequence[tuple[int, float, Floats]]) -> list[str]:
+    """Warnings about walls drawn far from those that the photo shows."""
+    return [
+        f"photo.walls_px, line {number}, is up to {away_mm:.1f} mm from the wall that the photo shows, at "
+        f"{listed(photo.to_px(place_mm[None]))} px: check that it follows this crack"
+        for number, away_mm, place_mm in far
+    ]
 
 
 def _stated(islands_mm: tuple[Floats, ...]) -> list[str]:

@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from digitise.geometry.polyline import depth_inside, rectangle
-from digitise.image.decoding import Decoded, Pixels, read_mask, read_photo
+from digitise.image.decoding import BLACK, BRIGHT_PART, Decoded, Pixels, read_photo
+from digitise.image.painted import read_mask
 from digitise.image.raster import Map, moved
+from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.scale.face_scale import scale_by_face
-from digitise.scale.marker_scale import scale_by_markers
+from digitise.scale.marker_scale import scale_by_markers, unused_markers
 from digitise.scale.view import Scale, View
 from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, Pixel
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
-DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
-BLACK = 15  # Darkest usable brightness of the brightest parts, of 255
 RING_POINTS = 32  # Points on each side of the face: between two, a lens of k1 = -0.2 bends the side by 0.01 px
 TILES = 3  # Tiles along each side in which a second photo is compared; a rotation of the camera shifts each differently
 TILE_PX = 512
@@ -74,7 +74,17 @@ class Photo(Pixels, Scale):
 
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:
     """Read the photo, whose path is in ``folder`` or absolute, and find its scale; raise InputError if that fails."""
-    return scaled(read_pixels(settings, folder), settings)
+    photo = scaled(read_pixels(settings, folder), settings)
+    return replace(photo, warnings=(*photo.warnings, *beside_markers(photo, settings)))
+
+
+def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[str, ...]:
+    """Return a warning if the photo shows markers, and its scale is typed or by a ruler."""
+    if settings.mm_per_px is not None:
+        return unused_markers(photo, photo.mm_per_px, f"photo.mm_per_px = {settings.mm_per_px:g}")
+    if settings.ruler_px is not None:
+        return unused_markers(photo, photo.mm_per_px, f"photo.ruler_px ({photo.mm_per_px:.4g} mm/px)")
+    return ()
 
 
 def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:
@@ -110,7 +120,7 @@ def pixels_of(
     if second is not None:
         other, name = second
         brightness, remarks = darker_of_both(brightness, _light(other.image, name), name)
-        warnings += remarks
+        warnings += (*(f"{name.name}: {warning}" for warning in other.warnings), *remarks)
     return Pixels(**{**vars(decoded), "warnings": warnings}, file=file, brightness=brightness, drawn=drawn)
 
 
@@ -126,7 +136,7 @@ def _light(image: NDArray[np.uint8], file: Path) -> Map:
     light = np.zeros(image.shape[:2], dtype=np.float32)
     for channel, weight in enumerate((0.2126, 0.7152, 0.0722)):
         light += (weight * to_light).astype(np.float32)[image[..., channel]]
-    if np.percentile(light[::2, ::2], 99.5) < (BLACK / 255) ** DISPLAY_GAMMA:
+    if np.percentile(light[::2, ::2], BRIGHT_PART) < (BLACK / 255) ** DISPLAY_GAMMA:
         raise InputError(f"{file}: the photo is black; take it with more light or a longer exposure.")
     return light
 

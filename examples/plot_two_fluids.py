@@ -17,7 +17,7 @@ import sealtwin as st
 
 FIXTURE = Path(__file__).resolve().parents[1] / "fixtures" / "paper-trial"
 photo = st.read_photo(FIXTURE / "photo.jpg", mm_per_px=0.1, data="synthetic")
-crack = st.trace_crack(photo, ends_px=[(780, 600), (1340, 300)])
+crack = st.trace_crack(photo, ends_px=[(719, 658), (1403, 259)])
 solid = st.build_solid(crack, depth_mm=8, tilt="vertical")
 path = st.plan_path(crack, solid, speed_mm_s=20, fill=0.7)
 

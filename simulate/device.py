@@ -11,6 +11,7 @@ import warp as wp
 from warp.utils import array_scan
 
 from sealtwin.core.errors import InputError
+from simulate.kernel_cache import guard_kernel_cache, naming_the_cache
 from simulate.kernels import selftest as device_code
 
 # Warp's banner goes to stdout, which belongs to results.
@@ -29,17 +30,23 @@ NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
 
 @cache
 def start_warp() -> None:
-    """Start Warp, whose native code warns on stderr of what is no fault; all else that it says is passed on."""
+    """Start Warp, whose native code warns on stderr of what is no fault; all else that it says is passed on.
+
+    Raises InputError if there is no place for its cache of kernels.
+    """
+    guard_kernel_cache()
     try:
         terminal = os.dup(2)
     except OSError:
         # Without a stderr nothing can be said on it.
-        wp.init()
+        with naming_the_cache():
+            wp.init()
         return
     with tempfile.TemporaryFile() as said:
         try:
             os.dup2(said.fileno(), 2)
-            wp.init()
+            with naming_the_cache():
+                wp.init()
         finally:
             os.dup2(terminal, 2)
             os.close(terminal)

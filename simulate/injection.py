@@ -301,7 +301,10 @@ def prepare(
     Raises InputError where the settings do not fit the crack, and ValueError where the numbers of substeps differ.
     """
     if solver.model == "slot":
-        raise InputError('solver.model is "slot": this runs particles alone. Take "particles", or leave it out.')
+        raise InputError(
+            'solver.model = "slot": this runs particles. Leave it out; the fast model runs in a trial or a study, as '
+            "by run_trial() and sweep()."
+        )
     solver = solver.for_crack(outline.mean_width_mm)
     fluids = [fluid.loaded(Path()) for fluid in fluids]
     for fluid in fluids:

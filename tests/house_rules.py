@@ -1,4 +1,7 @@
-"""Checks of ``make lint`` that no linter has: docstrings that are fragments, and type names that are defined twice."""
+"""Checks of ``make lint`` that no linter has.
+
+Docstrings that are fragments, type names that are defined twice, and files that are opened past the one reader.
+"""
 
 import ast
 import re
@@ -14,6 +17,32 @@ FRAGMENT_OPENER = re.compile(
     r"|Since|So|Than|That|Then|Till|To|Under|Until|Up|What|When|Where|Whether|Which|Who|Whom|Whose|Why|With|Without)\b"
 )
 """First words of docstrings that neither are a sentence with a verb nor name the thing."""
+READER = "sealtwin/core/plain_files.py"
+PAST_THE_READER = {
+    READER: "is the reader",
+    "sealtwin/core/files.py": "opens the files that it has written itself, to flush them",
+    "sealtwin/packages_check.py": "reads the packages' own files, before any of them is imported",
+    "sealtwin/trial/starter_files.py": "reads files of the package",
+    "validate/units.py": "reads a file of the package",
+    "validate/readings/text_table.py": "reads a file of the package",
+    "validate/report/write_report.py": "reads files of the package, and pictures in memory",
+    "digitise/trace_page/page.py": "reads files of the package; its sheets are photos that are decoded",
+    "digitise/image/decoding.py": "asks for a plain file and its size itself, with words for photos",
+    "digitise/drawing/read_dxf.py": "asks for a plain file and its size itself, with words for drawings",
+    "validate/readings/samples.py": "asks for a plain file and its size itself, with words for sheets",
+    "simulate/output/checkpoint.py": "hands NumPy what the reader has opened",
+    "sealtwin/cli/answer.py": "opens the null device",
+    "sealtwin/cli/photo_tools.py": "opens a browser",
+}
+"""Modules that may open files by themselves, and why."""
+OPENS_A_PATH = re.compile(
+    r"(^|\.)(open|fdopen)$|\.(read_text|read_bytes)$|^(np|numpy)\.(load|loadtxt|genfromtxt|fromfile|memmap)$"
+    r"|^cv2\.(imread|VideoCapture)$|^(json|tomllib|pickle)\.load$|^(ElementTree|etree)\.parse$|^trimesh\.load(_mesh)?$|\.readfile$"
+    r"|^shutil\.(copy|copyfile|copy2)$"
+)
+"""Calls that open a file by its path."""
+READERS = re.compile(r"^(plain_)?files\.|^(read_bytes|read_text|opened)$")
+"""Calls that go through the reader, or take what it has read."""
 
 
 def modules() -> Iterator[tuple[Path, ast.Module]]:
@@ -31,17 +60,32 @@ def fragments(path: Path, tree: ast.Module) -> Iterator[str]:
                 yield f"{path}:{node.lineno}: the docstring is a fragment: {' '.join(text.split()[:8])} ..."
 
 
+def past_the_reader(path: Path, tree: ast.Module) -> Iterator[str]:
+    """Yield a line for each call that opens a file by its path: it may be a device, a pipe or too large."""
+    if path.as_posix() in PAST_THE_READER:
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            name = ast.unparse(node.func)
+            if name == "shutil.copytree" and all(key.arg != "copy_function" for key in node.keywords):
+                yield f"{path}:{node.lineno}: shutil.copytree copies devices and pipes; give copy_function"
+            writes = any(isinstance(arg, ast.Constant) and str(arg.value)[:1] in "wax" for arg in node.args)
+            if OPENS_A_PATH.search(name) and not READERS.search(name) and not writes:
+                yield f"{path}:{node.lineno}: {name} opens a file past sealtwin.core.plain_files, which asks what it is"
+
+
 def main() -> int:
     """Print every finding; return 1 if there is one."""
     found: list[str] = []
     places: defaultdict[str, list[str]] = defaultdict(list)
     for path, tree in modules():
         found.extend(fragments(path, tree))
+        found.extend(past_the_reader(path, tree))
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places[node.name].append(f"{path}:{node.lineno}")
     found.extend(f"{', '.join(at)}: {name} is defined {len(at)} times" for name, at in places.items() if len(at) > 1)
-    print("\n".join(found) or "No fragment, and no type name is defined twice.")  # noqa: T201
+    print("\n".join(found) or "No fragment, no type name is defined twice, and all files are opened by the one reader.")  # noqa: T201
     return bool(found)
 
 

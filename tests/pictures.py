@@ -1,10 +1,12 @@
 """Photos for tests: drawn specimens, and plain pictures with a line in them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
@@ -43,6 +45,11 @@ def with_crack(brightness: Floats, points_px: Sequence[tuple[float, float]], wid
 
 def evenly_scaled(path: Path, mm_per_px: float = 0.1) -> Photo:
     return load_photo(PhotoInput(file=path, data="synthetic", mm_per_px=mm_per_px), path.parent)
+
+
+def with_paint(photo: Photo, drawn: NDArray[np.bool_]) -> Photo:
+    """The photo with a mask, and a faint crack under its paint: a mask over plain ground is refused."""
+    return replace(photo, drawn=drawn, brightness=np.where(drawn, 0.8 * photo.brightness, photo.brightness))
 
 
 def distance_to(points: Floats, line: Floats) -> Floats:

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from sealtwin.core.records import Floats
 
 Language = Literal["canonical", "english", "german", "french", "spanish"]
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
 NAMES = {
     ("english", "station"): "Position along crack",
     ("english", "level"): "Height",
@@ -91,6 +93,27 @@ def write_sheet(path: Path, hand: Hand, s_mm: Sequence[float], levels_mm: ArrayL
         # A line of one empty field is quoted, which no program writes.
         writer.writerow([*cells, *[""] * (width - len(cells))] if cells else [])
     path.write_bytes(text.getvalue().encode(hand.encoding))
+    return path
+
+
+def rewritten(path: Path, *, sheet: str, prolog: str = "", on_load: bool = True) -> Path:
+    """Write a workbook whose worksheet has these rows of XML, as other programs write them, in place of its own.
+
+    Formulas are left to the program that opens it, as openpyxl says of its workbooks, where ``on_load`` is true.
+    """
+    openpyxl.Workbook().save(path)
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    parts["xl/worksheets/sheet1.xml"] = (
+        f'{prolog}<worksheet xmlns="{MAIN}"><sheetData>{sheet}</sheetData></worksheet>'.encode()
+    )
+    if not on_load:
+        whole = parts["xl/workbook.xml"]
+        assert b' fullCalcOnLoad="1"' in whole
+        parts["xl/workbook.xml"] = whole.replace(b' fullCalcOnLoad="1"', b"")
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in parts.items():
+            archive.writestr(name, text)
     return path
 
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from digitise.image.raster import blurred
-from digitise.photo import DISPLAY_GAMMA
+from digitise.image.tone_curve import DISPLAY_GAMMA
 from digitise.scale.marker_print import board_around, board_toml, draw_frame
 from digitise.scale.marker_scale import black_modules
 from fixtures.generate.camera import camera_above

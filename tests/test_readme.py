@@ -6,8 +6,6 @@ import re
 import shlex
 import shutil
 import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,40 +15,22 @@ from typer.testing import CliRunner
 
 import sealtwin
 from sealtwin.cli.app import app
+from tests import shown_output
 from tests.coarse import make_coarse
 from tests.pages import leave_out_pages
+from tests.places import ROOT
 
-ROOT = Path(__file__).parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-PAGES = {"README.md": README} | {
-    page.relative_to(ROOT).as_posix(): page.read_text(encoding="utf-8")
-    for page in sorted((ROOT / "docs").glob("**/*.md"))
-    # Copies and generated pages, of records and examples.
-    if page.relative_to(ROOT).parts[1] not in {"decisions", "gallery", "_build"}
-}
-RUN_WHOLE = (
-    "README.md",
-    "docs/how-to/to-the-robot.md",
-    "docs/how-to/your-own-mesh.md",
-    "docs/how-to/follow-a-run.md",
-)
-"""Pages whose commands need nothing but the fixture and what earlier commands made."""
-
-
-def _commands(page: str) -> list[str]:
-    """Lines of a page's shell blocks, without their comments."""
-    blocks = re.findall(r"^```sh\n(.*?)^```", PAGES[page], flags=re.MULTILINE | re.DOTALL)
-    lines = [re.sub(r"\s+#.*", "", line).strip() for block in blocks for line in block.splitlines()]
-    return [line for line in lines if line]
+PAGES = {page: (ROOT / page).read_text(encoding="utf-8") for page in shown_output.PAGES}
+README = PAGES["README.md"]
+RUN_COARSE = ("README.md", "docs/how-to/follow-a-run.md")
+"""Pages whose slow commands need nothing but the fixture and what earlier commands made."""
 
 
 def _sealtwin_commands(page: str) -> list[str]:
-    return [line for line in _commands(page) if line.split()[0] in {"sealtwin", ".venv/bin/sealtwin"}]
-
-
-def _is_cheap(line: str) -> bool:
-    """A command on the fixture that takes seconds, on a page of which not every command can run here."""
-    return "fixtures/" in line and ("--dry-run" in line or line.startswith("sealtwin digitise"))
+    """Commands of a page's shell blocks, those that are not run or not shown included."""
+    blocks = [block for block in shown_output.blocks_of(shown_output.read_page(page)) if block.language == "sh"]
+    lines = [line for block in blocks for line in block.commands]
+    return [line for line in lines if line.split()[0] in {"sealtwin", ".venv/bin/sealtwin"}]
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -88,15 +68,12 @@ def test_every_sealtwin_command_parses(page):
             pytest.fail(f"{line}\n{fault.message}")
 
 
-def test_sealtwin_commands_run_in_the_order_given(tmp_path, monkeypatch):
-    """With the fixture's trial made coarse: the same commands, in seconds, and in one process."""
+def test_runs_of_the_fluid_go_in_the_order_given(tmp_path, monkeypatch):
+    """With the fixture's trial made coarse: seconds, and in one process."""
     monkeypatch.chdir(tmp_path)
     make_coarse(tmp_path / "fixtures" / "paper-trial")
-    commands = [line for page in RUN_WHOLE for line in _sealtwin_commands(page)]
-    commands += [
-        line for page in PAGES if page not in RUN_WHOLE for line in _sealtwin_commands(page) if _is_cheap(line)
-    ]
-    assert len(commands) >= 12
+    commands = [line for page in RUN_COARSE for line in _sealtwin_commands(page)]
+    assert len(commands) >= 9
     # A command that stands on two pages does the same twice.
     for number, line in enumerate(dict.fromkeys(commands)):
         if number == len(_sealtwin_commands("README.md")):
@@ -108,9 +85,11 @@ def test_sealtwin_commands_run_in_the_order_given(tmp_path, monkeypatch):
 
 
 def _script() -> str:
-    found = re.search(r"^```python\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
-    assert found
-    return found[1]
+    blocks = list(shown_output.blocks_of(README.splitlines()))
+    script, *others = [block for block in blocks if block.language == "python"]
+    assert not others
+    assert script.mark == "slow"  # tests/test_shown_output.py runs it as it stands
+    return "\n".join(script.lines)
 
 
 PUBLIC: list[str] = getattr(sealtwin, "__all__", [])
@@ -122,17 +101,6 @@ def test_the_script_uses_public_names_alone():
     lines = [line for line in _script().splitlines() if line]
     assert len(lines) <= 15
     assert set(re.findall(r"\bst\.(\w+)", _script())) <= set(PUBLIC)
-
-
-@no_front_door
-@pytest.mark.slow
-def test_the_script_runs_as_it_stands(tmp_path):
-    shutil.copytree(ROOT / "fixtures" / "paper-trial", tmp_path / "fixtures" / "paper-trial")
-    answer = subprocess.run(
-        [sys.executable, "-c", _script()], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert answer.returncode == 0, answer.stderr
-    assert (tmp_path / "reports" / "from-python" / "report.html").is_file()
 
 
 @pytest.mark.slow

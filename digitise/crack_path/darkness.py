@@ -10,7 +10,8 @@ from scipy.ndimage import find_objects
 from digitise.crack_path.medial_axis import pieces
 from digitise.crack_path.ridge_filter import strength
 from digitise.image.raster import Map, blurred, continued, shrunk, widened
-from digitise.photo import DISPLAY_GAMMA, Photo
+from digitise.image.tone_curve import DISPLAY_GAMMA
+from digitise.photo import Photo
 from sealtwin.core.records import Floats, Integers
 
 DARK = 0.3  # Share of the usual displayed brightness. A hard shadow leaves 0.4 or more of it, black cloth 0.2 at most
@@ -52,6 +53,7 @@ class DarkMap:
     ridge: Map  # Answer of a dark line of the best-fitting width, in units of the noise around
     allowed: NDArray[np.bool_]  # Cells on the face and on no marker
     darkest: float  # Darkness exceeded by one cell in a hundred of the whole map: a crack's, where there is one
+    around: NDArray[np.bool_]  # Cells in dark regions at the photo's border that were taken for the surroundings
 
     def to_work(self, points_px: Floats) -> Floats:
         return (np.asarray(points_px, dtype=float) - self.offset_px + 0.5) * self.scale - 0.5
@@ -63,7 +65,7 @@ class DarkMap:
         """A part of the map, from a column and a row of it to others, these excluded."""
         part = np.s_[top:bottom, left:right]
         offset_px = (self.offset_px[0] + left / self.scale, self.offset_px[1] + top / self.scale)
-        maps = {name: getattr(self, name)[part] for name in ("light", "dark", "even", "ridge", "allowed")}
+        maps = {name: getattr(self, name)[part] for name in ("light", "dark", "even", "ridge", "allowed", "around")}
         return replace(self, offset_px=offset_px, **maps)
 
 
@@ -80,9 +82,10 @@ def map_darkness(photo: Photo, region_px: Floats | None = None, found_face_px: F
     size = (max(1, round(light.shape[1] * scale)), max(1, round(light.shape[0] * scale)))
     light = shrunk(light, size)
     allowed = shrunk(allowed.astype(np.float32), size) >= 254
+    around = np.zeros_like(allowed)
     if photo.face_px is None and found_face_px is None:
-        allowed &= ~surroundings(_around(_shown(light)))
-    return _mapped((left, top), scale, light, allowed)
+        around = surroundings(_around(_shown(light))) & allowed
+    return _mapped((left, top), scale, light, allowed & ~around, around)
 
 
 def coarser(field: DarkMap, times: int) -> DarkMap:
@@ -90,10 +93,13 @@ def coarser(field: DarkMap, times: int) -> DarkMap:
     height, width = field.dark.shape
     size = (max(1, width // times), max(1, height // times))
     allowed = shrunk(field.allowed.astype(np.float32), size) > 0
-    return _mapped(field.offset_px, field.scale * size[0] / width, shrunk(field.light, size), allowed)
+    around = shrunk(field.around.astype(np.float32), size) > 0
+    return _mapped(field.offset_px, field.scale * size[0] / width, shrunk(field.light, size), allowed, around)
 
 
-def _mapped(offset_px: tuple[float, float], scale: float, light: Map, allowed: NDArray[np.bool_]) -> DarkMap:
+def _mapped(
+    offset_px: tuple[float, float], scale: float, light: Map, allowed: NDArray[np.bool_], around: NDArray[np.bool_]
+) -> DarkMap:
     # The surroundings must look like the sample, or its edge is the strongest line in the photo.
     if allowed.any() and not allowed.all():
         light = np.where(allowed, light, continued(light, allowed, BACKGROUND_PX / 4))
@@ -102,7 +108,7 @@ def _mapped(offset_px: tuple[float, float], scale: float, light: Map, allowed: N
     ridge = np.where(inner(allowed), strength(even, allowed), 0).astype(np.float32)
     dark = _darkness(light, _around(shown))
     darkest = float(np.percentile(dark[allowed], DARKEST)) if allowed.any() else 0.0
-    return DarkMap(offset_px, scale, light, dark, even, ridge, allowed, darkest)
+    return DarkMap(offset_px, scale, light, dark, even, ridge, allowed, darkest, around)
 
 
 def _filled_polygon(shape: tuple[int, ...], corners_px: Floats) -> NDArray[np.uint8]:

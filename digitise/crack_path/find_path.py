@@ -12,6 +12,7 @@ from digitise.crack_path.hints import CrackPath, listed
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.path_search import LiveWire
 from digitise.crack_path.path_width import unlike_length_px
+from digitise.crack_path.standing_out import unlike_sides
 from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
 from digitise.settings import CHOICE, MOST_RANKED, Pixel
@@ -122,7 +123,7 @@ class CrackSearch:
                 f"{photo.file}: no crack found: the line {number or 1}., from {listed(ends_px)} px, is none all along; "
                 "give ends_px."
             ) from None
-        warnings = [*self.warnings]
+        warnings = [*self.warnings, *path.warnings]
         unlike_px = unlike_length_px(photo, path.points_px, path.width_px)
         if unlike_px > max(EDGE_WIDTHS * path.width_px, EDGE_SHARE * float(arc_length(path.points_px)[-1])):
             warnings.append(
@@ -130,6 +131,8 @@ class CrackSearch:
                 "the other, as at the sample's edge, where no nozzle must go: look at overlay.png, and give ends_px or "
                 "face_mm"
             )
+        elif number is None:
+            warnings += unlike_sides(photo, path)
         return replace(path, source="automatic" if number is None else "choice", warnings=tuple(warnings))
 
     def _listed(self) -> str:

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from digitise.crack_path import medial_axis
 from digitise.crack_path.hints import CrackPath, check_hints, listed, snap_px
+from digitise.crack_path.paint_check import judge_paint, require_filled
 from digitise.crack_path.step_costs import cheapest, off_centre
 from digitise.image.raster import shrunk
 from digitise.photo import Photo
@@ -21,7 +22,7 @@ PINHOLE = 0.5  # Share of the crack's width; smaller places without paint are sl
 def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath:
     """Middle of the painted crack: between the ends, or along the longest line of the largest piece, rightward.
 
-    Raises InputError where an end is not on the paint, or the two lie on different pieces.
+    Raises InputError if an end is not on the paint, the two lie on different pieces, or the photo shows no crack there.
     """
     assert photo.drawn is not None, "nothing is painted"
     count, label, stats, _ = cv2.connectedComponentsWithStats(photo.drawn.astype(np.uint8), connectivity=8)
@@ -34,7 +35,9 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
     piece = label[top : top + height, left : left + width] == chosen
     scale = min(1.0, WORK_PX / max(piece.shape))
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
-    region = _without_pinholes(shrunk(piece.astype(np.float32), size) > LEAST_COVERED)
+    region = shrunk(piece.astype(np.float32), size) > LEAST_COVERED
+    require_filled(photo, region, shrunk(photo.brightness[top : top + height, left : left + width], size))
+    region = _without_pinholes(region)
 
     def to_photo(cells: Integers) -> Floats:
         return (cells[:, ::-1].astype(float) + 0.5) / scale - 0.5 + (left, top)
@@ -50,7 +53,8 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
         f"the mask has {count - 1} pieces; the one from {listed(to_photo(way)[[0, -1]])} px, {share:.0%} of the paint, "
         "was taken"
     )
-    return CrackPath(to_photo(way), width_px, "mask", (others,) if count > 2 else ())
+    doubts = judge_paint(photo, photo.drawn, to_photo(way), width_px, confirmed=ends_px is not None)
+    return CrackPath(to_photo(way), width_px, "mask", (others, *doubts) if count > 2 else doubts)
 
 
 def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:

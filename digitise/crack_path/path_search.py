@@ -9,14 +9,16 @@ from itertools import pairwise
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial import KDTree
 
 from digitise.crack_path import step_costs
 from digitise.crack_path.darkness import DarkMap, coarser, map_darkness
-from digitise.crack_path.hints import CrackPath, check_hints, region_px, snap_px, too_far
-from digitise.crack_path.medial_axis import larger_pieces
+from digitise.crack_path.hints import CrackPath, check_hints, listed, region_px, snap_px, too_far
+from digitise.crack_path.medial_axis import distance_outside, larger_pieces
 from digitise.crack_path.path_width import width_along
 from digitise.crack_path.ridge_filter import support
+from digitise.crack_path.standing_out import require_dark
 from digitise.image.raster import Map
 from digitise.photo import Photo
 from digitise.settings import Pixel
@@ -30,6 +32,14 @@ OBVIOUS_DARKNESS = 0.5  # Median darkness that needs no likeness to a line: no s
 MOST_GAPS = 0.2  # Share of the path that may be as bright as mortar
 AROUND, LEAST_AROUND_PX = 0.5, 100.0  # Room beside the box of two points: share of their distance, px of the photo
 BESIDE = 1.5  # Distance in cells within which two paths are the same
+PALE, PALE_LENGTH = 0.28, 24.0  # Mean darkness over the path's usual one, over so many cells: 0.31 and more on cracks
+GAP_WIDTHS, LEAST_GAP = 4.0, 10.0  # Longest gap in widths, and in cells, that is a grain: at most 3.6 on 55 real cracks
+BESIDE_AROUND = 6.0  # Cells from the surroundings within which a path runs along them
+AROUND_WIDTHS, LEAST_BESIDE = 3.0, 40.0  # Widths, and cells, over which a crack may do so where it leaves the sample
+TAKEN = (
+    "was taken for the surroundings of the sample. If it is the crack, paint it in photo.mask; or give photo.roi_px, a "
+    "region that the dark crosses and does not line"
+)
 COARSER = 4  # Size of the cells on which the widest cracks are searched for, in cells of the fine map
 
 
@@ -41,6 +51,7 @@ class PathSearch:
     field: DarkMap
     points_px: Floats
     support: Callable[[], Map]  # Likeness to a line of the best path through each cell; slow, called only in doubt
+    in_region: bool = False  # Whether the search is limited to a region of interest
 
     def obvious(self) -> bool:
         """Report that the path is plainly dark and wide on the map."""
@@ -66,7 +77,8 @@ class PathSearch:
         if thin or darkness < OBVIOUS_DARKNESS:
             self._check_clear(np.concatenate(legs))
         # A path through a thin crack may run a cell beside it.
-        crack = cv2.dilate(field.dark, np.ones((3, 3), np.uint8)) > darkness / 2
+        dark = np.asarray(cv2.dilate(field.dark, np.ones((3, 3), np.uint8)), dtype=np.float32)
+        crack = dark > darkness / 2
         if thin:
             crack |= field.ridge > CLEAR_RIDGE
         limit_px = max(snap_px(self.photo), width / field.scale)
@@ -76,9 +88,15 @@ class PathSearch:
             darkness, width = step_costs.measure(field, np.concatenate(legs))
         cells = self._without_spurs(legs, limit_px)
         points_px = field.to_photo(cells[:, ::-1])
-        on_crack = self._from_crack_to_crack(points_px, crack[tuple(cells.T)], limit_px)
-        width_px = width_along(self.photo, points_px[on_crack], width / field.scale)
-        return CrackPath(points_px[on_crack], width_px, "ends")
+        inside = crack[tuple(cells.T)]
+        on_crack = self._from_crack_to_crack(points_px, inside, limit_px)
+        points_px = points_px[on_crack]
+        width_px = width_along(self.photo, points_px, width / field.scale)
+        seen = inside[on_crack] & ~self._bare(dark[tuple(cells.T)][on_crack], width_px)
+        doubts = (*self._gaps(points_px, seen, width_px), *self._along_surroundings(points_px, width_px))
+        path = CrackPath(points_px, width_px, "ends", doubts)
+        require_dark(self.photo, path)
+        return path
 
     @cached_property
     def _stops(self) -> Integers:
@@ -110,11 +128,70 @@ class PathSearch:
         moved_px = np.linalg.norm(searched - cells, axis=1) / self.field.scale
         if moved_px.max() > snap_px(self.photo):
             (x, y), outside_px = points_px[moved_px.argmax()], moved_px.max()
-            raise InputError(
-                f"{self.photo.file}: the point ({x:g}, {y:g}) lies {outside_px:.0f} px outside what is searched, which "
-                "is the face, less its markers, inside roi_px; check ends_px, via_px and roi_px."
-            )
+            beside = f"{self.photo.file}: the point ({x:g}, {y:g}) lies {outside_px:.0f} px"
+            if self.field.around[tuple(np.clip(cells[moved_px.argmax()], 0, limits))]:
+                raise InputError(f"{beside} inside a dark region at the photo's border, which {TAKEN}.")
+            raise InputError(f"{beside} outside what is searched, {self._searched()}.")
         return searched
+
+    def _searched(self) -> str:
+        """Return what limits the search, and the settings to check, in words."""
+        limits = ["the face"] if self.photo.face_px is not None else []
+        limits += ["less its markers"] if self.photo.markers_px else []
+        limits += ["inside roi_px"] if self.in_region else []
+        return f"which is {', '.join(limits) or 'the sample'}; check ends_px, via_px{' and roi_px' * self.in_region}"
+
+    def _bare(self, dark: Map, width_px: float) -> NDArray[np.bool_]:
+        """Places along a path, of this darkness, in stretches that are as bright as the ground.
+
+        A filter that is longer than wide sees a line on a gap between two lines as well.
+        """
+        usual, length = float(np.median(dark)), round(max(PALE_LENGTH, GAP_WIDTHS * width_px * self.field.scale))
+        if len(dark) < 2 * length:
+            return np.zeros(len(dark), dtype=bool)
+        pale = uniform_filter1d(dark, length, mode="nearest") < PALE * usual
+        near = maximum_filter1d(pale.astype(np.uint8), length) > 0
+        return near & (dark < usual / 2)
+
+    def _gaps(self, points_px: Floats, inside: NDArray[np.bool_], width_px: float) -> list[str]:
+        """Return a warning about stretches of several widths that are as bright as the ground beside them."""
+        s_px = np.append(arc_length(points_px), np.inf)
+        bounds = np.flatnonzero(np.diff(np.concatenate([[0], ~inside, [0]]))).reshape(-1, 2)
+        least_px = max(GAP_WIDTHS * width_px, LEAST_GAP / self.field.scale)
+        gaps = [(first, last - 1) for first, last in bounds.tolist() if s_px[last - 1] - s_px[first] > least_px]
+        if not gaps:
+            return []
+        places = "; ".join(
+            f"{s_px[last] - s_px[first]:.0f} px from {listed(points_px[[first, last]])} px" for first, last in gaps
+        )
+        return [
+            f"no crack is seen on part of the path, where it may cross plain ground to another line or joint: "
+            f"{places}. Look there, and give a point of the crack between the ends, photo.via_px"
+        ]
+
+    def _border_hint(self, points_px: Floats) -> str:
+        """Return a sentence about dark surroundings that the path comes close to, or none."""
+        if not self._near_surroundings(points_px).any():
+            return ""
+        return f" The path comes close to a dark region at the photo's border, which {TAKEN}."
+
+    def _near_surroundings(self, points_px: Floats) -> NDArray[np.bool_]:
+        if not self.field.around.any():
+            return np.zeros(len(points_px), dtype=bool)
+        cells = np.rint(self.field.to_work(points_px)[:, ::-1]).astype(int)
+        return distance_outside(self.field.around)[tuple(cells.T)] <= BESIDE_AROUND
+
+    def _along_surroundings(self, points_px: Floats, width_px: float) -> list[str]:
+        """Return a warning about a path beside what was taken for the surroundings, as along one wall of a crack."""
+        near = self._near_surroundings(points_px)
+        beside_px = float(np.linalg.norm(np.diff(points_px, axis=0), axis=1)[near[1:] & near[:-1]].sum())
+        if beside_px <= max(AROUND_WIDTHS * width_px, LEAST_BESIDE / self.field.scale):
+            return []
+        where = listed(points_px[near][[0, -1]])
+        return [
+            f"{beside_px:.0f} px of the path, from {where} px, run along a dark region at the photo's border, which "
+            f"{TAKEN}"
+        ]
 
     def _check_clear(self, cells: Integers) -> None:
         along = tuple(cells.T)
@@ -174,7 +251,7 @@ class PathSearch:
             if beside_px > limit_px:
                 raise InputError(
                     f"{self.photo.file}: the end ({x:g}, {y:g}) is on no crack: the nearest one is "
-                    f"{too_far(beside_px, limit_px)}; give a point inside the crack."
+                    f"{too_far(beside_px, limit_px)}; give a point inside the crack.{self._border_hint(points_px)}"
                 )
         # A few cells as bright as mortar are a grain in the crack.
         gap = larger_pieces(~on_crack[None, first : last + 1], limit_px * self.field.scale)
@@ -182,7 +259,7 @@ class PathSearch:
         if gaps > MOST_GAPS:
             raise InputError(
                 f"{self.photo.file}: no crack on {gaps:.0%} of the path between the ends (at most {MOST_GAPS:.0%}); "
-                "give ends of one unbroken crack."
+                f"give ends of one unbroken crack.{self._border_hint(points_px)}"
             )
         return slice(first, last + 1)
 
@@ -206,7 +283,7 @@ class LiveWire:
         self, photo: Photo, roi_px: tuple[Pixel, ...] | None = None, found_face_px: Floats | None = None
     ) -> None:
         """Map the photo within ``roi_px`` and ``found_face_px``; raise InputError where ``roi_px`` is no region."""
-        self._photo = photo
+        self._photo, self._in_region = photo, roi_px is not None
         self.field: DarkMap = map_darkness(photo, None if roi_px is None else region_px(photo, roi_px), found_face_px)
 
     def path(self, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> CrackPath:
@@ -245,4 +322,4 @@ class LiveWire:
             whole = self.support if field is self.field else support(field.even, field.allowed)
             return whole[top:bottom, left:right]
 
-        return PathSearch(self._photo, part, points_px, line_support)
+        return PathSearch(self._photo, part, points_px, line_support, self._in_region)

@@ -1,16 +1,16 @@
 """A drawn crack as a mesh: the sample's block less the crack, with upright walls and a level floor."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 from manifold3d import CrossSection, Manifold, OpType
 
-from digitise.drawing.read_dxf import DrawnLine
-from digitise.geometry.polyline import signed_area
+from digitise.drawing.drawn_layers import DrawnLayers
+from digitise.drawing.read_dxf import MM, Drawing
 from digitise.geometry.region import box_region, traced_region
+from digitise.mesh_import.import_mesh import MOST_MM
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
 
@@ -20,6 +20,8 @@ FACE = "FACE"  # Layer with the edge of the sample, as 'sealtwin export' names i
 OUTLINE, ISLANDS, WALLS = "OUTLINE", "ISLANDS", ("WALL_LEFT", "WALL_RIGHT")
 """Layers of 'sealtwin export', which are taken where none is named."""
 SEGMENTS = 32  # Corners of the round ends of a line with a width
+MOST_SWEPT = 5000  # Most points of such a line, ten times a traced one's: discs that overlap take the square of them
+LEAST_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest that is injected
 ABOVE_MM = 1.0  # Height by which the cut begins above the face, so that no skin is left on it
 
 
@@ -38,38 +40,6 @@ class DrawnCrack:
         return "\n".join([*corners, *triangles, ""]).encode()
 
 
-class DrawnLayers:
-    """Lines of a drawing by layer, whatever the case of its name; refusals name both."""
-
-    def __init__(self, drawing: Path, layers: Mapping[str, Sequence[DrawnLine]]) -> None:
-        self._drawing = drawing
-        self._layers = {name.upper(): (name, lines) for name, lines in layers.items()}
-
-    def has(self, name: str) -> bool:
-        return name.upper() in self._layers
-
-    def rings(self, name: str) -> list[Floats]:
-        """Return the closed lines of a layer, the largest first. Raises InputError where one is open or all lack."""
-        lines = self._lines(name)
-        if any(not line.closed for line in lines):
-            raise InputError(f"{self._drawing}, layer {name}: has an open line; close it, or name walls or a line.")
-        return sorted((line.points_mm for line in lines), key=lambda ring: -abs(signed_area(ring)))
-
-    def way(self, name: str) -> Floats:
-        """Return the one open line of a layer. Raises InputError where it has another one, or a closed one."""
-        lines = self._lines(name)
-        if len(lines) != 1 or lines[0].closed:
-            found = f"{len(lines)} lines that do not meet" if len(lines) > 1 else "a closed line"
-            raise InputError(f"{self._drawing}, layer {name}: {found}; draw one open line from end to end.")
-        return lines[0].points_mm
-
-    def _lines(self, name: str) -> Sequence[DrawnLine]:
-        if not self.has(name):
-            there = ", ".join(found for found, _ in self._layers.values()) or "none"
-            raise InputError(f"{self._drawing}: no lines on a layer {name}; layers with lines: {there}.")
-        return self._layers[name.upper()][1]
-
-
 def drawn_crack(
     layers: DrawnLayers,
     depth_mm: float,
@@ -81,35 +51,77 @@ def drawn_crack(
     """Cut a crack out of a block: inside an ``outline``, between ``walls``, or along a ``line`` of a width in mm.
 
     Without any of them it is that of the layers which 'sealtwin export' writes. The block's sides are the closed line
-    of the layer FACE, where there is one. Raises InputError where a layer is missing or holds something else.
+    of the layer FACE, if there is one. Notes go to the drawing. Raises InputError if a layer is missing or has
+    something else, and ShapeError if the lines bound no crack.
     """
-    centre_mm = None
+    drawing, centre_mm = layers.drawing, None
     if line is not None:
         centre_mm = layers.way(line[0])
+        _require_long(drawing, centre_mm)
+        if len(centre_mm) > MOST_SWEPT:
+            raise InputError(
+                f"{drawing.file}, layer {line[0]}: the line has {len(centre_mm)} points, and up to {MOST_SWEPT} are "
+                "swept by a width. Simplify it, or draw the edge and give it as --outline."
+            )
         disc = CrossSection.circle(line[1] / 2, SEGMENTS)
         swept = [
             CrossSection.batch_hull([disc.translate(first), disc.translate(last)])
             for first, last in pairwise(centre_mm)
         ]
         crack = CrossSection.batch_boolean(swept, OpType.Add)
-    elif walls is not None or (outline is None and not layers.has(OUTLINE)):
+    elif walls is not None or (outline is None and not layers.has(OUTLINE) and all(map(layers.has, WALLS))):
         left_mm, right_mm = map(layers.way, walls or WALLS)
+        drawing.require_level(*(walls or WALLS))
         if np.linalg.norm(left_mm[-1] - right_mm[-1]) > np.linalg.norm(left_mm[-1] - right_mm[0]):
             right_mm = right_mm[::-1]
-        crack, _ = traced_region(np.vstack([left_mm, right_mm[::-1]]))
+        _require_long(drawing, np.vstack([left_mm, right_mm]))
+        crack = _region(drawing, np.vstack([left_mm, right_mm[::-1]]))
     else:
-        largest, *islands = layers.rings(outline or OUTLINE)
-        islands += layers.rings(ISLANDS) if outline is None and layers.has(ISLANDS) else []
-        crack, _ = traced_region(largest, islands)
+        largest, *islands = layers.outline(outline or OUTLINE)
+        islands += layers.islands(largest, ISLANDS) if outline is None and layers.has(ISLANDS) else []
+        _require_long(drawing, largest)
+        crack = _region(drawing, largest, islands)
+    extent_mm = np.reshape(crack.bounds(), (2, 2))
+    drawing.notes.append(
+        f"unit of the drawing: {drawing.unit} ({drawing.unit_source}); the crack is {drawing.size(extent_mm)}"
+    )
     if layers.has(FACE):
-        sides, _ = traced_region(layers.rings(FACE)[0])
+        sides = _region(drawing, layers.one_ring(FACE))
+        if not (sides ^ crack).area() > 0:
+            raise InputError(
+                f"{drawing.file}, layer {FACE}: the sample's edge, {drawing.size(np.reshape(sides.bounds(), (2, 2)))}, "
+                f"is beside the crack, {drawing.size(extent_mm)}. Draw it round the crack, or delete it."
+            )
     else:
         x_min, y_min, x_max, y_max = crack.bounds()
         sides = box_region((x_min - MARGIN_MM, y_min - MARGIN_MM, x_max + MARGIN_MM, y_max + MARGIN_MM))
+    if np.ptp(bounds_mm := np.reshape(sides.bounds(), (2, 2)), axis=0).max() > MOST_MM:
+        raise _of_another_unit(drawing, f"the sample is {drawing.size(bounds_mm)}, and up to {MOST_MM:g} mm", extent_mm)
     block = _extruded(sides, -depth_mm - FLOOR_MM, 0.0) - _extruded(crack, -depth_mm, ABOVE_MM)
     mesh = block.to_mesh64()
     vertices_mm = np.asarray(mesh.vert_properties, dtype=float)[:, :3]
     return DrawnCrack(vertices_mm, np.asarray(mesh.tri_verts, dtype=np.int64), centre_mm)
+
+
+def _region(drawing: Drawing, ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> CrossSection:
+    region, warnings = traced_region(ring_mm, islands_mm)
+    drawing.notes.extend(warnings)
+    return region
+
+
+def _require_long(drawing: Drawing, crack_mm: Floats) -> None:
+    """Raise InputError for a crack that is too short to be one, as in another unit than the drawing's own."""
+    if np.ptp(crack_mm, axis=0).max() < LEAST_CRACK_MM:
+        what = f"the crack is {drawing.size(crack_mm)}, and {LEAST_CRACK_MM:g} mm and more"
+        raise _of_another_unit(drawing, what, crack_mm)
+
+
+def _of_another_unit(drawing: Drawing, what: str, crack_mm: Floats) -> InputError:
+    longest = float(np.ptp(crack_mm, axis=0).max()) / drawing.per_unit_mm
+    fitting = [unit for unit in MM if LEAST_CRACK_MM <= longest * MM[unit] <= MOST_MM - 2 * MARGIN_MM]
+    units = " or ".join(f"--units {unit}" for unit in fitting)
+    remedy = f"Give {units} if it is drawn so." if fitting else "Draw it to scale."
+    return InputError(f"{drawing.file}: in {drawing.unit}, {drawing.unit_source}, {what} are expected. {remedy}")
 
 
 def _extruded(region: CrossSection, bottom_mm: float, top_mm: float) -> Manifold:

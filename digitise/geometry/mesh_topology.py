@@ -258,17 +258,18 @@ def _list_fault(vertices_mm: Floats, faces: Integers) -> str:
 
 def _edge_fault(vertices_mm: Floats, faces: Integers) -> str:
     directed, uses = edge_uses(faces)
-    for wrong, fault, remedy in (
-        (uses.count == 1, "is not watertight: {} open edges", " Import with repair=True."),
-        (uses.count > 2, "has {} edges where more than two faces meet", ""),
+    for wrong, fault, what in (
+        (uses.count == 1, "is not watertight", "open {}"),
+        (uses.count > 2, "is more than one surface", "{} at which three or more faces meet"),
     ):
-        if wrong.any():
-            first = near(vertices_mm[directed[uses.first[wrong][0]].min()])
-            return f"Mesh {fault.format(wrong.sum())}, first {first}.{remedy}"
+        if count := int(wrong.sum()):
+            place = near(vertices_mm[directed[uses.first[wrong][0]].min()])
+            where = f"{what.format('edge' if count == 1 else 'edges')}, {'' if count == 1 else 'the first '}{place}"
+            return f"Mesh {fault}: {count} {where}."
     # Of the two uses of each edge, one runs each way.
     one, other = uses.order.reshape(-1, 2).T
     if twice := int((directed[one, 0] == directed[other, 0]).sum()):
-        return f"Mesh has {twice} edges whose two faces point to opposite sides. Import with repair=True."
+        return f"Mesh has {twice} {'edge' if twice == 1 else 'edges'} whose two faces point to opposite sides."
     return ""
 
 

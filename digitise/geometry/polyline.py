@@ -6,7 +6,7 @@ from scipy.ndimage import gaussian_filter1d
 from sealtwin.core.records import Floats, arc_length
 
 Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
-PAIRS_AT_ONCE = 500_000  # Pairs of segments that are compared at once: a drawing's 100,000 points do not fit in memory
+AT_ONCE = 64  # Segments that are compared with all others at once: a drawing's 100,000 points do not fit in memory
 
 
 def resampled(points: Floats, spacing: float) -> Floats:
@@ -74,15 +74,18 @@ def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
     end = np.roll(points, -1, axis=0) if closed else points[1:]
     low, high = np.minimum(start, end), np.maximum(start, end)
     number = np.arange(len(start))
-    at_once = PAIRS_AT_ONCE // max(len(start), 1) + 1
     found, beyond = [], -1
-    for begin in range(0, len(start) - 2, at_once):
-        first = number[begin : begin + at_once, None]
+    for begin in range(0, len(start) - 2, AT_ONCE):
+        rows = slice(begin, begin + AT_ONCE)
+        first = number[rows, None]
+        # Of a long line, few segments are near so many that follow one another.
+        others = number[begin + 2 :]
+        others = others[((low[others] <= high[rows].max(axis=0)) & (high[others] >= low[rows].min(axis=0))).all(axis=1)]
         # Segments that share a point do not cross: ``_cross`` is strict.
-        meet = number > first + 1
+        meet = others > first + 1
         for axis in (0, 1):
-            meet &= (low[:, axis] <= high[first, axis]) & (high[:, axis] >= low[first, axis])
-        near = (np.argwhere(meet) + np.array([begin, 0])).tolist()
+            meet &= (low[others, axis] <= high[first, axis]) & (high[others, axis] >= low[first, axis])
+        near = [(begin + row, int(others[column])) for row, column in np.argwhere(meet).tolist()]
         # Of one segment's crossings the last counts, and none that begins inside an earlier pair.
         crossed = {a: b for a, b in near if a > beyond and _cross(start[a], end[a], start[b], end[b])}
         for a, b in crossed.items():

@@ -6,7 +6,7 @@ import numpy as np
 from manifold3d import CrossSection, FillRule, JoinType
 
 from digitise.geometry.polyline import Box, crossings, meeting, signed_area
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import ShapeError
 from sealtwin.core.records import Floats
 
 TOLERANCE_MM = 0.003  # Tolerance of the simplified outline; 0.01, still below a pixel, takes 0.14 % of a smooth funnel
@@ -18,9 +18,10 @@ ISLAND_MM2 = 0.1  # Area below which an island is noise: a quarter of a particle
 def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[CrossSection, list[str]]:
     """Return the region of the ring less its islands, either way round, and warnings about omitted loops."""
     if len(ring_mm) < 3 or not all(np.isfinite(ring).all() for ring in (ring_mm, *islands_mm)):
-        raise InputError(
-            f"The outline has {len(ring_mm)} points; it needs 3 or more, and finite numbers in all and in its islands. "
-            "Trace it again."
+        raise ShapeError(
+            f"The outline has {len(ring_mm)} points; it needs 3 or more, and finite numbers in all and in its islands.",
+            "Trace it again.",
+            "outline",
         )
     signed_mm2, warnings = signed_area(ring_mm), []
     traced = CrossSection([ring_mm if signed_mm2 > 0 else ring_mm[::-1]], FillRule.Positive)
@@ -32,12 +33,14 @@ def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[C
             x, y = meeting((ring_mm[first], step[first]), (ring_mm[second], step[second]))
             where = f" near ({x:.1f}, {y:.1f}) mm"
         if lost_mm2 > PIECE_MM2:
-            raise InputError(f"Outline crosses itself{where}, over {lost_mm2:.2g} mm²; retrace there.")
+            raise ShapeError(f"Outline crosses itself{where}, over {lost_mm2:.2g} mm².", "Retrace there.", "outline")
         warnings.append(f"Loops of {lost_mm2:.2g} mm² where the outline crosses itself{where} were left out.")
     if len(islands_mm):
         traced -= CrossSection(list(islands_mm), FillRule.NonZero)
     if traced.area() < PIECE_MM2:
-        raise InputError(f"The outline encloses {traced.area():.3g} mm² beside its islands: no crack. Trace it again.")
+        raise ShapeError(
+            f"The outline encloses {traced.area():.3g} mm² beside its islands: no crack.", "Trace it again.", "outline"
+        )
     return traced, warnings
 
 

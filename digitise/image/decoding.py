@@ -1,4 +1,4 @@
-"""Reading of photos and masks; the header is checked before anything is expanded."""
+"""Reading of photos; the header is checked before anything is expanded."""
 
 import struct
 import warnings
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageFile, ImageOps, TiffImagePlugin
 
 from digitise.image.raster import Map
+from digitise.image.tone_curve import EXIF_IFD, as_displayed
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core.errors import InputError
 
@@ -32,10 +33,11 @@ RAW_ENDINGS = frozenset(
     {".arw", ".cr2", ".cr3", ".dng", ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".sr2"}
 )
 RAW = "this is a camera's raw file, which is not read; develop it, and save it as JPEG at full size."
+BLACK, BRIGHT_PART = 15, 99.5  # Least usable brightness, of 255, of a photo's brightest parts, and their percentile
+BITS_PER_SAMPLE, SAMPLE_FORMAT, FLOATS = 258, 339, 3  # TIFF tags of a channel's numbers, and the format of floats
 SUBFILE_TYPE, SUB_PICTURES, DNG_VERSION = 254, 330, 50706  # TIFF tags that tell a raw file from a photo
-MOST_PAINTED = 0.5  # Largest painted share of a mask; above it, black and white are exchanged
 FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))  # Of 35 mm film, to which EXIF refers a focal length (CIPA DCG-001)
-EXIF_IFD, FOCAL_IN_35_MM, EXIF_WIDTH, EXIF_HEIGHT = 0x8769, 0xA405, 0xA002, 0xA003
+FOCAL_IN_35_MM, EXIF_WIDTH, EXIF_HEIGHT = 0xA405, 0xA002, 0xA003
 MULTIPAGE = ("TIFF", "PNG", "WEBP")  # A second picture is another page or frame; in a phone's JPEG it is a preview
 
 
@@ -64,11 +66,13 @@ class Pixels(Decoded):
 
 def read_photo(path: Path, key: str = "photo.file") -> Decoded:
     """Read a whole, single 8-bit photo, upright by its EXIF; ``key`` is the setting that names it in an InputError."""
-    with _opened(path, key) as photo:
+    with opened(path, key) as photo:
         focal_px = _focal_px(photo)
         ImageOps.exif_transpose(photo, in_place=True)
-        pixels = np.asarray(photo if photo.mode == "RGB" else photo.convert("RGB"))
-        return Decoded(image=pixels, focal_px=focal_px, warnings=_transparency(photo))
+        shown, remarks = as_displayed(photo)
+        pixels = np.asarray(shown)
+        doubts = (*_transparency(photo), *remarks, *_inks(path, photo, pixels))
+        return Decoded(image=pixels, focal_px=focal_px, warnings=doubts)
 
 
 def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
@@ -84,45 +88,8 @@ def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
     return Decoded(image=np.ascontiguousarray(rgb, dtype=np.uint8))
 
 
-def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> NDArray[np.bool_]:
-    """Check a mask of the photo's width and height in memory, (height, width); pixels that are not 0 are painted."""
-    painted = np.asarray(painted)
-    if painted.shape != size_px[::-1]:
-        raise InputError(
-            f"{name}: an array of shape {painted.shape}; the photo is {size_px[0]} x {size_px[1]} px, so give "
-            f"{size_px[::-1]}."
-        )
-    return _soundly_painted(painted.astype(bool), name)
-
-
-def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
-    """Read a painted mask, (height, width): opaque pixels of a picture with transparency, else those above half.
-
-    Raises InputError for another size than ``size_px``, the photo's width and height, or a mask without a crack.
-    """
-    with _opened(path, "photo.mask") as picture:
-        ImageOps.exif_transpose(picture, in_place=True)
-        if picture.size != size_px:
-            raise InputError(
-                f"{path}: the mask is {picture.width} x {picture.height} px, the photo {size_px[0]} x {size_px[1]}; "
-                "paint it over the photo itself, upright and at full size."
-            )
-        shown = picture.convert("RGBA").getchannel("A") if picture.has_transparency_data else picture.convert("L")
-        painted = np.asarray(shown) >= 128
-    return _soundly_painted(painted, path)
-
-
-def _soundly_painted(painted: NDArray[np.bool_], name: Path | str) -> NDArray[np.bool_]:
-    share = float(np.mean(painted))
-    if not 0 < share <= MOST_PAINTED:
-        raise InputError(
-            f"{name}: the mask paints {share:.0%} of the photo; paint the crack white on black, or opaque."
-        )
-    return painted
-
-
 @contextmanager
-def _opened(path: Path, key: str) -> Iterator[Image.Image]:
+def opened(path: Path, key: str) -> Iterator[Image.Image]:
     """Open a picture after checks of its header; errors inside the block become InputErrors."""
     if path.is_dir():
         raise InputError(f"{path}: is a folder; give {key} as a {READABLE} file.")
@@ -157,7 +124,32 @@ def _unknown(path: Path) -> str:
         start = file.read(12)
     if start[4:8] == b"ftyp" and start[8:11] in HEIF_BRANDS:
         return HEIF
+    if path.suffix.lower() in (".tif", ".tiff") and (bits := _tiff_values(path)):
+        return f"a TIFF of {bits}, which is not read; save it with 8 bits per channel, for example as JPEG."
     return f"not a readable photo; save it as {READABLE}."
+
+
+def _tiff_values(path: Path) -> str | None:
+    """Return the kind of numbers that a TIFF stores for each channel; None for a file that is no TIFF."""
+    try:
+        with warnings.catch_warnings(action="ignore"), path.open("rb") as file:
+            tags = TiffImagePlugin.ImageFileDirectory_v2(file.read(8))
+            file.seek(tags.next)
+            tags.load(file)
+        (bits, *_), (kind, *_) = (np.atleast_1d(tags.get(tag, 1)).tolist() for tag in (BITS_PER_SAMPLE, SAMPLE_FORMAT))
+    except (OSError, SyntaxError, ValueError, TypeError, struct.error):
+        return None
+    return f"{bits}-bit {'floats' if kind == FLOATS else 'whole numbers'} per channel"
+
+
+def _inks(path: Path, photo: Image.Image, pixels: NDArray[np.uint8]) -> tuple[str, ...]:
+    """Return a warning about inks whose sign is not stated. Raises InputError if they make a black picture."""
+    if photo.mode != "CMYK" or photo.format != "JPEG" or "adobe" in photo.info:
+        return ()
+    unsure = "a CMYK JPEG without Adobe's marker: whether its values are of ink or of light is not stated"
+    if np.percentile(pixels[::2, ::2], BRIGHT_PART) < BLACK:
+        raise InputError(f"{path}: {unsure}, and read as usual it is black; save it as RGB JPEG.")
+    return (f"the photo is {unsure}. If dark and light look exchanged in the overlay, save it as RGB JPEG",)
 
 
 def _check_header(path: Path, photo: Image.Image) -> None:

@@ -11,7 +11,7 @@ from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import Box
 from digitise.geometry.region import box_region
 from digitise.mesh_import.repair import RepairedSurface
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import ShapeError
 from sealtwin.core.records import Floats
 
 SAMPLES, TRIES = 20_000, 300  # Upward points, and planes through three: all miss a face once in 10^17 meshes
@@ -113,11 +113,12 @@ def _upward_points(surface: RepairedSurface) -> Floats:
     return u * a + (v - u) * b + (1 - v) * c
 
 
-def _no_face(share: float) -> InputError:
-    return InputError(
+def _no_face(share: float) -> ShapeError:
+    return ShapeError(
         f"Mesh has no plane face on its upper side: {share:.0%} of the upward surface is in one plane, "
-        f"{LEAST_SHARE:.0%} are needed. Check up, the axis that points out of the cracked face, and crop the mesh to "
-        "the sample."
+        f"{LEAST_SHARE:.0%} are needed.",
+        "Check mesh.up, the axis that points out of the cracked face, and crop the mesh to the sample.",
+        "face",
     )
 
 
@@ -140,9 +141,11 @@ def cut_block(body: Manifold, below_mm: float) -> Block:
     """Cut the largest block, upright from ``below_mm`` under the face, out of a body whose face is level at z = 0."""
     found = list(filter(None, (_block_at(body, yaw_deg, below_mm) for yaw_deg in _directions_deg(body, below_mm))))
     if not found:
-        raise InputError(
-            "Mesh is no block with four upright sides below its face. Check up, the axis that points out of the "
-            "cracked face, or cut a block round the crack in the program that made it."
+        raise ShapeError(
+            "Mesh is no block with four upright sides below its face.",
+            "Check mesh.up, the axis that points out of the cracked face, or cut a block round the crack in the "
+            "program that made it.",
+            "sides",
         )
     # Equal areas prefer the body as it is, whose coordinates stay exact.
     return max(found, key=lambda block: round(block.size_mm[0] * block.size_mm[1]))
@@ -154,9 +157,10 @@ def parted(body: Manifold, cutter: Manifold) -> tuple[Manifold, Manifold]:
     whole_mm3 = body.volume()
     # A boolean on triangles lower than its rounding may move others.
     if abs(inside.volume() + outside.volume() - whole_mm3) > CUT_TOLERANCE * whole_mm3:
-        raise InputError(
-            "Mesh cannot be cut without loss: it crosses itself, or has triangles without height. Mend it in the "
-            "program that made it."
+        raise ShapeError(
+            "Mesh cannot be cut without loss: it crosses itself, or has triangles without height.",
+            "Mend it in the program that made it.",
+            "cut",
         )
     return inside, outside
 

@@ -21,7 +21,8 @@ from digitise.scale.view import View
 from digitise.settings import MeshUnit
 from digitise.solid.float_mesh import corners_mm
 from sealtwin.core.coverage import coverage
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, ShapeError
+from sealtwin.core.plain_files import read_text
 from sealtwin.core.records import Floats, Outline, arc_length, arc_length_at
 
 RIVAL = 0.5  # Share of the largest opening's area from which on a second one is ambiguous
@@ -41,6 +42,8 @@ LIGHT = np.array([-0.4, 0.45, 0.8])  # Direction of the light, from the upper le
 AT_ONCE = 2_000_000  # Pairs of a point and an edge that are compared at a time
 LARGEST_BYTES = 5_000_000  # Largest path file, of fifty thousand points; a path has some hundred
 SEPARATORS = re.compile(r"[;,\s]+")
+DECIMAL_COMMAS = re.compile(r"\s*[-+]?\d+,\d+(\s*;|\s+[-+]?\d+,\d)")
+"""The first of two numbers in a line whose separator is no comma, or is one more than there are numbers."""
 HEADERS = (("x_mm", "y_mm"), ("x", "y"))  # Optional first line; without it, a line's first two numbers count
 MOST_BESIDE = 0.05  # Largest share of a given line, between its entry and its exit, that may be beside the crack
 WHOLE = 0.9  # Least share of the mouth's area that a line along the whole crack covers: oblique ends take some of it
@@ -76,11 +79,12 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
     by_volume = sorted(rooms.decompose(), key=lambda room: -room.volume())
     below = next((room for room in by_volume if (room.slice(-below_mm - SLICE_MM) ^ mouth).area() > 0), None)
     if below is None:
-        raise InputError("The crack's mouth leads nowhere: check the mesh round it.")
+        raise ShapeError("The crack's mouth leads nowhere.", "Check the mesh round it.", "mouth")
     if below.bounding_box()[2] < bottom_mm:
-        raise InputError(
-            "The crack passes through the underside of the mesh, so nothing would stay in it. Close it below, or check "
-            "up, the axis that points out of the cracked face."
+        raise ShapeError(
+            "The crack passes through the underside of the mesh, so nothing would stay in it.",
+            "Close it below, or check mesh.up, the axis that points out of the cracked face.",
+            "through",
         )
     # Walls that open upward are beyond the mouth; at 63 degrees from upright they are a face.
     rim = mouth.offset(2 * below_mm, JoinType.Round) ^ face
@@ -91,18 +95,24 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
 def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[CrossSection, tuple[str, ...]]:
     openings = sorted(openings, key=lambda opening: -opening.area())
     if not openings or openings[0].area() < WORTH_SAYING_MM2:
-        raise InputError("No crack opens in the face. Check up, the axis that points out of the cracked face.")
+        raise ShapeError(
+            "No crack opens in the face.", "Check mesh.up, the axis that points out of the cracked face.", "mouth"
+        )
     chosen, areas_mm2 = 0, [opening.area() for opening in openings]
     if on_path_mm is not None:
         passed = [_points_inside(opening, on_path_mm) for opening in openings]
         if not any(passed):
-            raise InputError("The path is in no opening of the face. It is read as x and y in mm, in the mesh's axes.")
+            raise ShapeError(
+                "The path is in no opening of the face.", "It is read as x and y in mm, in the mesh's axes.", "path"
+            )
         chosen = int(np.argmax(passed))
     elif len(openings) > 1 and areas_mm2[1] > RIVAL * areas_mm2[0]:
         (x0, y0), (x1, y1) = (np.reshape(opening.bounds(), (2, 2)).mean(axis=0) for opening in openings[:2])
-        raise InputError(
+        raise ShapeError(
             f"Two openings compete, {areas_mm2[0]:.0f} mm² round ({x0:.0f}, {y0:.0f}) and {areas_mm2[1]:.0f} mm² round "
-            f"({x1:.0f}, {y1:.0f}) mm from the face's lower left corner: choose with a path."
+            f"({x1:.0f}, {y1:.0f}) mm from the face's lower left corner.",
+            "Choose with mesh.path.",
+            "rivals",
         )
     pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= WORTH_SAYING_MM2]
     if not pits:
@@ -128,9 +138,11 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
     width_mm = 2 * cavity.mouth.area() / sum(arc_length(ring[[*range(len(ring)), 0]])[-1] for ring in rings)
     mm_per_px = max(width_mm / ACROSS_PX, float(np.sqrt(np.prod(high - low) / LARGEST_PX)))
     if width_mm < LEAST_ACROSS_PX * mm_per_px:
-        raise InputError(
-            f"{file}: the crack is {width_mm:.3f} mm wide and spreads over {high[0] - low[0]:.0f} x "
-            f"{high[1] - low[1]:.0f} mm: too narrow to be followed; crop the mesh to a shorter piece."
+        raise ShapeError(
+            f"The crack is {width_mm:.3f} mm wide and spreads over {high[0] - low[0]:.0f} x "
+            f"{high[1] - low[1]:.0f} mm: too narrow to be followed.",
+            "Crop the mesh to a shorter piece.",
+            "narrow",
         )
     view = View(np.array([[mm_per_px, 0.0, low[0]], [0.0, -mm_per_px, high[1]], [0.0, 0.0, 1.0]]))
     width_px, height_px = (int(count) for count in np.ceil((high - low) / mm_per_px) + 1)
@@ -214,9 +226,11 @@ def read_path(path: Path) -> Floats:
     if path.stat().st_size > LARGEST_BYTES:
         raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; a path has some hundred lines.")
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_text(path, LARGEST_BYTES).splitlines()
     except UnicodeDecodeError:
         raise InputError(f"{path}: no text; a path is x and y in mm, a line for each point.") from None
+    if comma := next((line for line in lines if DECIMAL_COMMAS.match(line)), None):
+        raise InputError(f"{path}: its decimals are commas, as in {comma.strip()[:60]!r}. Write decimal points.")
     points, columns = [], [0, 1]
     for number, line in enumerate(lines, start=1):
         words = [word for word in SEPARATORS.split(line.partition("#")[0]) if word]
@@ -244,9 +258,10 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
     line_mm = in_mouth(photo, line_mm)
     beside = 1 - float(_covered(photo, line_mm).mean())
     if beside > MOST_BESIDE:
-        raise InputError(
-            f"The given path is beside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%}). It is read "
-            "as x and y in mm, in the mesh's own axes turned upright."
+        raise ShapeError(
+            f"The given path is beside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%}).",
+            "It is read as x and y in mm, in the mesh's own axes turned upright.",
+            "path",
         )
     middle_s_mm = np.maximum.accumulate(arc_length_at(line_mm, outline.centreline_mm).clip(0, outline.length_mm))
     lines_mm = np.hstack([outline.centreline_mm, outline.left_wall_mm, outline.right_wall_mm])
@@ -275,7 +290,7 @@ def in_mouth(photo: Photo, line_mm: Floats) -> Floats:
     even_mm = resampled(line_mm, SPACING_MM)
     inside = np.flatnonzero(_covered(photo, even_mm))
     if len(inside) < 2:
-        raise InputError("The given path is not in the crack. It is read as x and y in mm.")
+        raise ShapeError("The given path is not in the crack.", "It is read as x and y in mm.", "path")
     return even_mm[inside[0] : inside[-1] + 1]
 
 

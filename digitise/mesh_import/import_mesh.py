@@ -1,10 +1,12 @@
 """Import of a modelled or scanned sample, with the same records as from a photo."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
+from manifold3d import Manifold
 
 from digitise.geometry.mesh_topology import connected, examine_mesh, neighbours, normals
 from digitise.geometry.polyline import Box, depth_inside
@@ -21,12 +23,13 @@ from digitise.mesh_import.cavity import (
 )
 from digitise.mesh_import.cavity_sections import cavity_sections
 from digitise.mesh_import.mouth_line import line_of_mouth
+from digitise.mesh_import.precision import MOST_OF_WIDTH, WORTH_SAYING_MM, in_words, step_of
 from digitise.mesh_import.repair import bounded_body, closed, one_surface
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
 from digitise.solid.dams import DAM_OVERLAP_MM, NEAR_MM, dam_box, label_sides, plate_over
 from digitise.solid.float_mesh import corners_mm, tidy
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.mesh_file import FileUnit, Triangles, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import MeshOrigin, Repair, SolidFigures
@@ -41,6 +44,7 @@ UPRIGHT = {  # Rotations, by rows, that turn the axis out of the face to z
     "-x": ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
 }
 LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
+MOST_LISTED = 4  # Most bodies that a sentence lists
 CLEAR_MM = 0.01  # Distance of a dam's edge from the block's vertices: nearer to a dam in the mesh it would fold
 
 
@@ -65,11 +69,15 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
         return places_mm
     extent = float(size_mm.max()) / MM[settings.units]
     fitting = [unit for unit in get_args(MeshUnit) if LEAST_MM <= extent * MM[unit] <= MOST_MM]
-    remedy = f"The file is probably in {' or '.join(fitting)}: set units" if fitting else "Crop the mesh to the sample"
+    remedy = (
+        f"The file is probably in {' or '.join(fitting)}: set units." if fitting else "Crop the mesh to the sample."
+    )
     x, y, z = size_mm
-    raise InputError(
+    raise ShapeError(
         f"Bounding box {x:.4g} x {y:.4g} x {z:.4g} mm, with units = {settings.units}, is implausible for a sample "
-        f"(expected {LEAST_MM:g} to {MOST_MM:g}). {remedy}."
+        f"(expected {LEAST_MM:g} to {MOST_MM:g}).",
+        remedy,
+        "size",
     )
 
 
@@ -99,8 +107,20 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     Coordinates are mm, z = 0 on the face, its lower left corner the origin. Raises InputError if the file cannot be
     read, encloses no block, or has no single crack.
     """
-    path = folder / settings.file
-    block, plane, repairs, triangles, notes = _read_block(settings, path)
+    path, facts = folder / settings.file, list[str]()
+    try:
+        return _imported(settings, folder, path, facts)
+    except ShapeError as fault:
+        raise ShapeError(" ".join([fault.wrong, *facts]), fault.remedy, fault.kind, path) from None
+    except InputError as fault:
+        files = [path, *([] if settings.path is None else [folder / settings.path])]
+        named = "" if any(str(file) in str(fault) for file in files) else f"{path}: "
+        raise InputError(" ".join([f"{named}{fault}", *facts])) from None
+
+
+def _imported(settings: MeshInput, folder: Path, path: Path, facts: list[str]) -> ImportedSample:
+    """Import a mesh; facts that may be the cause of a refusal are added to ``facts``, in sentences."""
+    block, plane, repairs, triangles, step_mm, notes = _read_block(settings, path, facts)
     placed = block.placed @ plane.to_level
     line_mm = None
     if settings.path is not None:
@@ -111,6 +131,8 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     between_mm = None if line_mm is None else in_mouth(photo, line_mm)[[0, -1]]
     line = line_of_mouth(cavity.mouth, block.face_mm, between_mm)
     outline = outline_of(line, cavity, photo)
+    if step_mm > MOST_OF_WIDTH * outline.mean_width_mm:
+        raise ShapeError(f"The crack is about {outline.mean_width_mm:.2g} mm wide, too little for the file's numbers.")
     if line_mm is not None:
         outline, note = along(outline, photo, line_mm)
         notes.append(note)
@@ -128,10 +150,16 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     return ImportedSample(outline, solid, photo, tuple(notes))
 
 
-def _read_block(settings: MeshInput, path: Path) -> tuple[Block, FacePlane, tuple[Repair, ...], int, list[str]]:
-    """Return block, face, repairs, number of triangles read, and notes on the unit."""
+def _read_block(
+    settings: MeshInput, path: Path, facts: list[str]
+) -> tuple[Block, FacePlane, tuple[Repair, ...], int, float, list[str]]:
+    """Return block, face, repairs, number of triangles read, the step of the file's numbers in mm, and notes."""
     mesh = read_mesh(path)
     triangles, notes = len(mesh.faces), notes_on_unit(mesh, settings, path)
+    step_mm = MM[settings.units] * step_of(mesh.vertices)
+    if step_mm > WORTH_SAYING_MM:
+        notes.append(f"{path.name} is in single precision: {in_words(step_mm)}")
+        facts.append(f"In single precision, {in_words(step_mm)}.")
     surface = one_surface(upright_mm(mesh, settings), mesh.faces)
     # Each step takes hundreds of megabytes for two million triangles.
     del mesh
@@ -139,13 +167,29 @@ def _read_block(settings: MeshInput, path: Path) -> tuple[Block, FacePlane, tupl
     surface = replace(surface, vertices_mm=moved(surface.vertices_mm, plane.to_level))
     body, repairs = bounded_body(closed(surface, settings.base_mm))
     del surface
-    return cut_block(body, plane.below_mm), plane, repairs, triangles, notes
+    if len(bodies := body.decompose()) > 1:
+        found = _listed(bodies, np.linalg.inv(plane.to_level @ upright(settings)).astype(float))
+        notes.append(f"{path.name}: {found}")
+        facts.append(f"In it, {found}. If one of them is the sample, save it alone.")
+    return cut_block(body, plane.below_mm), plane, repairs, triangles, step_mm, notes
+
+
+def _listed(bodies: Sequence[Manifold], to_file: Floats) -> str:
+    """Return separate bodies in words, the largest first."""
+    boxes = [np.reshape(body.bounding_box(), (2, 3)) for body in sorted(bodies, key=lambda body: -body.volume())]
+    each = [
+        "{:.4g} x {:.4g} x {:.4g} mm".format(*(high - low))
+        + " round ({:.4g}, {:.4g}, {:.4g})".format(*(to_file @ np.append((low + high) / 2, 1.0))[:3])
+        for low, high in boxes[:MOST_LISTED]
+    ]
+    more = f" and {len(boxes) - MOST_LISTED} more" if len(boxes) > MOST_LISTED else ""
+    return f"{len(boxes)} separate bodies: {', '.join(each)}{more}, in the file's own numbers"
 
 
 def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]:
     notes = [
         f"the face is plane within {plane.roughness_mm:.3f} mm (RMS) and was tilted by {plane.tilt_deg:.2f} degrees",
-        f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm; the mesh was moved by "
+        f"the block is {block.size_mm[0]:.2f} x {block.size_mm[1]:.2f} mm; it was moved by "
         f"({placed[0, 3]:.2f}, {placed[1, 3]:.2f}, {placed[2, 3]:.2f}) mm",
     ]
     if block.yaw_deg:

@@ -22,7 +22,7 @@ from digitise.mesh_import.mouth_ends import ACROSS, MouthEnd, are_square, end_be
 from digitise.mesh_import.rim import dense, fine, stretch
 from digitise.mesh_import.wall_pairs import facing
 from sealtwin.core.coverage import coverage
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import ShapeError
 from sealtwin.core.records import Floats, Integers, arc_length
 from sealtwin.core.solid_figures import EndKind
 
@@ -36,6 +36,7 @@ FRONT, PARTING = 4.0, 1.0  # Most widths of a front along each wall, and gain of
 FORK = 0.75  # Length of a side crack over that of the followed arm beside it from which on the way is a choice
 UNSWEPT = 0.1  # Largest share of the area between both walls that is passed twice or not at all
 CLEAR = 0.1  # Widths by which a side crack begins beyond the largest circle in the main one: a path is off by a third
+MOST_LISTED = 4  # Most side arms whose lengths a warning lists
 CIRCLES = 16  # Circles nearest to a place on the rim that may hold it
 DEEP, DEEPEST, BEND_DEG = 0.75, 2.0, 60.0
 """A room beside the main crack is a side crack if it is deeper than 0.75 times the width of its mouth. At a bend over
@@ -66,7 +67,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
     path_mm, width_mm = _rough_path(ring_mm, between_mm)
     ring_mm = _outer_ring(mouth.simplify(SMOOTH * width_mm))
     if arc_length(path_mm)[-1] < (MIN_SLENDERNESS - 1) * width_mm:
-        raise InputError(
+        raise ShapeError(
             f"The opening in the face is no crack: it is about {arc_length(path_mm)[-1] + width_mm:.1f} mm long and "
             f"{width_mm:.1f} mm wide; a crack is at least {MIN_SLENDERNESS:g} times as long as wide."
         )
@@ -90,7 +91,21 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
         right_mm,
         (ends[0].kind, ends[1].kind),
         side_lines_mm,
-        _doubts(centre_mm, side_lines_mm) if between_mm is None else (),
+        (*_off_path(side_lines_mm), *(_doubts(centre_mm, side_lines_mm) if between_mm is None else ())),
+    )
+
+
+def _off_path(side_lines_mm: Sequence[Floats]) -> tuple[str, ...]:
+    """Return a warning of the side arms, which the solid has and the path does not pass."""
+    if not side_lines_mm:
+        return ()
+    longest_mm = sorted((float(arc_length(line_mm)[-1]) for line_mm in side_lines_mm), reverse=True)
+    listed = ", ".join(f"{length_mm:.0f}" for length_mm in longest_mm[:MOST_LISTED])
+    which = f"side arms of {listed} mm are" if len(longest_mm) > 1 else f"a side arm of {listed} mm is"
+    more = f" ({len(longest_mm)} in all)" if len(longest_mm) > MOST_LISTED else ""
+    return (
+        f"{which} not on the path{more}: the cavity includes what is off the path, and all of its sealant is given "
+        "along the path; path.volume_ml sets another volume",
     )
 
 
@@ -103,7 +118,7 @@ def _doubts(centre_mm: Floats, side_lines_mm: Sequence[Floats]) -> tuple[str, ..
         if side_mm > FORK * arm_mm:
             doubts.append(
                 f"the crack forks at s = {from_mm:.0f} mm: a side crack of {side_mm:.0f} mm is about as long as the "
-                f"{arm_mm:.0f} mm that were followed there; give a path to choose another way"
+                f"{arm_mm:.0f} mm that were followed there; mesh.path chooses another way"
             )
     return tuple(doubts)
 
@@ -119,10 +134,11 @@ def _require_swept(centre_mm: Floats, left_mm: Floats, right_mm: Floats) -> None
     across_mm = (across_mm[1:] + across_mm[:-1]) / 2
     swept_mm2 = float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
     if abs(swept_mm2 - between_mm2) > UNSWEPT * between_mm2:
-        raise InputError(
+        raise ShapeError(
             f"The crack's walls do not face each other along one line: it passes {swept_mm2:.0f} of the "
-            f"{between_mm2:.0f} mm² between them. Give a path along the crack's middle that ends in a straight part of "
-            "it, or crop the mesh."
+            f"{between_mm2:.0f} mm² between them.",
+            "Give mesh.path, a line along the crack's middle that ends in a straight part of it, or crop the mesh.",
+            "walls",
         )
 
 

@@ -42,6 +42,9 @@ DICTIONARY = {
 MIN_MARKERS = 4
 SEARCH_PX = 1000  # Longer side of the smallest copy on which markers are searched for; each next one has twice that
 LEAST_APART = 0.05  # Over a square's circumference; OpenCV's 0.125 loses 44 of 296 markers to the card around them
+GLANCE_PX = 2000  # Longer side of the copy on which markers are looked for that nobody mentioned
+PRINTED_MM = 16.0  # Side of the markers that 'sealtwin markers' prints unless told otherwise
+MOST_OFF = 0.01  # Largest difference of two scales that contradict each other in nothing
 MOST_NAMED = 12  # Largest number of missing markers that a message lists
 
 
@@ -206,11 +209,57 @@ def find_markers(image: NDArray[np.uint8], brightness: Map, board: MarkerBoard, 
     return clear
 
 
-def _search(grey: NDArray[np.uint8], board: MarkerBoard, expected: set[int], file: Path) -> dict[int, Floats]:
-    """Find rough corners of the expected markers in ever larger copies of the photo, until all are found."""
+def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, ...]:
+    """Return a warning if the photo shows markers, and its scale was ``given`` in another way.
+
+    Their size is not known: it is stated by that scale, and the scale by the size that is printed by default.
+    """
+    small = _at_most(pixels.image, GLANCE_PX)
+    for dictionary in DICTIONARY:
+        ids = _detector(cv2.aruco.getPredefinedDictionary(DICTIONARY[dictionary])).detectMarkers(small)[1]
+        numbers = set() if ids is None else {int(number) for number in np.ravel(ids)}
+        if len(numbers) < MIN_MARKERS:
+            continue
+        places = tuple(Marker(id=number, x_mm=0, y_mm=0) for number in sorted(numbers))
+        try:
+            board = MarkerBoard.model_validate({"dictionary": dictionary, "size_mm": PRINTED_MM, "markers": places})
+            found = find_markers(pixels.image, pixels.brightness, board, pixels.file)
+        except InputError:
+            continue
+        side_px = float(
+            np.median([np.linalg.norm(quad - np.roll(quad, 1, axis=0), axis=1).mean() for quad in found.values()])
+        )
+        by_markers, off = PRINTED_MM / side_px, PRINTED_MM / side_px / mm_per_px - 1
+        seen = (
+            f"the photo shows {len(found)} markers of {dictionary}: if they are {PRINTED_MM:g} mm wide, as printed by "
+            f"default, the scale is {by_markers:.4g} mm/px, {abs(off):.1%} {'above' if off > 0 else 'below'} {given}"
+        )
+        if abs(off) <= MOST_OFF:
+            return (f"{seen}; [photo.markers] in its place would show the camera's tilt as well",)
+        return (
+            f"{seen}, by which they would be {side_px * mm_per_px:.1f} mm wide: measure one, and correct the scale or "
+            "give [photo.markers] in its place",
+        )
+    return ()
+
+
+def _detector(dictionary: cv2.aruco.Dictionary) -> cv2.aruco.ArucoDetector:
     how = cv2.aruco.DetectorParameters()
     how.minMarkerDistanceRate = LEAST_APART
-    detector = cv2.aruco.ArucoDetector(_dictionary(board), how)
+    return cv2.aruco.ArucoDetector(dictionary, how)
+
+
+def _at_most(image: NDArray[np.uint8], longest_px: int) -> NDArray[np.uint8]:
+    grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+    shrink = longest_px / max(grey.shape)
+    if shrink >= 1:
+        return grey
+    return np.asarray(cv2.resize(grey, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def _search(grey: NDArray[np.uint8], board: MarkerBoard, expected: set[int], file: Path) -> dict[int, Floats]:
+    """Find rough corners of the expected markers in ever larger copies of the photo, until all are found."""
+    detector = _detector(_dictionary(board))
     longest = max(grey.shape)
     found: dict[int, Floats] = {}
     for side_px in [SEARCH_PX * 2**step for step in range(10) if SEARCH_PX * 2**step < longest] + [longest]:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import ndtr
 
-from digitise.photo import DISPLAY_GAMMA
+from digitise.image.tone_curve import DISPLAY_GAMMA
 from sealtwin.core.records import Floats
 
 INNER_LIGHT, FADE = 0.2, 0.03  # Light inside a crack over that beside it is at most about this; how sharp that bound is

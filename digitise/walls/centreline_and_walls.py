@@ -244,6 +244,7 @@ def _check_found(photo: Photo, strip: Strip, walls: Walls, span_mm: tuple[float,
     if missing > most_missing or not walls.both_found.any():
         raise InputError(
             f"{photo.file}: walls not found on {missing:.0%} of the path (at most {MOST_MISSING:.0%}); look at the "
-            "photo for shadows and dirt along the crack, or give ends_px of a clearer part."
+            "photo for shadows and dirt along the crack, and give ends_px of a clearer part, or paint the crack by "
+            "hand in photo.mask, as in coarse ground."
         )
     return missing

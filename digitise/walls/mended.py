@@ -13,6 +13,7 @@ from sealtwin.core.solid_figures import EndKind
 
 NEAR = 1.0  # Crack widths from its wall within which a drawn line begins and ends
 LEAST_NEAR_PX = 10.0  # The same for thin cracks: what a hand misses on a screen
+FAR = 1.5  # Crack widths from the wall that it replaces beyond which a drawn line is doubted
 Side = Literal["left", "right"]
 
 
@@ -24,6 +25,8 @@ class Mended(NamedTuple):
     right_mm: Floats
     drawn: float
     """Share of both walls' stations that was drawn."""
+    far: tuple[tuple[int, float, Floats], ...] = ()
+    """Number, largest distance in mm from the wall that it replaces, and place, of each line far from it."""
 
 
 def mended(
@@ -46,18 +49,23 @@ def mended(
     width_mm = float(np.median(np.linalg.norm(left_mm - right_mm, axis=1)))
     near_mm = max(NEAR * width_mm, LEAST_NEAR_PX * mm_per_px)
     touched = {side: np.zeros(len(centreline_mm), dtype=bool) for side in walls}
+    far = list[tuple[int, float, Floats]]()
     for number, line_mm in enumerate(lines_mm, start=1):
         side, begin, end = _stretch(walls, inner, line_mm, near_mm, f"{where}: photo.walls_px, line {number}")
         along = slice(min(begin, end), max(begin, end) + 1)
         drawn_mm = line_mm if begin < end else line_mm[::-1]
         s_mm = arc_length(drawn_mm)
         count = along.stop - along.start
+        before_mm = walls[side][along].copy()
         walls[side][along] = polyline.at_arc_length(drawn_mm, s_mm, np.linspace(0.0, s_mm[-1], count))
+        away_mm = np.asarray(KDTree(before_mm).query(walls[side][along])[0])
+        if away_mm.max() > FAR * width_mm:
+            far.append((number, float(away_mm.max()), walls[side][along][int(away_mm.argmax())].copy()))
         touched[side][along] = True
     moved = touched["left"] | touched["right"]
     centreline_mm[moved] = (left_mm[moved] + right_mm[moved]) / 2
     drawn = float(np.mean([touched["left"], touched["right"]]))
-    return Mended(centreline_mm, left_mm, right_mm, drawn)
+    return Mended(centreline_mm, left_mm, right_mm, drawn, tuple(far))
 
 
 def _stretch(

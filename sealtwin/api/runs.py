@@ -6,6 +6,7 @@ Fluid, solver and nozzle are tables of a trial file, constructed by keywords.
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -90,6 +91,13 @@ def plan_path(
     return PlannedPath(**content_of(trajectory), settings=settings)
 
 
+class _ByDefault:
+    """A default in a signature, where the docstring has its value."""
+
+    def __repr__(self) -> str:
+        return "..."
+
+
 class _FromKeywords(Settings):
     """A table that is constructed by keywords, which are refused as those of a trial file, by the table's own name."""
 
@@ -99,6 +107,12 @@ class _FromKeywords(Settings):
         def __init__(self, **values: Any) -> None:
             settings = settings_of(type(self).__bases__[1], self.__repr_name__(), values)
             super().__init__(**{key: getattr(settings, key) for key in settings.model_fields_set})
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **options: Any) -> None:
+        # help() begins with the signature, and a notebook completes by it; with types and bounds it fills a page.
+        names = [Parameter(name, Parameter.KEYWORD_ONLY, default=_ByDefault()) for name in cls.model_fields]
+        cls.__signature__ = Signature(names)
 
     def __repr_name__(self) -> str:
         return type(self).__bases__[1].__name__
@@ -172,6 +186,16 @@ class SolverChoice(_FromKeywords, tables.Solver):
     InputError
         A keyword is unknown or its value out of bounds.
     """
+
+    if not TYPE_CHECKING:
+
+        def __init__(self, **values: Any) -> None:
+            if values.get("model") == "slot":
+                raise InputError(
+                    'Solver: model = "slot" is of trials and studies: use run_trial() or sweep() with solver.model = '
+                    '"slot" in the trial file. inject() runs particles.'
+                )
+            super().__init__(**values)
 
 
 class NozzleChoice(_FromKeywords, tables.Nozzle):

@@ -1,7 +1,7 @@
 """A sample: a photo with its scale, the crack that is traced in it, and the solid; or a mesh in place of them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -103,8 +103,8 @@ def read_photo(
         The photo cannot be read, is black, has no scale or two, or does not show its markers.
     """
     given = locals()
-    from digitise.image.decoding import read_mask, take_mask
-    from digitise.photo import pixels_of, scaled
+    from digitise.image.painted import read_mask, take_mask
+    from digitise.photo import beside_markers, pixels_of, scaled
 
     file = _name_of(photo, "photo")
     # Both pictures are read here, of a file or of an array.
@@ -121,7 +121,9 @@ def read_photo(
         drawn = read_mask(file_of(mask, "mask"), (width, height))
     pixels = pixels_of(decoded, file, second, drawn)
     digest = sha256_of(photo if isinstance(photo, np.ndarray) else file)
-    return SamplePhoto(**content_of(scaled(pixels, settings)), settings=settings, sha256=digest)
+    seen = scaled(pixels, settings)
+    seen = replace(seen, warnings=(*seen.warnings, *beside_markers(seen, settings)))
+    return SamplePhoto(**content_of(seen), settings=settings, sha256=digest)
 
 
 def trace_crack(

@@ -17,6 +17,7 @@ import numpy as np
 from sealtwin.api.shared import plain, settings_of
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
+from sealtwin.core.files import read_table
 from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid, Trajectory
 
@@ -320,7 +321,7 @@ def calibrate(
     posterior = {}
     if content["possible"]:
         names = [one["setting"] for one in content["free"]]
-        draws = np.loadtxt(folder / "posterior.csv", delimiter=",", skiprows=1, ndmin=2)
+        draws = read_table(folder / "posterior.csv", names, finite=True)
         posterior = dict(zip(names, draws.T, strict=True))
     return CalibrationResult(folder, content, posterior)
 

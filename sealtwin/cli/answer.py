@@ -1,5 +1,6 @@
 """Answers of the commands: results on stdout, narration on stderr, an exit code and one sentence for each fault."""
 
+import io
 import json
 import os
 import re
@@ -147,6 +148,19 @@ def open_missing_streams() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), "w", encoding="utf-8"))
+
+
+def take_any_name() -> None:
+    """Let the streams print names that an output page lacks, as escapes, and JSON in UTF-8 on every machine."""
+    as_json = "--json" in sys.argv
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # On Windows a pipe or a file has the page of the system.
+            encoding = "utf-8" if as_json and stream is sys.stdout else None
+            stream.reconfigure(encoding=encoding, errors="backslashreplace")
+    # No width means that it is not known; help of no width is blank.
+    if os.environ.get("COLUMNS", "").strip("0 ") == "":
+        os.environ.pop("COLUMNS", None)
 
 
 def refuse_foreign_packages() -> None:

@@ -21,7 +21,7 @@ from sealtwin.cli import (
     studies,
     trials,
 )
-from sealtwin.cli.answer import Commands, open_missing_streams, refuse_foreign_packages
+from sealtwin.cli.answer import Commands, open_missing_streams, refuse_foreign_packages, take_any_name
 
 app = typer.Typer(
     name="sealtwin",
@@ -79,6 +79,7 @@ def common(version: Annotated[bool, typer.Option("--version", help="Show the ver
 
 def main() -> None:
     open_missing_streams()
+    take_any_name()
     if not sys.warnoptions:
         # Libraries warn of what a user cannot mend; tests turn each such warning into an error.
         warnings.simplefilter("ignore")

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from sealtwin.cli.answer import Answer, Json, Number, Quiet, Text, answering, argument, option
+from sealtwin.cli.drawing_words import of_a_drawing
 from sealtwin.cli.numbers import number_option
 from sealtwin.cli.trial_answer import run_trial
 
@@ -60,7 +61,7 @@ def import_dxf(
     width_mm: Annotated[Number, number_option("Width of the crack along that line.")] = None,
     units: Annotated[
         Literal["mm", "cm", "m", "inch", "foot"] | None,
-        option("Unit of the drawing, if it states none; it is not guessed."),
+        option("Unit of the drawing, in place of the one that it states; where it states none, it is not guessed."),
     ] = None,
     data: Annotated[
         Literal["measured", "reconstructed", "synthetic"],
@@ -81,6 +82,8 @@ def import_dxf(
             raise typer.BadParameter("--line and --width-mm go together: a line has no width of its own")
         if sum(given is not None for given in (outline, walls, line)) > 1:
             raise typer.BadParameter("--outline, --walls and --line: give one of them")
+        if walls is not None and walls[0].upper() == walls[1].upper():
+            raise typer.BadParameter(f"--walls {walls[0]} {walls[1]}: the walls are on two layers, one each")
         for name, value in (("--depth-mm", depth_mm), ("--width-mm", width_mm)):
             if value is not None and not LEAST_MM < value <= MOST_MM:
                 raise typer.BadParameter(f"{name} {value:g}: expected more than {LEAST_MM:g}, at most {MOST_MM:g}")
@@ -88,7 +91,8 @@ def import_dxf(
 
         drawn = None if line is None or width_mm is None else (line, width_mm)
         shown_by = {"outline": outline, "walls": walls, "line": drawn}
-        trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, data)
-        for note in notes:
-            command.say(f"note: {note}")
-        run_trial(command, trial, out / "run", ("digitise",))
+        with of_a_drawing(drawing, out / "trial.toml"):
+            trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, data)
+            for note in notes:
+                command.say(f"note: {note}")
+            run_trial(command, trial, out / "run", ("digitise",))

@@ -107,8 +107,12 @@ def checked_answer(ingested: Ingested, batch: Batch, faults: Sequence[CatalogueF
 def list_answer(lab: Path) -> Answer:
     """Answer of 'sealtwin lab list': the latest trial of each sample, and what failed."""
     rows, faults = latest_trials(lab)
-    head = ("sample", "revision", "date", "data", "depth_mm", "readings", "result")
-    lines = _table(head, [[_text(row[column]) for column in head] for row in rows]) if rows else ["No trials yet."]
+    head = ("sample", "revision", "date", "taken in", "data", "depth_mm", "readings", "result")
+    if not any(row["date"] for row in rows):
+        # Only a note says when a sample was measured.
+        head = tuple(column for column in head if column != "date")
+    cells = [[_text({**row, "taken in": row["ingested_utc"][:10]}[column]) for column in head] for row in rows]
+    lines = _table(head, cells) if rows else ["No trials yet."]
     unready = [CatalogueFault(row["sample"], row["reason"]) for row in rows if row["reason"]]
     lines += _together([*faults, *unready])
     earlier, cautions = earlier_trials(Catalogue.of(lab))

@@ -21,6 +21,7 @@ def material(
         Path, argument("PHOTO|CSV", "Photo of the paste on the plate, or a table of shear_rate_per_s,stress_pa.")
     ],
     density_kg_m3: Annotated[float, number_option("Density of the paste, as of a weighed syringe.", 100, 20_000)],
+    data: Annotated[Literal["measured", "reconstructed", "synthetic"], option("Origin of the photo or table.")],
     out: Annotated[Path, option("The file to write, for fluid.material of a trial.", "FILE")] = Path("material.toml"),
     markers: Annotated[
         File, option("The printed markers, as 'sealtwin markers --toml' writes them; for photos.", "TOML")
@@ -29,12 +30,14 @@ def material(
     cone_mm: Annotated[
         Text, option(f"The cone's inner diameters below and above, and its height: {CONE}.", "AxBxH")
     ] = None,
-    mass_g: Annotated[Number, number_option("Mass of the paste on the plate; default: the full cone's.", 0.001)] = None,
+    mass_g: Annotated[
+        Number, number_option("Mass of the paste on the plate; default: the full cone's.", 0.001, 100_000)
+    ] = None,
     mass_error_g: Annotated[
-        Number, number_option("Its standard uncertainty; default: 0.1, of a bead 0.03.", 1e-6)
+        Number, number_option("Its standard uncertainty; default: 0.1, of a bead 0.03.", 1e-6, 10_000)
     ] = None,
     density_error_kg_m3: Annotated[
-        Number, number_option("Standard uncertainty of the density; default: 1 % of it.", 1e-6)
+        Number, number_option("Standard uncertainty of the density; default: 1 % of it.", 1e-6, 20_000)
     ] = None,
     edge_n_m: Annotated[
         Number, number_option("Surface tension's weight lambda; default: 0.005 N/m of cement paste.", 0, 0.1)
@@ -55,21 +58,18 @@ def material(
         option("Where that nozzle began, from the opening's lower left corner: shows the pump's delay.", "X,Y"),
     ] = None,
     date: Annotated[Text, option("Day of the measurement; default: today.", "YYYY-MM-DD")] = None,
-    data: Annotated[Literal["measured", "reconstructed", "synthetic"], option("Origin of the photo or table.")] = (
-        "measured"
-    ),
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Measure a paste, and write material.toml for trials.
 
     Examples: sealtwin material spread photo.jpg --markers frame.toml --face-mm 150x150 --cone-mm 38x19x57
-    --density-kg-m3 1690
+    --density-kg-m3 1690 --data measured
 
     sealtwin material bead bead.jpg --markers frame.toml --face-mm 90x60 --mass-g 4.36 --density-kg-m3 1690
-    --asked-mm3-s 320 --speed-mm-s 5
+    --asked-mm3-s 320 --speed-mm-s 5 --data measured
 
-    sealtwin material rheometer curve.csv --density-kg-m3 1690
+    sealtwin material rheometer curve.csv --density-kg-m3 1690 --data measured
     """
     with answering("cpu", as_json, quiet) as command:
         when = day_of(date)
@@ -91,7 +91,9 @@ def material(
         if method == "rheometer":
             from sealtwin.material.by_rheometer import material_of_table
 
-            found, facts, extra = material_of_table(source, density_kg_m3, density_error_kg_m3, data, when), {}, []
+            with options_named():
+                found = material_of_table(source, density_kg_m3, density_error_kg_m3, data, when)
+            facts, extra = {}, []
         else:
             if markers is None or face_mm is None:
                 raise typer.BadParameter(f"a {method} needs --markers TOML and --face-mm WxH of the frame in the photo")

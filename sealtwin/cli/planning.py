@@ -84,7 +84,7 @@ def loop(
             return
         assert emulate is not None, "one of the two"
         content = make_loop.run_loop(folder, emulate, command.progress(), seed=seed, corrects=not uncorrected)
-        stopped = [f"It {content['stopped']}"] if content["stopped"] else []
+        stopped = [f"The pour stopped: {content['stopped']}"] if content["stopped"] else []
         files = f"Log: {content['folder']}/{content['log']}. Page: loop.html"
         command.reply(
             Answer(

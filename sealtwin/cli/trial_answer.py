@@ -113,7 +113,7 @@ def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
     if "mean_error_mm" in result and last == "validate":
         lines += [
             *result["headline"],
-            f"Worst error: {result['worst_error_mm']:.2f} mm (at s = {result['worst_at_mm']:.2f} mm).",
+            _worst(result),
             *_extra_runs(result),
             *result["findings"],
         ]
@@ -188,3 +188,11 @@ def _scale(result: dict[str, Any]) -> str:
     if result["camera_tilt_deg"] is not None:
         facts.append(f"camera tilted {result['camera_tilt_deg']:.1f} degrees")
     return f"Scale: {', '.join(facts)}."
+
+
+def _worst(result: dict[str, Any]) -> str:
+    told = f"Worst error: {result['worst_error_mm']:.2f} mm (at s = {result['worst_at_mm']:.2f} mm)"
+    if (station := result["worst_at_a_station"]) is None:
+        return f"{told}."
+    at_station = f"{station['error_mm']:.2f} mm (at s = {station['s_mm']:.2f} mm)"
+    return f"{told}, where there is no reading; at a station at most {at_station}."

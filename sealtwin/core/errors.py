@@ -12,7 +12,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 
 class SealtwinError(Exception):
@@ -25,6 +25,27 @@ class InputError(SealtwinError):
     """Input that cannot be used."""
 
     exit_code = 3
+
+
+ShapeKind = Literal[
+    "outline", "face", "sides", "size", "mouth", "through", "rivals", "walls", "narrow", "path", "cut", ""
+]
+"""Part of a sample that is at fault: the crack's outline; the plane face, the upright sides, the size of the block; the
+mouth that is not there, leads through the underside or is there twice; walls that do not face each other or are too
+close; a given path off the crack; a body that cannot be cut."""
+
+
+class ShapeError(InputError):
+    """Shape that is no sample with one crack.
+
+    What is wrong is the stage's to say. What to do about it is the command's, which may have given the stage a shape
+    that its user has never seen: ``kind`` is for its own remedy in place of ``remedy``.
+    """
+
+    def __init__(self, wrong: str, remedy: str = "", kind: ShapeKind = "", file: Path | None = None) -> None:
+        super().__init__(f"{'' if file is None else f'{file}: '}{wrong} {remedy}".rstrip())
+        self.wrong, self.remedy = wrong, remedy
+        self.kind: ShapeKind = kind
 
 
 class BusyError(InputError):

@@ -15,15 +15,14 @@ from typing import Any
 
 import numpy as np
 
+from sealtwin.core import plain_files
 from sealtwin.core.errors import InputError, naming
+from sealtwin.core.plain_files import LARGEST_HASHED_BYTES
 from sealtwin.core.records import Floats, Pixels
 
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
 TEMPORARY_MARK = "sealtwin-tmp"  # Part of the name of every unfinished file, which no name of a user's has by accident
 TEMPORARY = re.compile(rf"\.{TEMPORARY_MARK}-\d+-[0-9a-f]{{8}}(\..+)?", re.DOTALL)
-LARGEST_BYTES = 200_000_000
-"""Limit of a table, a JSON or a frame: two million particles. A larger file would fill the memory."""
-
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 """First letters of a cell that a spreadsheet runs; some treat the last four, full-width ones, alike."""
 
@@ -61,14 +60,14 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def write_if_new(path: Path, content: bytes) -> None:
-    if not path.is_file() or path.read_bytes() != content:
+    if not path.is_file() or read_bytes(path) != content:
         write_bytes(path, content)
 
 
 def write_unless_other(contents: Mapping[Path, bytes]) -> None:
     """Write files. Raises InputError, before the first one, if one holds anything else now, which would be lost."""
     for path, content in contents.items():
-        if path.exists() and path.read_bytes() != content:
+        if path.exists() and read_bytes(path) != content:
             raise InputError(f"{path}: is there already and is not overwritten; give another name, or move it away.")
     for path, content in contents.items():
         write_if_new(path, content)
@@ -99,9 +98,18 @@ def as_json(content: Any) -> str:
 def read_json(path: Path) -> Any:
     """Read a JSON file. Raises InputError, naming the file, if it is missing or no JSON."""
     try:
-        return json.loads(read_text(path))
+        return parse_json(read_text(path))
     except (ValueError, RecursionError) as fault:
         raise InputError(f"{path}: no readable JSON ({fault}). Delete it and run its stage again.") from fault
+
+
+def parse_json(text: str) -> Any:
+    """Return the content of a JSON. Raises ValueError; also for NaN, which Python reads and no stage writes."""
+    return json.loads(text, parse_constant=_refuse_constant)
+
+
+def _refuse_constant(name: str) -> None:
+    raise ValueError(f"{name} is no number of a JSON")
 
 
 @contextmanager
@@ -115,12 +123,13 @@ def understood(path: Path) -> Iterator[None]:
 
 
 def sha256(path: Path) -> str:
-    with naming(path), path.open("rb") as content:
+    """Return the hash of a file. Raises InputError for a device, a pipe or an endless file."""
+    with naming(path), plain_files.opened(path, LARGEST_HASHED_BYTES) as content:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
 def read_text(path: Path) -> str:
-    """Read a file that a stage wrote. Raises InputError if it is missing, too large or no text."""
+    """Read a text that a stage wrote. Raises InputError as ``read_bytes``, and if it is no text."""
     try:
         return read_bytes(path).decode("utf-8")
     except UnicodeDecodeError as fault:
@@ -128,11 +137,9 @@ def read_text(path: Path) -> str:
 
 
 def read_bytes(path: Path) -> bytes:
-    """Read a file that a stage wrote. Raises InputError if it is missing or too large."""
+    """Read a file that a stage wrote. Raises InputError if it is missing, too large, a device or a pipe."""
     try:
-        if path.stat().st_size > LARGEST_BYTES:
-            raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB, too large for a stage's. Run it again.")
-        return path.read_bytes()
+        return plain_files.read_bytes(path)
     except FileNotFoundError:
         raise InputError(f"{path}: not found. Run the stage that writes it, or 'sealtwin run' for all.") from None
 

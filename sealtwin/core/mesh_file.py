@@ -18,6 +18,7 @@ import numpy as np
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.interrupts import load_trimesh
+from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.records import Floats, Integers
 
 LARGEST_BYTES = 200_000_000
@@ -38,6 +39,8 @@ UNITS_OF_3MF: dict[str, FileUnit] = {
     "foot": "foot",
     "meter": "m",
 }
+COMMA = re.compile(rb"^[ \t]*(?:v[ \t]|vertex[ \t])?[ \t]*([-+]?[0-9]+,[0-9]+)", re.IGNORECASE | re.MULTILINE)
+"""A line of coordinates whose first number has a decimal comma."""
 INSTEAD = {
     ".gltf": "a .gltf keeps its numbers in other files; save it as .glb, which is one",
     **dict.fromkeys((".step", ".stp", ".iges", ".igs"), "it holds CAD surfaces; export triangles from the CAD program"),
@@ -77,11 +80,17 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
         )
     if kind == ".3mf" and importlib.util.find_spec("lxml") is None:
         raise InputError(f"{path}: 3MF needs lxml: install sealtwin[3mf], or save the mesh as STL.")
+    content = read_bytes(path, LARGEST_BYTES)
     try:
         # Numbers near the largest there are overflow, and signalling NaNs warn; both are refused below.
         with np.errstate(over="ignore", invalid="ignore"):
-            return READERS[kind](path.read_bytes())
+            return READERS[kind](content)
     except UnreadableError as fault:
+        if found := COMMA.search(content):
+            number = found[1].decode()
+            raise InputError(
+                f"{path}: its decimals are commas, as in {number}. Save it with decimal points."
+            ) from fault
         raise InputError(f"{path}: no readable {kind[1:].upper()}: {fault}. {remedy}") from fault
 
 
@@ -165,10 +174,11 @@ def _read_stl(content: bytes) -> Triangles:
     load_trimesh()
     from trimesh.exchange.stl import load_stl
 
-    loaded = _parsed(lambda: load_stl(io.BytesIO(content)))
+    is_binary = _is_binary_stl(content)
+    text = content if is_binary else _in_ascii(content)
+    loaded = _parsed(lambda: load_stl(io.BytesIO(text)))
     solids = [solid for solid in loaded.get("geometry", {"": loaded}).values() if solid]
     corners = np.concatenate([np.empty((0, 3)), *(solid["vertices"] for solid in solids)])
-    is_binary = len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
     # trimesh leaves out a solid whose end is missing.
     named = len(re.findall(rb"^[ \t]*vertex\b", content, re.IGNORECASE | re.MULTILINE))
     if not is_binary and named != len(corners):
@@ -178,6 +188,28 @@ def _read_stl(content: bytes) -> Triangles:
     return _checked(corners, [np.arange(len(corners)).reshape(-1, 3)])
 
 
+def _is_binary_stl(content: bytes) -> bool:
+    """Return True for a binary STL. Raises UnreadableError if it has more or fewer bytes than its triangles."""
+    if b"\0" not in content or (content[:200].lstrip().lower().startswith(b"solid") and b"facet" in content[:2000]):
+        return False
+    if len(content) < 84:
+        raise UnreadableError(f"it has {len(content)} bytes, and the header of a binary one has 84")
+    count = int.from_bytes(content[80:84], "little")
+    more = len(content) - 84 - 50 * count
+    if more > 0:
+        raise UnreadableError(
+            f"its header counts {count} triangles, and {more} {'byte' if more == 1 else 'bytes'} more follow them"
+        )
+    if more < 0:
+        raise UnreadableError(f"its header counts {count} triangles, and the file ends {-more} bytes before their end")
+    return True
+
+
+def _in_ascii(text: bytes) -> bytes:
+    """Return a text in which each byte that is not ASCII, as in a name or a comment, is a question mark."""
+    return text.decode("ascii", "replace").encode("ascii", "replace")
+
+
 def _read_ply(content: bytes) -> Triangles:
     load_trimesh()
     from trimesh.exchange.ply import load_ply
@@ -185,7 +217,8 @@ def _read_ply(content: bytes) -> Triangles:
     header, end, body = content.partition(b"end_header")
     if b"format ascii" in header:
         # trimesh rounds the digits of a text to the type in its header.
-        content = re.sub(rb"property float(32)? ", b"property double ", header) + end + body
+        header = re.sub(rb"property float(32)? ", b"property double ", header)
+    content = _in_ascii(header) + end + body
     loaded = _parsed(lambda: load_ply(io.BytesIO(content), skip_materials=True, fix_texture=False))
     elements = loaded["metadata"]["_ply_raw"]
     if not {"vertex", "face"} <= elements.keys() or "vertices" not in loaded:

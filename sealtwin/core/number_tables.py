@@ -5,7 +5,8 @@ import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from sealtwin.core.errors import InputError, naming
+from sealtwin.core.errors import InputError
+from sealtwin.core.plain_files import read_text
 
 LARGEST_BYTES = 200_000
 Bounds = Mapping[str, tuple[float, float]]
@@ -19,8 +20,9 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
     stood. Raises InputError.
     """
     others = [name for name in bounds if name not in needed]
-    optional = f", and of {', '.join(others)} those that are known" if others else ""
-    said = f"a CSV in UTF-8 with columns {', '.join(needed)}{optional}, separated by commas"
+    names = [", ".join(needed)] if needed else []
+    names += [f"of {', '.join(others)} those that are known"] if others else []
+    said = f"a CSV in UTF-8 with columns {', and '.join(names)}, separated by commas"
     if path.is_dir():
         raise InputError(f"{path}: a folder; it must be {said}.")
     if not path.is_file():
@@ -28,8 +30,7 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
     if path.stat().st_size > LARGEST_BYTES:
         raise InputError(f"{path}: larger than {LARGEST_BYTES} bytes; a table has up to {rows[1]} rows.")
     try:
-        with naming(path):
-            text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, LARGEST_BYTES)
         lines = [(line, row) for line, row in enumerate(csv.reader(io.StringIO(text)), start=1) if any(row)]
     except UnicodeDecodeError as fault:
         raise InputError(f"{path}, byte {fault.start + 1}: not in UTF-8; it must be {said}. Save it so.") from None
@@ -52,7 +53,8 @@ def read_columns(path: Path, bounds: Bounds, needed: Sequence[str], rows: tuple[
             raise InputError(f"{path}, row {line}: {len(row)} cells for {len(header)} columns ({','.join(row):.60}).")
         for name, cell in zip(header, row, strict=True):
             try:
-                value = float(cell)
+                # Python alone reads 1_5 as 15.
+                value = float(cell.replace("_", "?"))
             except ValueError:
                 raise InputError(f"{path}, row {line}, column {name}: '{cell:.60}' is no number.") from None
             low, high = bounds[name]

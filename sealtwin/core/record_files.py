@@ -96,6 +96,7 @@ class Judged(Result):
     verdict: str
 
 
+AGAIN = "Run its stage again."
 Kind = TypeVar("Kind")
 
 
@@ -104,7 +105,7 @@ def write_outline(folder: Path, outline: Outline) -> None:
 
 
 def read_outline(folder: Path) -> Outline:
-    return _read(Outline, folder / "outline.json")
+    return read_record(Outline, folder / "outline.json")
 
 
 def write_solid(folder: Path, solid: Solid) -> None:
@@ -136,7 +137,7 @@ def write_solid(folder: Path, solid: Solid) -> None:
 def read_solid(folder: Path) -> Solid:
     """Read geometry from crack.ply, whose order the labels follow, and the rest from solid.json."""
     path = folder / "solid.json"
-    content = _read(SolidFile, path)
+    content = read_record(SolidFile, path)
     mesh = read_mesh(folder / "crack.ply", "Digitise again.")
     with files.understood(path):
         if len(content.face_label) != len(mesh.faces):
@@ -150,7 +151,7 @@ def read_solid(folder: Path) -> Solid:
         faces=mesh.faces,
         face_label=np.array([int(digit) for digit in content.face_label], dtype=np.int64),
         **{name: getattr(content, name) for name in SolidFile.model_fields.keys() - {"face_label"}},
-        figures=_read(SolidFigures, path),
+        figures=read_record(SolidFigures, path),
     )
 
 
@@ -185,7 +186,7 @@ def write_run(folder: Path, run: Run) -> None:
 
 def read_simulation(folder: Path) -> Simulation:
     """Read simulation.json. Raises InputError, naming the key that does not fit."""
-    return _read(Simulation, folder / "simulation.json")
+    return read_record(Simulation, folder / "simulation.json")
 
 
 def read_run(folder: Path) -> Run:
@@ -230,7 +231,7 @@ def write_comparison(folder: Path, comparison: Comparison) -> None:
 
 def read_comparison(folder: Path, kind: type[Judged] = Judged) -> dict[str, Any]:
     """Read comparison.json and check the figures of ``kind``. Raises InputError, naming the field."""
-    _read(kind, folder / "comparison.json")
+    read_record(kind, folder / "comparison.json")
     return files.read_json(folder / "comparison.json")
 
 
@@ -239,18 +240,34 @@ def _adapter(kind: type[Kind]) -> TypeAdapter[Kind]:
     return TypeAdapter(kind)
 
 
-def _read(kind: type[Kind], path: Path) -> Kind:
-    """Read a JSON file as a record. Raises InputError, naming the file, the first key that does not fit, its value."""
+def read_record(kind: type[Kind], path: Path, remedy: str = AGAIN) -> Kind:
+    """Read a JSON file as a record.
+
+    Raises InputError that names the file, the first key that does not fit, and its value, and ends with ``remedy``.
+    """
+    return as_record(kind, files.read_text(path), path, remedy)
+
+
+def read_checked(kind: type[Kind], path: Path, remedy: str = AGAIN) -> Any:
+    """Read a JSON file that fits a record, as it was written. Raises InputError as ``read_record``."""
     text = files.read_text(path)
-    with files.understood(path):
-        try:
-            return _adapter(kind).validate_json(text)
-        except ValidationError as faults:
-            fault = faults.errors()[0]
-            where = ".".join(str(part) for part in fault["loc"] if part not in ("int", "float")) or "its content"
-            found = "" if fault["type"] == "missing" else f" = {fault['input']!r:.60}"
-            reason = fault["msg"].removeprefix("Value error, ").removeprefix("Input ")
-            raise ValueError(f"{where}{found}: {reason}") from None
+    as_record(kind, text, path, remedy)
+    try:
+        return files.parse_json(text)
+    except ValueError as fault:
+        raise InputError(f"{path}: no readable JSON ({fault}). {remedy}") from None
+
+
+def as_record(kind: type[Kind], text: str, where: Path | str, remedy: str = AGAIN) -> Kind:
+    """Return a JSON text as a record. Raises InputError as ``read_record``, naming ``where``."""
+    try:
+        return _adapter(kind).validate_json(text)
+    except ValidationError as faults:
+        fault = faults.errors()[0]
+        key = ".".join(str(part) for part in fault["loc"] if part not in ("int", "float")) or "its content"
+        found = "" if fault["type"] == "missing" else f" = {fault['input']!r:.60}"
+        reason = fault["msg"].removeprefix("Value error, ").removeprefix("Input ")
+        raise InputError(f"{where}: not as it was written ({key}{found}: {reason}). {remedy}") from None
 
 
 def _rounded(value: Any) -> Any:

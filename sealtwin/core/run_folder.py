@@ -14,7 +14,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from sealtwin.core.errors import BusyError, InputError, as_text
-from sealtwin.core.files import is_temporary, sha256, write_json, write_text
+from sealtwin.core.files import is_temporary, read_json, sha256, write_json, write_text
 
 MANIFEST = "manifest.json"
 LOCK = ".lock"
@@ -234,9 +234,9 @@ def _check_usable(path: Path, create: bool) -> None:
 
 def _holder(path: Path) -> str:
     try:
-        holder = json.loads((path / HOLDER).read_text(encoding="utf-8"))
+        holder = read_json(path / HOLDER)
         return f"process {holder['process']} on {holder['host']} since {holder['since']}"
-    except (OSError, ValueError, KeyError, TypeError):
+    except (InputError, OSError, KeyError, TypeError):
         return "another process that has just started"
 
 
@@ -244,10 +244,10 @@ def _read_manifest(path: Path) -> dict[str, Any]:
     if not (path / MANIFEST).is_file():
         write_json(path / MANIFEST, {"version": 1, "stages": {}})
     try:
-        manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+        manifest = read_json(path / MANIFEST)
         if manifest["version"] == 1 and all(_is_entry(path, entry) for entry in manifest["stages"].values()):
             return manifest
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+    except (InputError, KeyError, TypeError, AttributeError, ValueError):
         pass  # Damaged or of another form: one sentence for all of it.
     raise InputError(
         f"{path / MANIFEST}: damaged, or written by another version. Delete {path}, and make it again with "

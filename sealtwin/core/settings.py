@@ -11,7 +11,8 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
-from sealtwin.core.errors import InputError, as_text, naming
+from sealtwin.core.errors import InputError, as_text
+from sealtwin.core.plain_files import read_text
 
 
 class Settings(BaseModel):
@@ -59,9 +60,7 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
     if path.stat().st_size > LARGEST_BYTES:
         raise InputError(f"{path}: larger than {LARGEST_BYTES} bytes; this is no {name}.")
     try:
-        # Windows' Notepad opens a file with a byte-order mark.
-        with naming(path):
-            text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, LARGEST_BYTES)
         if DEEP_KEY.search(text):
             raise InputError(f"{path}: a key of more than 16 parts; a {name} has tables of a level or two.")
         return tomllib.loads(text)

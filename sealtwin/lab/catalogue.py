@@ -5,8 +5,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 from typing import Any
 
+from pydantic import Field
+
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
+from sealtwin.core.record_files import Amount, Result, read_checked, read_record
 from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.lab.found_files import TRIAL, Role, Said
 from sealtwin.lab.pairing import Decisions
@@ -56,6 +59,36 @@ class CatalogueFault:
     sentence: str
 
 
+class SourceFile(Result):
+    """One source of a lab in catalogue.json."""
+
+    decisions: tuple[tuple[str, str | None, str | None, str | None, dict[str, Any]], ...]
+    faults: tuple[tuple[str, str], ...]
+
+
+class CatalogueFile(Result):
+    """Content of catalogue.json."""
+
+    pairing: str
+    uses: dict[str, tuple[str, ...]]
+    checked: dict[str, tuple[str, tuple[str, ...]]]
+    sources: dict[str, SourceFile]
+
+
+class ComputedBy(Result):
+    """Version and stage numbers that computed a stage."""
+
+    stage_numbers: dict[str, int] = Field(default_factory=dict)
+
+
+class RunFile(Result):
+    """Figures of run.json that a lab lists."""
+
+    stages: tuple[str, ...] = ()
+    mean_error_mm: Amount | None = None
+    computed_by: dict[str, ComputedBy] = Field(default_factory=dict)
+
+
 class Catalogue:
     """A lab's trials, by the record in the folder of each, and what catalogue.json remembers besides.
 
@@ -87,13 +120,16 @@ class Catalogue:
     def _read(self) -> None:
         try:
             content = files.read_json(self.path)
-            if content["version"] != VERSION:
-                raise ValueError(f"written by version {content['version']!r:.20} of it")
-            self.pairing, self._sources = content["pairing"], dict(content["sources"])
-            self.uses = {digest: list(names) for digest, names in content["uses"].items()}
-            self.checked = {folder: (of, list(told)) for folder, (of, told) in content["checked"].items()}
-        except (InputError, KeyError, TypeError, ValueError, AttributeError) as fault:
+        except InputError as fault:
             raise InputError(f"{self.path}: no catalogue that can be read ({fault}). {REMEDY}") from fault
+        version = content.get("version") if isinstance(content, dict) else None
+        if version != VERSION:
+            found = f"version = {version!r:.20}; {VERSION} is read"
+            raise InputError(f"{self.path}: no catalogue that can be read ({found}). {REMEDY}")
+        content = read_checked(CatalogueFile, self.path, REMEDY)
+        self.pairing, self._sources = content["pairing"], dict(content["sources"])
+        self.uses = {digest: list(names) for digest, names in content["uses"].items()}
+        self.checked = {folder: (of, list(told)) for folder, (of, told) in content["checked"].items()}
 
     def save(self) -> None:
         kept = {"pairing": self.pairing, "uses": self.uses, "checked": self.checked, "sources": self._sources}
@@ -138,10 +174,7 @@ def is_lab(folder: Path) -> bool:
 
 
 def _read_record(path: Path) -> Record:
-    content = files.read_json(path)
-    with files.understood(path):
-        kept = tuple(KeptFile(**file) for file in content["files"])
-        record = Record(**{**content, "files": kept, "remarks": tuple(content["remarks"])})
+    record = read_record(Record, path, "Move its folder away, and ingest the same folders again.")
     return replace(record, folder=path.parent.name)
 
 
@@ -177,14 +210,13 @@ def read_run(lab: Path, record: Record) -> dict[str, Any] | None:
     path = lab / record.folder / RUN / "run.json"
     if not path.is_file():
         return None
-    with files.understood(path):
-        return dict(files.read_json(path))
+    return read_checked(RunFile, path, f"Delete it; 'sealtwin validate {path.parent}' writes it anew.")
 
 
 def progress_of(catalogue: Catalogue, record: Record) -> str:
     """Return in words how far the trial is."""
     result = read_run(catalogue.lab, record)
-    if result is not None and "mean_error_mm" in result:
+    if result is not None and result.get("mean_error_mm") is not None:
         by = result.get("computed_by", {}).get("validate", {}).get("stage_numbers", {})
         return f"mean error {result['mean_error_mm']:.2f} mm{' (other version)' if other_numbers(by, NUMBERS) else ''}"
     if catalogue.unready(record):

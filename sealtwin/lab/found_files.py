@@ -24,7 +24,7 @@ Role = Literal["photo", "second_photo", "mask", "readings", "fill", "note", "tex
 
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
-UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc"}
+UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}
 """Formats that are not read: a lab's own numbers, to be named and not passed over."""
 TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods"} | UNREAD_TABLES
 FREE_TEXT = {".txt", ".md"}
@@ -44,6 +44,7 @@ DEFAULTS = "lab.toml"  # Name of the file, at the top of a lab's folder, whose s
 MOST_ENTRIES = 50_000  # Files and folders that are looked at. More is a disk given by mistake.
 MOST_TOLD = 3  # Names in one sentence
 HIDDEN = (".", "~$")
+NOT_DOWNLOADED = re.compile(r"\.(.+)\.icloud")  # What iCloud leaves of a file that it took from the disk
 UNSEEN = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of what controls a text and is no part of it
 
 
@@ -256,5 +257,10 @@ def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:
         if seen > MOST_ENTRIES:
             raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
         folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
+        for name in names:
+            inner = NOT_DOWNLOADED.fullmatch(name)
+            if inner is not None and read_name(PurePath(inner[1])) is not None:
+                left = plain(as_text(Path(os.path.relpath(Path(place, inner[1]), folder))))
+                left_out.append(LeftOut(left, "not downloaded: iCloud left a placeholder. Download it.", lost=True))
         links = [name for name in folders if Path(place, name).is_symlink()]
         yield from (Path(place, name) for name in (*names, *links) if not name.startswith(HIDDEN))

@@ -5,20 +5,21 @@ import json
 import os
 import shutil
 import traceback
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, as_text, naming
+from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
-from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Said, divide, find_files, read_names
-from sealtwin.lab.notes import Note, read_defaults
+from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Said, divide, few, find_files, read_names
+from sealtwin.lab.notes import SEEMS, Note, read_defaults, text_and_samples
 from sealtwin.lab.pairing import (
     PAIRING,
     Decisions,
@@ -87,7 +88,7 @@ def ingest(
         samples = pair(placed)
         kept = {text for sample in samples for text in sample.texts}
         alone = [piece.file for piece, said in placed.items() if said.role == "text" and piece.file not in kept]
-        left_out += [LeftOut(file.as_posix(), "a text of no sample that is known.", lost=False) for file in alone]
+        left_out += [_text_alone(folder, file, [sample.name for sample in samples]) for file in alone]
         if not samples and not any(left.lost for left in left_out):
             raise InputError(f"{folder}: no photos, sheets or notes in it.")
         progress.start(f"Taking in {len(samples)} samples", len(samples))
@@ -105,12 +106,28 @@ def ingest(
     return ingested
 
 
+def _text_alone(folder: Path, file: PurePath, samples: Sequence[str]) -> LeftOut:
+    """Leave a text out whose name is of no sample; it is lost where it names samples with numbers, or says settings."""
+    told = "a text of no sample that is known"
+    hint, named = ("", []) if (folder / file).is_symlink() else text_and_samples(folder / file, samples)
+    if not hint or not (named or hint.startswith(SEEMS)):
+        return LeftOut(file.as_posix(), f"{told}.", lost=False)
+    of = f", though it names {few(named)}" if named else ""
+    remedy = f"Give each sample a note of its own, or write settings beside its files in {PAIRING}"
+    return LeftOut(file.as_posix(), f"{told}{of}; {hint}. {remedy}; then give this the role ignore.", lost=True)
+
+
 def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
     """Write all questions, each beside its file, into the pairing file, which now counts as not edited."""
     about = {
         Piece(file, outcome.sample.part if file == outcome.sample.files.get("readings") else None): " ".join(asked)
         for outcome in ingested.outcomes
         for file, asked in outcome.asked.items()
+    }
+    about |= {
+        Piece(PurePath(left.file)): f"{left.file}: {left.reason}"
+        for left in ingested.left_out
+        if left.lost and Piece(PurePath(left.file)) in ingested.placed
     }
     samples = [outcome.sample for outcome in ingested.outcomes]
     files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, samples, about))
@@ -286,8 +303,7 @@ def write_trial(outcome: SampleOutcome, trial: Trial, source: Path, folder: Path
     (folder / INPUTS).mkdir(parents=True)
     for raw in outcome.raw:
         path = source / raw.original
-        with naming(path):
-            content = path.read_bytes()
+        content = read_bytes(path)
         if hashlib.sha256(content).hexdigest() != raw.sha256:
             raise InputError(f"{path}: changed while it was taken in. Give the same command again.")
         files.write_bytes(folder / raw.kept_as, content)

@@ -5,6 +5,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
+from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
@@ -21,7 +22,8 @@ IGNORED = "ignore"  # What lab.toml says of a word that means no setting
 OF_READINGS = ("readings.", "gate.")  # Prefixes of the keys that concern no sample without readings
 COLUMNS = "readings.columns"  # A table of the trial within another
 MESH = "mesh"  # A lab's samples are photos; 'sealtwin import-mesh' takes a mesh
-SCALE = "photo.mm_per_px"
+SCALE, DEPTH = "photo.mm_per_px", "crack.depth_mm"
+ALIKE = 0.8  # Share of letters in one order from which a word may be another, misspelt
 ALTERNATIVES = (
     (
         {SCALE, "photo.scale_is"},
@@ -32,7 +34,8 @@ ALTERNATIVES = (
 )
 """Ways to say one thing: a sample's own takes the place of the folder's, whichever that is."""
 
-UNITS: dict[str, dict[str, float]] = WORDS["notes"]["units"]
+CALLED = WORDS["notes"]
+UNITS: dict[str, dict[str, float]] = CALLED["units"]
 """Factors of units to the one with which a setting's name ends."""
 TELLING = ("mm_per_px", "mm_s", "pa_s", "kg_m3", "pa")  # Units that tell a setting from other notes
 PER = frozenset(WORDS["notes"]["per"].split())
@@ -110,22 +113,36 @@ def meaning_of(word: str, name: str, own: Mapping[str, str]) -> WordMeaning | No
         if (known := BY_WORD.get(normal(text))) is not None:
             return known
     # "mm/px" is a unit, and a word for the scale.
-    return SETTINGS[SCALE] if _unit(word) in UNITS["mm_per_px"] else None
+    return SETTINGS[SCALE] if unit_spelt(word) in UNITS["mm_per_px"] else None
 
 
 def key_of_unit(value: str, unit: str) -> str | None:
     """Return the setting that alone has the unit which stands beside a word that is not known, or its value."""
     found = NUMBER.fullmatch(value)
-    units = {_unit(unit), _unit(found[2])} if found else set[str]()
+    units = {unit_spelt(unit), unit_spelt(found[2])} if found else set[str]()
     return next((one.key for one in SETTINGS.values() if one.unit in TELLING and units & UNITS[one.unit].keys()), None)
 
 
-def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False) -> Any:
+def key_like(word: str, value: str, unit: str) -> str | None:
+    """Return the setting that a word with a number may mean: by a name that is spelt almost alike, or a depth by mm."""
+    if not re.search(r"\d", value):
+        return None
+    # Of two settings with one name, as crack.depth_mm and uncertainty.depth_mm, the one that has words of its own.
+    keys = [*sorted(known_keys()), *SETTINGS]
+    names = {normal(key.rpartition(".")[2]): key for key in keys} | {w: one.key for w, one in BY_WORD.items()}
+    if close := get_close_matches(normal(word), names, n=1, cutoff=ALIKE):
+        return names[close[0]]
+    found = NUMBER.fullmatch(value)
+    units = {unit_spelt(unit), unit_spelt(found[2])} if found else set[str]()
+    return DEPTH if units & UNITS["mm"].keys() else None
+
+
+def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False, behind: str = "") -> Any:
     """Return ``text`` as the setting that ``meaning`` names takes it.
 
     ``unit`` is that of the word, such as mm of "depth [mm]", or empty; ``exact`` marks a workbook's own number, whose
-    decimal point is one. Raises ValueError where it cannot be read without guessing; its text ends a sentence that
-    names the place.
+    decimal point is one, and ``behind`` the unit that its format shows. Raises ValueError where it cannot be read
+    without guessing; its text ends a sentence that names the place.
     """
     if meaning.own:
         return _read_setting(text, exact=exact)
@@ -155,7 +172,7 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
         case _ if not meaning.unit:
             return text
         case _:
-            return _scaled(meaning, float(text), unit, "") if exact else _quantity(meaning, text, unit)
+            return _scaled(meaning, float(text), unit, behind) if exact else _quantity(meaning, text, unit)
 
 
 def _read_setting(text: str, *, exact: bool) -> Any:
@@ -184,7 +201,7 @@ def read_date(value: object) -> str:
 
 
 def is_unit(text: str) -> bool:
-    return any(_unit(text) in units for units in UNITS.values())
+    return any(unit_spelt(text) in units for units in UNITS.values())
 
 
 def _quantity(meaning: WordMeaning, text: str, unit: str, beside: str = "") -> float:
@@ -208,7 +225,7 @@ def _plain_number(text: str) -> float:
 def _scaled(meaning: WordMeaning, number: float, in_word: str, in_value: str) -> float:
     units = UNITS[meaning.unit]
     known = ", ".join(units)
-    given = [unit for unit in (_unit(in_word), _unit(in_value)) if unit]
+    given = [unit for unit in (unit_spelt(in_word), unit_spelt(in_value)) if unit]
     if not given:
         raise ValueError(f"has no unit; write it beside the word or the number, one of {known}.")
     for unit in given:
@@ -220,7 +237,7 @@ def _scaled(meaning: WordMeaning, number: float, in_word: str, in_value: str) ->
     return float(f"{number * units[given[0]]:.12g}")
 
 
-def _unit(text: str) -> str:
-    """Remove the spaces and marks that people put between a unit's letters; "mm per pixel" is mm/pixel."""
+def unit_spelt(text: str) -> str:
+    """Return a unit in one spelling, without spaces and marks between its letters; "mm per pixel" is mm/pixel."""
     words = ("/" if word in PER else word for word in text.replace("μ", "µ").casefold().replace("μ", "µ").split())
     return re.sub(r"[\s·*]+|(?<=[a-z])\.$", "", "".join(words))

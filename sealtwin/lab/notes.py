@@ -1,8 +1,10 @@
 """A note: what somebody wrote down about a sample, or about all of a folder, since no photo shows it."""
 
+import json
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,13 +13,27 @@ from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.settings import read_toml
 from sealtwin.lab import note_words
 from sealtwin.lab.found_files import FREE_TEXT, NOTE_SUFFIX, plain
-from sealtwin.lab.free_text import kind_of_text, settings_in
-from sealtwin.lab.note_words import IGNORED, key_of_unit, known_keys, meaning_of, normal, tables
+from sealtwin.lab.free_text import kind_of_text, text_of
+from sealtwin.lab.note_sentences import LONGEST_TEXT, names_of_samples, read_sentences, squeezed
+from sealtwin.lab.note_words import (
+    IGNORED,
+    WordMeaning,
+    key_like,
+    key_of_unit,
+    known_keys,
+    meaning_of,
+    normal,
+    read_value,
+    tables,
+)
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetCell, clipped
 from validate.readings.text_table import is_missing
 from validate.settings import Declared
 
+SEEMS = "it seems to say "
+MOST_QUOTED = 30  # Numbers in one question
+NOT_READ = "Or give the file the role text: it is kept then, and not read."
 STARTER = 'a note says what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
 UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+(?:in|en)\s+(\S+)|,\s*(\S+))\s*:?\s*")
 """Tiefe [mm], depth (mm), Tiefe in mm, depth, mm."""
@@ -49,6 +65,20 @@ class Note:
     meant: set[str] = field(default_factory=set)
     """Keys that the faults are about, as far as can be told: they are not missing, but wrong."""
 
+    doubts: list[tuple[str, str, str]] = field(default_factory=list)
+    """Keys that an unknown word may mean, with the fault if nothing else says that key, and the remark if it does."""
+
+    def decided(self) -> "Note":
+        """Return this note with each doubt as a fault or a remark."""
+        for key, fault, remark in self.doubts:
+            if key in self.entries:
+                self.remarks.append(remark)
+            else:
+                self.meant.add(key)
+                self.faults.append(fault)
+        self.doubts = []
+        return self
+
     def over(self, defaults: "Note") -> "Note":
         """Return this note, and what it does not say as the folder's ``defaults`` say it."""
         dropped = set[str]()
@@ -61,20 +91,93 @@ class Note:
         return Note(taken | self.entries, faults, remarks, meant=defaults.meant | self.meant)
 
 
-def read_note(path: Path, own: Mapping[str, str] | None = None) -> Note:
+@dataclass(frozen=True)
+class OfNote:
+    """The sample that a note is of, and what the pairing file answers about the note's numbers."""
+
+    sample: str = ""
+    others: tuple[str, ...] = ()  # Names of the lab's other samples
+    skip: tuple[str, ...] = ()  # Numbers of no setting, as the note writes them
+    settings: Mapping[str, Any] = field(default_factory=dict)  # By dotted key
+
+
+def read_note(path: Path, own: Mapping[str, str] | None = None, of: OfNote | None = None) -> Note:
     """Return all that ``path`` says, and all that is wrong with it, also where it cannot be read.
 
     ``own`` are the settings that the lab's own words mean.
     """
     try:
         if path.suffix.lower() == NOTE_SUFFIX:
-            return _of_tables(read_toml(path, name="note", starter=STARTER), as_text(path), own or {})
+            return _of_tables(read_toml(path, name="note", starter=STARTER), as_text(path), own or {}).decided()
         if path.suffix.lower() in FREE_TEXT and kind_of_text(path) == "text":
-            # Somebody has said that it is a note.
-            return Note({key: NoteEntry(value, as_text(path)) for key, value in settings_in(path)})
-        return _words(path, own or {})
+            return _of_sentences(path, of or OfNote())
+        return _words(path, own or {}).decided()
     except InputError as fault:
         return Note({}, str(fault).splitlines(), meant=set(known_keys()))
+
+
+def _of_sentences(path: Path, of: OfNote) -> Note:
+    """Read a free text of which somebody has said that it is a note: no number of it is dropped in silence."""
+    text, where = text_of(path), as_text(path)
+    if len(text) > LONGEST_TEXT:
+        return Note(faults=[f"{where}: {len(text):,} letters; a note has at most {LONGEST_TEXT:,}. {NOT_READ}"])
+    if others := names_of_samples(text, of.others):
+        return Note(faults=[f"{where}: names {', '.join(others)} too. Give each sample a note of its own. {NOT_READ}"])
+    said = read_sentences(text, of.sample)
+    note = Note({key: NoteEntry(value, where) for key, (value, _) in said.settings.items()})
+    note.remarks += [
+        f"{where}: read as {key} = {shown(value)} ({words})." for key, (value, words) in said.settings.items()
+    ]
+    if said.bare:
+        few = ", ".join(said.bare[:MOST_QUOTED])
+        note.remarks.append(f"{where}: not read, since they have no unit: {few}.")
+    skipped = set(map(squeezed, of.skip))
+    unread = [one for one in said.unread if squeezed(one) not in skipped and not _is_answered(one, of.settings)]
+    if unread:
+        more = f" and {len(unread) - MOST_QUOTED} more" * (len(unread) > MOST_QUOTED)
+        quoted = "; ".join(unread[:MOST_QUOTED])
+        note.faults.append(
+            f"{where}: {quoted}{more}: no setting was read from {'this' if len(unread) == 1 else 'these'}. In the "
+            f"pairing file, beside this note, write what is a setting into settings (crack.depth_mm = 9), and all else "
+            f"into skip ({unread[0]}). {NOT_READ}"
+        )
+    return note
+
+
+def seems_to_say(path: Path, sample: str = "") -> str:
+    """Return in words what a text would say as a note, and which of its numbers would be asked about; or ""."""
+    try:
+        said = read_sentences(text_of(path)[:LONGEST_TEXT], sample)
+    except (InputError, OSError):
+        return ""
+    settings = ", ".join(f"{key} = {value} ({words})" for key, (value, words) in said.settings.items())
+    unread = "; ".join(said.unread[:MOST_QUOTED])
+    more = f" and {len(said.unread) - MOST_QUOTED} more" * (len(said.unread) > MOST_QUOTED)
+    told = [f"{SEEMS}{settings}"] if settings else []
+    told += (
+        [f"as a note it {'leaves' if settings else 'gives no setting, and leaves'} open {unread}{more}"]
+        if unread
+        else []
+    )
+    return "; ".join(told)
+
+
+def text_and_samples(path: Path, samples: Sequence[str]) -> tuple[str, list[str]]:
+    """Return what a text seems to say, and the samples that it names."""
+    try:
+        return seems_to_say(path), names_of_samples(text_of(path)[:LONGEST_TEXT], samples)
+    except (InputError, OSError):
+        return "", []
+
+
+def _is_answered(quoted: str, settings: Mapping[str, Any]) -> bool:
+    """Return whether a number of a note is a value of one of ``settings``, in the unit of either."""
+    for key, value in settings.items():
+        numbers = re.findall(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?", json.dumps(value, default=str))
+        with suppress(ValueError):
+            if WordMeaning(key).unit and read_value(WordMeaning(key), quoted, "") in map(float, numbers):
+                return True
+    return False
 
 
 def read_defaults(path: Path) -> Note:
@@ -163,15 +266,17 @@ def _words(path: Path, own: Mapping[str, str]) -> Note:
             )
         elif not word:
             note.faults.append(f"{where}: {shown(value)} without a word before it; write what it is.")
+        elif row.cell(1).kind in {"formula", "error"}:
+            note.faults.append(f"{where}: {shown(word)} holds a formula without a result; write the value itself.")
         elif value.casefold() not in note_words.NOT_STATED and not is_missing(value):
-            if row.cell(1).kind in {"formula", "error"}:
-                note.faults.append(f"{where}: {shown(word)} holds a formula without a result; write the value itself.")
-            else:
-                _take_word(note, word, row.cell(1), unit, where, own)
+            _take_word(note, word, row.cell(1), unit, where, own, grid.shown_units.get((row.number, 1), ""))
     return note
 
 
-def _take_word(note: Note, word: str, cell: SheetCell, unit: str, where: str, own: Mapping[str, str]) -> None:
+def _take_word(
+    note: Note, word: str, cell: SheetCell, unit: str, where: str, own: Mapping[str, str], behind: str
+) -> None:
+    """Take a word and its value; ``behind`` is what the format of a workbook's number shows behind it."""
     written, value = word.rstrip(": "), cell.text
     found = UNIT_OF_WORD.fullmatch(word)
     name, in_word = (found[1], next((part for part in found.groups()[1:] if part), "")) if found else (written, "")
@@ -181,7 +286,11 @@ def _take_word(note: Note, word: str, cell: SheetCell, unit: str, where: str, ow
         _take_unknown(note, written, value, in_word, where, own)
         return
     try:
-        read = note_words.read_value(meaning, value, in_word, exact=cell.kind == "number")
+        exact = cell.kind == "number"
+        if exact and behind == "%":
+            raise ValueError(f"has the format of percentages, {float(value) * 100:.12g} %; write a number without it.")
+        behind = behind if exact and note_words.is_unit(behind) else ""
+        read = note_words.read_value(meaning, value, in_word, exact=exact, behind=behind)
         _take(note, meaning.key, read, where, own)
     except ValueError as fault:
         note.meant.add(meaning.key)
@@ -190,15 +299,22 @@ def _take_word(note: Note, word: str, cell: SheetCell, unit: str, where: str, ow
 
 def _take_unknown(note: Note, word: str, value: object, unit: str, where: str, own: Mapping[str, str]) -> None:
     """Keep what is no setting; ask about what may be one, since the folder's would be taken in its place."""
-    key = None if own.get(normal(word)) == IGNORED else key_of_unit(str(value), unit)
+    is_ignored = own.get(normal(word)) == IGNORED
+    key = None if is_ignored else key_of_unit(str(value), unit)
+    likely = None if is_ignored else key_like(word, str(value), unit)
+    remark = f"{where}: {shown(word)} = {shown(value)}: written down, and no setting."
+    if key is None and likely is None:
+        note.remarks.append(remark)
+        return
+    fault = (
+        f"{where}: {shown(word)} = {shown(value)} may be {key or likely}, and the word is not known. Say what it is in "
+        f'lab.toml: [{WORDS}] "{word}" = "{key or likely}" (or another key, or "{IGNORED}").'
+    )
     if key is None:
-        note.remarks.append(f"{where}: {shown(word)} = {shown(value)}: written down, and no setting.")
+        note.doubts.append((str(likely), fault, remark))
         return
     note.meant.add(key)
-    note.faults.append(
-        f"{where}: {shown(word)} = {shown(value)} may be {key}, and the word is not known. Say what it is in lab.toml: "
-        f'[{WORDS}] "{word}" = "{key}" (or another key, or "{IGNORED}").'
-    )
+    note.faults.append(fault)
 
 
 def shown(value: object) -> str:

@@ -1,6 +1,7 @@
 """Pairing of files to samples by their names, as corrected by the user. Doubtful cases are asked, never decided."""
 
 import re
+import unicodedata
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -59,6 +60,7 @@ class SampleFiles:
     part: SamplePart | None = None  # Part of the file of readings, where samples share it
     texts: tuple[PurePath, ...] = ()  # Free texts, which are kept and say nothing
     answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # In the pairing file, beside its files
+    others: tuple[str, ...] = ()  # Names of the other samples
 
     @property
     def key(self) -> str:
@@ -117,7 +119,13 @@ def pair(placed: Mapping[Piece, Said]) -> list[SampleFiles]:
         elif said.role != "ignore":
             groups[sample_key(said.sample)][piece] = said
     samples = [_sample(key, group, groups) for key, group in sorted(groups.items())]
-    return [replace(sample, texts=tuple(texts.get(sample.key, ()))) for sample in samples]
+    names = [sample.name for sample in samples]
+    return [
+        replace(
+            sample, texts=tuple(texts.get(sample.key, ())), others=tuple(each for each in names if each != sample.name)
+        )
+        for sample in samples
+    ]
 
 
 def _sample(key: str, group: Mapping[Piece, Said], groups: Mapping[str, Mapping[Piece, Said]]) -> SampleFiles:
@@ -131,7 +139,7 @@ def _sample(key: str, group: Mapping[Piece, Said], groups: Mapping[str, Mapping[
     name = group[by_role["photo"][0] if "photo" in by_role else next(iter(group))].sample
     files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
     questions = [
-        f"{len(pieces)} files are its {role.replace('_', ' ')}: {few(pieces)}; "
+        f"{len(pieces)} files are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; "
         "keep one, and give the others the role ignore."
         for role, pieces in by_role.items()
         if len(pieces) > 1
@@ -149,6 +157,16 @@ def _sample(key: str, group: Mapping[Piece, Said], groups: Mapping[str, Mapping[
     part = by_role["readings"][0].part if "readings" in files else None
     answers: dict[Role, Mapping[str, str]] = {role: group[by_role[role][0]].answers for role in files}
     return SampleFiles(name, files, tuple(questions), part, answers=answers)
+
+
+def _twins(pieces: Sequence[Piece]) -> str:
+    """Return what tells files apart whose names look alike."""
+    names = [str(piece.file) for piece in pieces]
+    if len({unicodedata.normalize("NFC", name) for name in names}) == len(names):
+        return ""
+    apart = next(name for name in names if unicodedata.normalize("NFC", name) != name)
+    number = names.index(apart) + 1
+    return f" (names that look alike: file {number} has accents that are signs of their own, as Macs write them)"
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import re
 import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
 from sealtwin.trial.trial_file import Trial, folder_name, load_trial
 
-PICTURE = re.compile(r" Look at \S+\.png\.")
+PICTURE = re.compile(r" Look at [^\n]+?\.png\.")
 DEPTH = "crack.depth_mm"
 
 
@@ -49,10 +50,11 @@ def check_runs(
                 write_trial(outcome, _without_doubts(outcome), folder, Path(scratch) / name)
             except InputError as fault:
                 faults.append(CatalogueFault(tried.pop(name).sample.name, str(fault)))
-        batch, told = _checked(Path(scratch), tried, progress, jobs)
-    # Pictures of what is forgotten are nowhere.
-    sentences = [(fault.name, PICTURE.sub("", fault.sentence).replace(f"{scratch}/", "")) for fault in told]
-    faults += [CatalogueFault(*fault) for fault in sentences]
+        forgotten = _Forgotten(progress, Path(scratch), tried)
+        batch, told = _checked(Path(scratch), tried, forgotten, jobs)
+    faults += [CatalogueFault(fault.name, forgotten.clean(fault.sentence)) for fault in told]
+    rows = [replace(row, file=forgotten.clean(row.file), reason=forgotten.clean(row.reason)) for row in batch.rows]
+    batch = replace(batch, rows=rows)
     if ingested.dry_run:
         return batch, faults
     # Nobody would miss them on a page of the others.
@@ -69,6 +71,37 @@ def check_runs(
             write_pairing(ingested, catalogue)
         catalogue.save()
     return batch, [*faults, *told]
+
+
+class _Forgotten(Progress):
+    """Progress of trials in a temporary folder: what it shows names the lab's own files, and no picture there."""
+
+    def __init__(self, shown: Progress, scratch: Path, tried: Mapping[str, SampleOutcome]) -> None:
+        self._shown, self._scratch = shown, scratch
+        self._names = {
+            f"{scratch / name / raw.kept_as}": raw.original for name, one in tried.items() for raw in one.raw
+        }
+
+    def clean(self, sentence: str) -> str:
+        sentence = PICTURE.sub("", sentence)
+        for path, original in self._names.items():
+            sentence = sentence.replace(path, original)
+        return sentence.replace(f"{self._scratch}/", "")
+
+    def start(self, title: str, total: int, done: int = 0) -> None:
+        self._shown.start(title, total, done)
+
+    def expect(self, left_s: float) -> None:
+        self._shown.expect(left_s)
+
+    def advance(self, done: int, note: str = "") -> None:
+        self._shown.advance(done, note)
+
+    def note(self, text: str) -> None:
+        self._shown.note(self.clean(text))
+
+    def close(self) -> None:
+        self._shown.close()
 
 
 def _without_doubts(outcome: SampleOutcome) -> Trial:
@@ -97,7 +130,7 @@ def _checked(
     if not planned:
         return Batch(place), []
     batch = digitise_many(planned, place, progress, jobs, missed, held=True)
-    progress.start(f"Checking {len(batch.done)} trials", len(batch.done))
+    progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
     faults = list[CatalogueFault]()
     for number, row in enumerate(batch.rows, start=1):
         name = row.folder.removesuffix(f"/{RUN}")

@@ -16,19 +16,22 @@ from sealtwin.core.records import ReadColumn
 from sealtwin.core.settings import checked
 from sealtwin.lab.fill_sheet import read_fill
 from sealtwin.lab.found_files import DEFAULTS, Role
-from sealtwin.lab.free_text import settings_in
-from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE, of_columns
-from sealtwin.lab.notes import Note, NoteEntry, read_cell, read_note
+from sealtwin.lab.note_sentences import quantities, read_sentences
+from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE, is_unit, of_columns
+from sealtwin.lab.notes import Note, NoteEntry, OfNote, read_cell, read_note, seems_to_say
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
+from sealtwin.trial.quick_trial import ASSUMED, toml_value
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial
 from validate.readings.read_readings import read_readings
+from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetFaults
 from validate.settings import Declared
 
 INPUTS = Path("inputs")
+MOST_CELLS = 3  # Cells of a row that holds a title: word, value and unit
 LONGEST_QUESTION = 900  # Letters of a cell of the pairing file
 PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
 """Settings that name a file."""
@@ -151,7 +154,17 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
         else:
             name = kept_as(role if role != "text" else f"text-{1 + texts.index((role, file))}", file)
             outcome.raw.append(KeptFile(role, file.as_posix(), name, files.sha256(path), size))
-    notes = (read_note(folder / raw.original, defaults.words) for raw in outcome.raw if raw.role == "note")
+    cells = {
+        role: read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
+        for role, said in sample.answers.items()
+    }
+    about = OfNote(
+        sample.name,
+        sample.others,
+        tuple(part.strip() for part in sample.answers.get("note", {}).get("skip", "").split(";")),
+        {key: entry.value for cell in cells.values() for key, entry in cell.entries.items()},
+    )
+    notes = (read_note(folder / raw.original, defaults.words, about) for raw in outcome.raw if raw.role == "note")
     own = next(notes, Note())
     if "readings" not in sample.files:
         # What the folder says of readings concerns other samples.
@@ -165,10 +178,24 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     if "fill" in sample.files:
         defaults = replace(defaults, entries={key: one for key, one in defaults.entries.items() if key != ANGLE})
     outcome.note = own.over(defaults)
-    for role, said in sample.answers.items():
-        cell = read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
+    outcome.remarks += [
+        f"{entry.origin}: {key} = {toml_value(entry.value)}, in place of {toml_value(theirs.value)} in {DEFAULTS}."
+        for key, entry in own.entries.items()
+        if (theirs := defaults.entries.get(key)) is not None and theirs.value != entry.value
+    ]
+    outcome.remarks += [
+        f"{file}: its name has {', '.join(found)}, and a name is no setting."
+        for file in sample.files.values()
+        if (found := _numbers_in(file))
+    ]
+    for cell in cells.values():
         outcome.note = cell.over(outcome.note)
-    given = {key: text for role, said in sample.answers.items() if role != "fill" for key, text in said.items()}
+    given = {
+        key: text
+        for role, said in sample.answers.items()
+        for key, text in said.items()
+        if role != "fill" and (role, key) != ("note", "skip")
+    }
     said = of_columns(as_columns(given))
     if "crack" in given:
         said["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
@@ -178,13 +205,18 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     return outcome
 
 
+def _numbers_in(file: PurePath) -> list[str]:
+    """Return numbers in a file's name, and its folders', with a unit that a setting of a trial has."""
+    name = file.with_suffix("").as_posix().replace("_", " ").replace("/", "; ")
+    return [name[one.start : one.end] for one in quantities(name) if one.unit and is_unit(one.unit)]
+
+
 def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
     for text in (text for text in outcome.sample.texts if not (folder / text).is_symlink()):
         told = f"{text} is kept as text, and not read"
-        if found := settings_in(folder / text):
-            said_there = ", ".join(f"{key} = {value}" for key, value in found)
-            told += f"; it seems to say {said_there}: if it does, give it the role note in {PAIRING}, else leave it"
-            outcome.asked[text] = [f"{told}."]
+        if found := seems_to_say(folder / text, outcome.sample.name):
+            told += f"; {found}: if that is of the sample, give it the role note in {PAIRING}, else leave it"
+            outcome.asked[text] = [shorten(f"{told}.", LONGEST_QUESTION, placeholder="...")]
         outcome.remarks.append(f"{told}.")
 
 
@@ -230,6 +262,7 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
             return  # Told of already, by the key that is at fault.
+        outcome.faults += _contradictions(path, declared, content, outcome)
         try:
             profile = read_readings(path, declared, None, deepest_mm)
         except SheetFaults as fault:
@@ -241,6 +274,33 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             outcome.faults += [f"{doubt} It goes into {_note_of(outcome)}, or {PAIRING}." for doubt in profile.doubts]
 
 
+def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], outcome: SampleOutcome) -> list[str]:
+    """Return titles and remarks of a sheet that say another value of a setting than the one that would run.
+
+    What the pairing file says of that setting is the answer.
+    """
+    told, assumed = list[str](), _rest(outcome)
+    try:
+        rows = read_cells(path, declared).rows
+    except InputError:
+        return told  # Told of by whoever reads the readings.
+    for row in rows:
+        texts = [cell.text for cell in row.cells if cell.text]
+        if len(texts) > MOST_CELLS or len(" ".join(texts)) > LONGEST_QUESTION:
+            continue
+        for key, (value, words) in read_sentences(" ".join(texts), outcome.sample.name).settings.items():
+            table, _, name = key.rpartition(".")
+            runs, entry = content.get(table, {}).get(name, assumed.get(key)), outcome.note.entries.get(key)
+            if value == runs or key.startswith(OF_READINGS) or (entry and entry.origin.startswith(PAIRING)):
+                continue
+            other = f"{entry.origin} says {toml_value(entry.value)}" if entry else "no note says so"
+            told.append(
+                f"{path}, row {row.number}: {words!r} says {key} = {toml_value(value)}, and {other}. Write the "
+                f"right one into settings of {PAIRING}: {key} = {toml_value(value)}."
+            )
+    return told
+
+
 def _tables(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     """Return the tables of a trial. What must be said and is not is a fault, and here a stand-in.
 
@@ -249,8 +309,7 @@ def _tables(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     """
     said = _said(outcome)
     _weigh(folder, outcome, said)
-    solver = {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
-    said = {"note": _assumed(outcome)} | solver | _fluid(said.keys()) | said
+    said = {"note": _assumed(outcome)} | _solver() | _fluid(said.keys()) | said
     meant, roles = outcome.note.meant, {"photo", "crack", *outcome.sample.files.keys()}
     needed = [
         key
@@ -346,11 +405,32 @@ def _fluid(said: Set[str]) -> dict[str, Any]:
     return {key: value for key, value in fluid.items() if key not in said}
 
 
+def _rest(outcome: SampleOutcome) -> dict[str, Any]:
+    """Return the values of path, nozzle and solver that 'sealtwin quick' marks as assumed too, if nobody says them."""
+    said = outcome.note.entries
+    tables: dict[str, Any] = {table: Trial.model_fields[table].default for table in ("path", "nozzle", "solver")}
+    values = {f"{table}.{key}": getattr(one, key) for table, one in tables.items() for key in ASSUMED[table]}
+    values |= _solver()
+    replaced = {
+        "path.plan": "path.",
+        "path.weighed": "path.volume_ml",
+        "solver.model": "solver.",  # The fast model has neither particles nor a rest.
+    }
+    without = tuple(prefix for key, prefix in replaced.items() if key in said)
+    return {key: value for key, value in values.items() if key not in said and not key.startswith(without)}
+
+
+def _solver() -> dict[str, Any]:
+    return {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
+
+
 def _assumed(outcome: SampleOutcome) -> str:
     """The trial's note, which every report shows: the settings that nobody of the lab said."""
     said = {*outcome.note.entries, *([ANGLE] if "fill" in outcome.sample.files else [])}
     crack = {key: value for key, value in UNSEEN.items() if key not in said}
-    taken = ", ".join(f"{key} = {value}" for key, value in {**crack, **_fluid(said)}.items())
+    taken = ", ".join(
+        f"{key} = {toml_value(value)}" for key, value in {**crack, **_fluid(said), **_rest(outcome)}.items()
+    )
     return f"Assumed, since no note of the lab says it: {taken}." if taken else ""
 
 

@@ -11,6 +11,7 @@ from digitise.bead import MIDDLE, BeadOutline, measure_bead
 from digitise.settings import OnFace, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
+from sealtwin.core.settings import checked
 from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED, PasteOnPlate, four_digits
 from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
 from simulate.material_file import Material
@@ -41,7 +42,7 @@ class LaidBead(PasteOnPlate):
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
     asked_mm3_s: float = Field(ge=1e-3, le=1e6)
     """Flow that the program asked for."""
-    speed_mm_s: float = Field(gt=0.01, le=5000)
+    speed_mm_s: float = Field(ge=0.01, le=5000)
     """Speed of the nozzle."""
     start_mm: tuple[OnFace, OnFace] | None = None
     """Place where the nozzle began to move and to ask, from the lower left corner of the sheet's opening."""
@@ -184,21 +185,26 @@ def material_of_bead(
     bead = measure_bead(photo, folder)
     found = identify(laid, bead)
     parts = ", ".join(f"{name} {value:.2g}" for name, value in found.parts_pa.items())
-    material = Material(
-        method="bead on a plate, closed form with stretching by its whole outline, surface tension's term subtracted",
-        date=day.isoformat(),
-        data=photo.data,
-        yield_stress_pa=four_digits(found.stress_pa.value),
-        yield_stress_error_pa=four_digits(found.stress_pa.error),
-        yield_stress_95_pa=(four_digits(found.stress_pa.interval[0]), four_digits(found.stress_pa.interval[1])),
-        density_kg_m3=laid.density_kg_m3,
-        density_error_kg_m3=laid.spread_of_density,
-        basis=(
-            f"bead of {laid.mass_g:g} g, {bead.length_mm:.2f} mm long and {bead.width_mm:.2f} mm wide in the middle, "
-            f"where its section is {found.section_mm2:.4g} mm²",
-            f"yield stress over weight and root of the section {found.stiffness:.3f}, at most {STIFFEST:g}",
-            f"standard uncertainty in Pa by source: {parts}",
-        ),
-        not_for=BEAD_NOT_FOR,
+    material = checked(
+        Material,
+        photo.file,
+        {
+            "method": "bead on a plate, closed form with stretching by its whole outline, "
+            "surface tension's term subtracted",
+            "date": day.isoformat(),
+            "data": photo.data,
+            "yield_stress_pa": four_digits(found.stress_pa.value),
+            "yield_stress_error_pa": four_digits(found.stress_pa.error),
+            "yield_stress_95_pa": (four_digits(found.stress_pa.interval[0]), four_digits(found.stress_pa.interval[1])),
+            "density_kg_m3": laid.density_kg_m3,
+            "density_error_kg_m3": laid.spread_of_density,
+            "basis": (
+                f"bead of {laid.mass_g:g} g, {bead.length_mm:.2f} mm long and {bead.width_mm:.2f} mm wide in the "
+                f"middle, where its section is {found.section_mm2:.4g} mm²",
+                f"yield stress over weight and root of the section {found.stiffness:.3f}, at most {STIFFEST:g}",
+                f"standard uncertainty in Pa by source: {parts}",
+            ),
+            "not_for": BEAD_NOT_FOR,
+        },
     )
     return material, found, bead

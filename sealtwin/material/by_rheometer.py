@@ -8,12 +8,17 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import DataKind, Floats
+from sealtwin.core.settings import checked
 from simulate.material_file import Material
 
 BOUNDS = {"shear_rate_per_s": (1e-6, 1e6), "stress_pa": (1e-6, 1e6)}
 ROWS = (5, 5000)
 LEAST_RANGE = 3.0  # Least ratio of the largest to the smallest shear rate: a line through one decade's third is none
 TORQUE = 0.03  # Relative standard uncertainty of a rheometer's stress that all rows share: gap and calibration
+MOST_ERROR = 0.5  # Standard uncertainty of a viscosity over its value from which the 95 % interval reaches 0
+LEAST_RISE = 0.01  # Least rise of the line over the rates, over its stress, that is no drift of the instrument
+MOST_MISS = 0.2  # RMS of the line's misses over the stress beyond which the paste's curve is no line
+BY_HAND = "by hand in [fluid], with how they were found"
 NOT_FOR = (
     "shear rates outside of those measured, above all slower ones, where the line misses the paste's own curve",
     "a paste of another age, batch or temperature",
@@ -25,6 +30,11 @@ def material_of_table(
     path: Path, density_kg_m3: float, density_error_kg_m3: float | None, data: DataKind, day: date
 ) -> Material:
     """Fit a table of shear rate and stress. Raises InputError, naming the file, where it is no flow curve."""
+    if (density_error_kg_m3 or 0.0) > density_kg_m3 / 2:
+        raise InputError(
+            f"density_error_kg_m3 is {density_error_kg_m3:g}, more than half of density_kg_m3, {density_kg_m3:g}: give "
+            "the standard uncertainty of the density, or leave it out."
+        )
     columns = read_columns(path, BOUNDS, list(BOUNDS), ROWS)
     rate, stress = (np.array(columns[name]) for name in BOUNDS)
     if rate.max() < LEAST_RANGE * rate.min():
@@ -33,6 +43,12 @@ def material_of_table(
             f"{LEAST_RANGE:g} times."
         )
     (yields, thick), covariance, misfit = _bingham(rate, stress)
+    if misfit > MOST_MISS:
+        raise InputError(
+            f"{path}: Bingham's line misses the stresses by {misfit:.0%} (RMS), more than {MOST_MISS:.0%}: the "
+            f"curve is no line. Give yield_stress_pa, and viscosity_pa_s or a curve with flow_index, {BY_HAND}; or "
+            "measure at the rates of the fill alone."
+        )
     if yields <= 0 or thick <= 0:
         raise InputError(
             f"{path}: Bingham's line through it has {yields:.3g} Pa and {thick:.3g} Pa s, of which none may be below "
@@ -40,22 +56,34 @@ def material_of_table(
         )
     error = float(np.hypot(np.sqrt(covariance[0, 0]), TORQUE * yields))
     percent = 100 * float(np.hypot(np.sqrt(covariance[1, 1]) / thick, TORQUE))
-    return Material(
-        method="rheometer's flow curve, Bingham's line by least squares of relative differences",
-        date=day.isoformat(),
-        data=data,
-        yield_stress_pa=float(f"{yields:.4g}"),
-        yield_stress_error_pa=float(f"{error:.4g}"),
-        yield_stress_95_pa=(max(0.0, float(f"{yields - 2 * error:.4g}")), float(f"{yields + 2 * error:.4g}")),
-        viscosity_pa_s=float(f"{thick:.4g}"),
-        viscosity_error_percent=float(f"{percent:.4g}"),
-        density_kg_m3=density_kg_m3,
-        density_error_kg_m3=density_error_kg_m3 or 0.01 * density_kg_m3,
-        basis=(
-            f"{len(rate)} rows from {rate.min():g} to {rate.max():g} /s",
-            f"RMS of the line's misses {misfit:.1%} of the stress, which the uncertainty holds",
-        ),
-        not_for=NOT_FOR,
+    rise = thick * float(rate.max() - rate.min()) / yields
+    if percent > 100 * MOST_ERROR or rise < LEAST_RISE:
+        raise InputError(
+            f"{path}: rates from {rate.min():g} to {rate.max():g} /s show no viscosity_pa_s: Bingham's line rises by "
+            f"{100 * rise:.2g} % of its {yields:.3g} Pa over them, and its viscosity is known to {percent:.2g} %; "
+            f"{100 * LEAST_RISE:g} % or more, and {100 * MOST_ERROR:g} % or better, are needed. Measure at faster "
+            f"rates, or give it {BY_HAND}."
+        )
+    return checked(
+        Material,
+        path,
+        {
+            "method": "rheometer's flow curve, Bingham's line by least squares of relative differences",
+            "date": day.isoformat(),
+            "data": data,
+            "yield_stress_pa": float(f"{yields:.4g}"),
+            "yield_stress_error_pa": float(f"{error:.4g}"),
+            "yield_stress_95_pa": (max(0.0, float(f"{yields - 2 * error:.4g}")), float(f"{yields + 2 * error:.4g}")),
+            "viscosity_pa_s": float(f"{thick:.4g}"),
+            "viscosity_error_percent": float(f"{percent:.4g}"),
+            "density_kg_m3": density_kg_m3,
+            "density_error_kg_m3": density_error_kg_m3 or 0.01 * density_kg_m3,
+            "basis": (
+                f"{len(rate)} rows from {rate.min():g} to {rate.max():g} /s",
+                f"RMS of the line's misses {misfit:.1%} of the stress, which the uncertainty holds",
+            ),
+            "not_for": NOT_FOR,
+        },
     )
 
 

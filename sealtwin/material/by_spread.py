@@ -12,7 +12,7 @@ from digitise.settings import PhotoInput
 from digitise.spread import SpreadBlob, measure_spread
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.core.settings import Settings
+from sealtwin.core.settings import Settings, checked
 from simulate.material_file import Material
 from simulate.slump import Slump, SlumpCurve, slump
 from simulate.spread_law import (
@@ -258,19 +258,23 @@ def material_of(
         f"{found.flat_pa:.4g} Pa",
         f"standard uncertainty in Pa by source: {parts}",
     )
-    material = Material(
-        method=f"{way}, surface tension's term subtracted",
-        date=day.isoformat(),
-        data=photo.data,
-        yield_stress_pa=four_digits(found.value),
-        yield_stress_error_pa=four_digits(found.error),
-        yield_stress_95_pa=(four_digits(found.interval[0]), four_digits(found.interval[1])),
-        viscosity_pa_s=None if thick is None else four_digits(thick),
-        viscosity_error_percent=None if thick_percent is None else four_digits(thick_percent),
-        density_kg_m3=heap.density_kg_m3,
-        density_error_kg_m3=heap.spread_of_density,
-        basis=basis,
-        not_for=NOT_FOR,
+    material = checked(
+        Material,
+        photo.file,
+        {
+            "method": f"{way}, surface tension's term subtracted",
+            "date": day.isoformat(),
+            "data": photo.data,
+            "yield_stress_pa": four_digits(found.value),
+            "yield_stress_error_pa": four_digits(found.error),
+            "yield_stress_95_pa": (four_digits(found.interval[0]), four_digits(found.interval[1])),
+            "viscosity_pa_s": None if thick is None else four_digits(thick),
+            "viscosity_error_percent": None if thick_percent is None else four_digits(thick_percent),
+            "density_kg_m3": heap.density_kg_m3,
+            "density_error_kg_m3": heap.spread_of_density,
+            "basis": basis,
+            "not_for": NOT_FOR,
+        },
     )
     return material, found, spread
 

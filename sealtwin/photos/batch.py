@@ -2,7 +2,6 @@
 
 import base64
 import glob
-import json
 import traceback
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -241,10 +240,10 @@ def _traced(folder: Path) -> str:
 
 
 def _done(item: PlannedPhoto, folder: Path) -> BatchRow:
-    outline = files.read_json(folder / "outline.json")
-    path_alone = outline["width_source"] == "none"
-    solid: dict[str, Any] = {"warnings": []} if path_alone else files.read_json(folder / "solid.json")
     with files.understood(folder):
+        outline = files.read_json(folder / "outline.json")
+        path_alone = outline["width_source"] == "none"
+        solid: dict[str, Any] = {"warnings": []} if path_alone else files.read_json(folder / "solid.json")
         return BatchRow(
             file=as_text(item.file),
             folder=item.name,
@@ -297,9 +296,9 @@ def _whole(file: Path) -> str:
 
 def _refuse_foreign(out: Path) -> None:
     try:
-        if json.loads((out / LISTING).read_text(encoding="utf-8"))["version"] == 1:
+        if files.read_json(out / LISTING)["version"] == 1:
             return
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+    except (InputError, OSError, KeyError, TypeError):
         pass  # No listing, or another program's.
     foreign = [name for name in (LISTING, MANIFEST, CSV, SHEET) if (out / name).exists()]
     if foreign:
@@ -336,7 +335,7 @@ def _thumbnail(overlay: Path) -> str:
     import cv2
     import numpy as np
 
-    picture = cv2.imdecode(np.frombuffer(overlay.read_bytes(), dtype=np.uint8), cv2.IMREAD_COLOR)
+    picture = cv2.imdecode(np.frombuffer(files.read_bytes(overlay), dtype=np.uint8), cv2.IMREAD_COLOR)
     assert picture is not None, "a stage wrote it"
     shrink = min(1.0, THUMBNAIL_PX / max(picture.shape))
     small = cv2.resize(picture, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)

@@ -4,13 +4,15 @@ import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
+from pydantic import ConfigDict, Field, model_validator
 
 from sealtwin.core import files
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats, Trajectory, arc_length
+from sealtwin.core.record_files import Amount, Result, read_record
+from sealtwin.core.records import Floats, Numbers, Trajectory, arc_length
 from sealtwin.plan.loop_step import LoopModel
 from sealtwin.plan.search import Case, areas_of, target_of
 from simulate.settings import Fluid, Nozzle, Solver
@@ -32,6 +34,65 @@ START_SHARE, START_MM = 1 / 1.3, 25.0
 """Share of its section that the first pass aims at where it begins, and the length over which that grows to all of it:
 as much is filled before a level shows what the pump gives, which may be 20 % more, of a paste that heaps up."""
 REACH_MM = 8.0  # Beyond the way of an interval of the top-up, where its sealant ends; farther off a derivative is noise
+
+
+REMEDY = "Delete it; 'sealtwin loop PLAN --emulate FAULTS' makes the tables anew."
+
+
+class SectionTables(Result):
+    """Sections in loop.json, as ``Trapezoids``."""
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    s_mm: Numbers
+    floor_mm: Numbers
+    mouth_mm: Numbers
+    depth_mm: Numbers
+    slant: Numbers
+    bottom_mm: Numbers
+    reach_per_mm: float
+    reach_mm: float
+
+
+class LoopFile(Result):
+    """Content of loop.json, whose tables are those of ``LoopModel``."""
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    key: str
+    stage_numbers: dict[str, int] = Field(default_factory=dict)  # Earlier files have none
+    sections: SectionTables
+    moment_s: Numbers
+    edge_s: Numbers
+    base_mm3_s: Numbers
+    nominal: Numbers
+    reference_mm2: Numbers
+    by_command: Numbers
+    by_material: Numbers
+    target_mm2: Numbers
+    most_mm3_s: Amount
+    linear_off_mm: Amount
+
+    @model_validator(mode="after")
+    def _of_one_size(self) -> Self:
+        cells, moments, intervals = len(self.sections.s_mm), len(self.moment_s), len(self.nominal)
+        sizes = {
+            **{f"sections.{name}": (cells,) for name in ("floor_mm", "mouth_mm", "depth_mm", "slant", "bottom_mm")},
+            "edge_s": (intervals, 2),
+            "base_mm3_s": (intervals,),
+            "reference_mm2": (moments, cells),
+            "by_command": (intervals, moments, cells),
+            "by_material": (moments, cells),
+            "target_mm2": (2, cells),
+        }
+        for name, size in sizes.items():
+            owner, _, table = name.rpartition(".")
+            found = getattr(self.sections if owner else self, table).shape
+            if found != size:
+                raise ValueError(f"{name} has {found} numbers, by moment_s, nominal and sections.s_mm it has {size}")
+        if min(cells, moments, intervals) < 2:
+            raise ValueError("moment_s, nominal and sections.s_mm have two numbers or more each")
+        return self
 
 
 @dataclass(frozen=True)
@@ -227,12 +288,7 @@ def write_model(path: Path, model: LoopModel, key: str, numbers: Mapping[str, in
 
 
 def read_model(path: Path) -> LoopModel:
-    """Read the tables. Raises InputError if they are damaged."""
-    content: dict[str, Any] = files.read_json(path)
-    with files.understood(path):
-        content = {name: content[name] for name in LoopModel.__dataclass_fields__}
-        return LoopModel(**{**_arrays(content), "sections": Trapezoids(**_arrays(content["sections"]))})
-
-
-def _arrays(content: dict[str, Any]) -> dict[str, Any]:
-    return {key: np.array(value) if isinstance(value, list) else value for key, value in content.items()}
+    """Read the tables. Raises InputError, naming the table, if one is damaged."""
+    tables = read_record(LoopFile, path, REMEDY)
+    content: dict[str, Any] = {name: getattr(tables, name) for name in LoopModel.__dataclass_fields__}
+    return LoopModel(**{**content, "sections": Trapezoids(**dict(tables.sections))})

@@ -3,19 +3,31 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
+from pydantic import model_validator
 
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
+from sealtwin.core.record_files import Result, as_record, read_record
 from sealtwin.core.run_folder import holding
 from sealtwin.core.settings import read_settings
 from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.plan.emulation import Emulated, Faults, emulate
-from sealtwin.plan.loop_model import VERSION, TwoPasses, by_particles, make_model, read_model, two_passes, write_model
+from sealtwin.plan.loop_model import (
+    REMEDY,
+    VERSION,
+    LoopFile,
+    TwoPasses,
+    by_particles,
+    make_model,
+    read_model,
+    two_passes,
+    write_model,
+)
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
 from sealtwin.plan.make_plan import REPORT, SAMPLE, TABLE, VERIFICATION, case_of
 from sealtwin.plan.shape import FASTER
@@ -27,7 +39,35 @@ from sealtwin.trial.trial_file import Trial, load_trial
 
 TABLES, PAGE = "loop.json", "loop.html"
 SAME = 1e-6  # Relative difference of numbers that another machine rounds otherwise
+ANOTHER_LOG = "Give the log as 'sealtwin loop PLAN --emulate FAULTS' or your controller wrote it."
 REFERENCE_SEED = 100  # Beyond the trial's own, for the particles of the tables
+
+
+class LogHead(Result):
+    """First line of a log."""
+
+    tables_sha256: str = ""
+
+
+class LoggedLevel(Result):
+    """Level that a logged step was given, as ``LevelFrame``."""
+
+    t_s: float
+    s_mm: tuple[float, ...]
+    level_mm: tuple[float, ...]
+
+    @model_validator(mode="after")
+    def _in_pairs(self) -> Self:
+        if len(self.s_mm) != len(self.level_mm):
+            raise ValueError(f"{len(self.s_mm)} numbers in s_mm, and {len(self.level_mm)} in level_mm")
+        return self
+
+
+class LoggedStep(Result):
+    """Line of a log: a moment, and the level that the step was given; its answer is compared as it is."""
+
+    t_s: float
+    level: LoggedLevel | None
 
 
 def run_loop(
@@ -74,28 +114,33 @@ def replay(folder: Path, log: Path) -> int:
     Raises InputError for a log that cannot be read or is of other tables, NumericalError where an answer is another.
     """
     model, (head, *lines) = read_model(folder / TABLES), _lines(log)
-    if head.get("tables_sha256") != files.sha256(folder / TABLES):
+    if as_record(LogHead, head, f"{log}, line 1", ANOTHER_LOG).tables_sha256 != files.sha256(folder / TABLES):
         raise InputError(
             f"{log}: written with other tables than {folder / TABLES}; replay it in the folder of its plan."
         )
-    state = LoopState.start(model)
-    for number, line in enumerate(lines, start=2):
-        with files.understood(log):
-            seen = line["level"]
-            frame = None if seen is None else LevelFrame(seen["t_s"], tuple(seen["s_mm"]), tuple(seen["level_mm"]))
-            state, plan = step(model, state, line["t_s"], frame)
-            answer = json.loads(json.dumps(as_line(line["t_s"], frame, state, plan)))
-            if not _alike(answer, line):
-                raise NumericalError(f"{log}, line {number}: replayed, the answer at {line['t_s']:g} s is another.")
+    state, latest_s = LoopState.start(model), -np.inf
+    for number, text in enumerate(lines, start=2):
+        line = as_record(LoggedStep, text, f"{log}, line {number}", ANOTHER_LOG)
+        if line.t_s <= latest_s:
+            raise InputError(
+                f"{log}, line {number}: t_s = {line.t_s:g} is not after the {latest_s:g} s of the line before; a line "
+                f"is doubled, or two are swapped. {ANOTHER_LOG}"
+            )
+        latest_s, seen = line.t_s, line.level
+        frame = None if seen is None else LevelFrame(seen.t_s, seen.s_mm, seen.level_mm)
+        state, plan = step(model, state, line.t_s, frame)
+        answer = json.loads(json.dumps(as_line(line.t_s, frame, state, plan)))
+        if not _alike(answer, json.loads(text)):
+            raise NumericalError(f"{log}, line {number}: replayed, the answer at {line.t_s:g} s is another.")
     return len(lines)
 
 
 def loop_versions(folder: Path) -> list[str]:
     """Return a sentence each if other stage numbers than this version's computed the tables of a loop, or its plan."""
-    content, own, told = files.read_json(folder / TABLES), numbers_up_to("simulate"), list[str]()
+    tables, own, told = read_record(LoopFile, folder / TABLES, REMEDY), numbers_up_to("simulate"), list[str]()
     # Earlier files have no numbers, only the key that they are in.
-    as_now = content.get("key") == _key(folder) if (folder / TABLE).is_file() else False
-    if not as_now and (other := other_numbers(content.get("stage_numbers", {}), own)):
+    as_now = tables.key == _key(folder) if (folder / TABLE).is_file() else False
+    if not as_now and (other := other_numbers(tables.stage_numbers, own)):
         again = f"'sealtwin loop {shown(folder)} --emulate FAULTS' makes them anew."
         told.append(f"{shown(folder)}: the tables of its loop were computed by {other}. {again}")
     return [*told, *(_plan_versions(folder) if holds_study(folder / VERIFICATION) else [])]
@@ -135,7 +180,7 @@ def _volume_factor(folder: Path) -> float:
 def _model(folder: Path, bench: Bench, trial: Trial, passes: TwoPasses, physics: Any, progress: Progress) -> LoopModel:
     """Return the tables of the plan as it is now."""
     key, kept = _key(folder), folder / TABLES
-    if kept.is_file() and files.read_json(kept).get("key") == key:
+    if kept.is_file() and read_record(LoopFile, kept, REMEDY).key == key:
         return read_model(kept)
     most_mm3_s = 2 * float(passes.base_mm3_s.max())
     case = case_of(bench, trial, bench.trajectory)
@@ -169,17 +214,12 @@ def _content(folder: Path, log: Path, poured: Emulated, model: LoopModel) -> dic
     }
 
 
-def _lines(log: Path) -> list[dict[str, Any]]:
+def _lines(log: Path) -> list[str]:
     if not log.is_file():
         raise InputError(f"{log}: no such file; 'sealtwin loop PLAN --emulate FAULTS' writes one.")
-    lines = []
-    for number, text in enumerate(files.read_text(log).splitlines(), start=1):
-        try:
-            lines.append(json.loads(text))
-        except ValueError as fault:
-            raise InputError(f"{log}, line {number}: no JSON ({fault}).") from None
-    if not lines or not all(isinstance(line, dict) for line in lines):
-        raise InputError(f"{log}: each line of a log is a JSON object; there is none, or another.")
+    lines = files.read_text(log).splitlines()
+    if not lines:
+        raise InputError(f"{log}: empty; each line of a log is a JSON object. {ANOTHER_LOG}")
     return lines
 
 

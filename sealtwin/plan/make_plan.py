@@ -4,6 +4,7 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,7 @@ VERIFICATION, SAMPLE = "verification", "sample"
 SEARCHED, JUDGED = 4, 24  # Draws of a posterior that a search averages over, and that the chances are counted of
 MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8
 Z_95 = 1.96
+LOW_MM, SHORTEST_LOW_MM = 1.0, 5.0  # Lack of level, and length of it, from which on a plan's sentence names a stretch
 
 
 @dataclass(frozen=True)
@@ -300,11 +302,24 @@ def _write(
         "seeds": [_said(one) for one in planned.misfits],
         "band_95_mm": None if planned.half_width_mm is None else float(planned.half_width_mm.mean()),
         "chances": planned.chances,
+        "low_stretches": low_stretches(planned.s_mm, planned.level_mm, options.margin_mm),
         "baselines": {one.name: _said(one.misfit) for one in planned.baselines},
         "rounds": [{**_said(one.misfit), "expected_off_mm": one.off_mm} for one in planned.rounds],
     }
     write_page(folder / PAGE, planned, content)
     return content
+
+
+def low_stretches(s_mm: Floats, level_mm: Floats, margin_mm: float) -> list[dict[str, float]]:
+    """Return the stretches whose level stays more than ``LOW_MM`` under the level that was aimed at."""
+    lacks_mm = -margin_mm - level_mm
+    found: list[dict[str, float]] = []
+    for low, group in groupby(range(len(s_mm)), key=lambda place: bool(lacks_mm[place] > LOW_MM)):
+        part = list(group)
+        if low and s_mm[part[-1]] - s_mm[part[0]] >= SHORTEST_LOW_MM:
+            ends = {"from_mm": float(s_mm[part[0]]), "to_mm": float(s_mm[part[-1]])}
+            found.append({**ends, "mean_mm": float(lacks_mm[part].mean())})
+    return found
 
 
 def _said(misfit: Misfit) -> dict[str, float]:

@@ -79,9 +79,14 @@ def chance_rows(chances: dict[str, float]) -> list[tuple[str, str]]:
 def finding(content: dict[str, Any]) -> str:
     """Return the result in a sentence."""
     name, least = min(content["baselines"].items(), key=lambda one: one[1]["total_mm3"])
+    low = "; ".join(
+        f"from {one['from_mm']:.0f} to {one['to_mm']:.0f} mm the level is {one['mean_mm']:.1f} mm too low on average"
+        for one in content["low_stretches"]
+    )
     return (
         f"{content['under_mm3']:.0f} mm3 are missing below the face and {content['over_mm3']:.0f} mm3 stand above it, "
         f"by particles; with {name}, the better baseline, {least['under_mm3']:.0f} and {least['over_mm3']:.0f}."
+        + (f" {low[0].upper()}{low[1:]}." if low else "")
     )
 
 

@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from pydantic import ConfigDict, RootModel
 
 from sealtwin.core import files
 from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats
+from sealtwin.core.record_files import read_record
+from sealtwin.core.records import Floats, Numbers
 from sealtwin.study.moved_inputs import Base, moved_bench, moved_paste, refuse_immovable
 from validate.settings import Differences
 from validate.uncertainty.inputs import RUNS, InputDraws, drawn_inputs
@@ -18,6 +20,15 @@ PART = 50  # Runs in a part
 COARSER = 2
 """Steps of time of the fast model in one step here: what longer ones do to a level, they do to both of a difference."""
 PLACES = 121  # Twice the cells of the fast model and one: nothing finer is in its level
+
+
+AGAIN = "Delete it, and give the same command again."
+
+
+class Drawn(RootModel[Numbers]):
+    """Levels of a part's runs, (runs, PLACES)."""
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
 
 
 def model_of(base: Base) -> Differences:
@@ -75,7 +86,7 @@ def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RU
             raise InputError(levels_mm)
         files.write_json(path, levels_mm)
         progress.advance(len(parts) - len(waiting) + done, f"{PART} runs of the fast model each")
-    levels_mm = np.vstack([files.read_json(path) for path in parts])
+    levels_mm = np.vstack([_read_levels(path, len(part)) for path, part in parts.items()])
     # Tenths of a micrometre keep the file small.
     return InputDraws(s_mm, inputs, np.round(levels_mm - level_of(base, {}, s_mm), 4), unfit)
 
@@ -90,6 +101,13 @@ def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Fl
             told = ", ".join(f"{name} {step:+.3g}" for name, step in steps.items())
             return f'{fault} One of the draws cannot be ({told}); uncertainty.differences = "particles" draws none.'
     return np.array(levels_mm)
+
+
+def _read_levels(path: Path, runs: int) -> Floats:
+    levels_mm = read_record(Drawn, path, AGAIN).root
+    if levels_mm.shape != (runs, PLACES):
+        raise InputError(f"{path}: {levels_mm.shape} levels, where {runs} runs have {PLACES} each. {AGAIN}")
+    return levels_mm
 
 
 def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:

@@ -10,10 +10,16 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
 
 from sealtwin.core import files
+from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
+from sealtwin.core.plain_files import require_plain
+from sealtwin.core.record_files import Amount, Count, Result, as_record, read_checked
+from sealtwin.core.records import RunHealth
 from sealtwin.core.stage_keys import other_numbers
 from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
@@ -24,10 +30,75 @@ from validate.wording.of_runs import sentences_of_runs
 PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
 LEDGER = "ledger.sqlite"  # The database in which earlier versions kept plan and outcomes
 
+AGAIN = "Give another --out, or delete it: 'sealtwin sweep STUDY.toml' computes what is missing."
 State = Literal["waiting", "done", "failed"]
 STATES: tuple[State, ...] = ("waiting", "done", "failed")
 PLANNED = ("number", "key", "settings", "trial", "sample", "kin", "work_s")
 """Fields of a run in the plan; the others are its outcome."""
+
+
+class StudyFigures(Result):
+    """Figures of a finished run in its outcome.json that are read again."""
+
+    volume_ratio: Amount = 1.0
+    mean_error_mm: Amount | None = None
+    worst_error_mm: Amount | None = None
+    worst_at_mm: float | None = None
+    flat_level_error_mm: Amount | None = None
+    stations_compared: Count | None = None
+    baselines: tuple[Baseline, ...] = ()
+    unfit: tuple[str, ...] = ()
+    fluid_warnings: tuple[str, ...] = ()
+    spilled_particles: Count | None = None
+    particles: Count | None = None
+    profile_sha256: str = ""
+    health: RunHealth = RunHealth()
+
+
+class OutcomeFile(Result):
+    """Content of outcome.json."""
+
+    state: State
+    wall_s: Amount | None = None
+    finished_unix_s: Amount | None = None
+    reason: str | None = None
+    trace: str | None = None
+    figures: StudyFigures | None = None
+
+    @model_validator(mode="after")
+    def _have_figures(self) -> Self:
+        if self.state == "done" and self.figures is None:
+            raise ValueError("state is done, and figures are missing")
+        return self
+
+
+class TrialSettings(Result):
+    """Settings of a planned run that are read without the others, which versions may have otherwise."""
+
+    solver: dict[str, Any]
+    readings: dict[str, Any] | None = None
+
+
+class PlannedFile(Result):
+    """One run in plan.json."""
+
+    number: Annotated[int, Field(ge=1)]
+    key: Annotated[str, Field(pattern="^[0-9a-f]{16,}$")]
+    settings: dict[str, float | str | bool | None]
+    trial: TrialSettings
+    sample: Annotated[str, Field(pattern=r"^[\w-]+$")]
+    kin: str
+    work_s: Amount
+
+
+class PlanFile(Result):
+    """Content of plan.json."""
+
+    study: str
+    total: Count
+    started_unix_s: Amount
+    stage_numbers: dict[str, int] = Field(default_factory=dict)
+    runs: tuple[PlannedFile, ...]
 
 
 @dataclass(frozen=True)
@@ -66,7 +137,7 @@ class StudyRun:
 
     @property
     def checked_trial(self) -> Trial:
-        return Trial.model_validate_json(json.dumps(self.trial))
+        return as_record(Trial, json.dumps(self.trial), f"run {self.number} of {PLAN}", AGAIN)
 
 
 @dataclass(frozen=True)
@@ -99,7 +170,7 @@ def read_plan(folder: Path) -> Plan:
         raise InputError(f"{folder}: no study (it has no {PLAN}). 'sealtwin sweep STUDY.toml' makes one.")
     if not (folder / PLAN).is_file():
         _import_ledger(folder)
-    content = files.read_json(folder / PLAN)
+    content = read_checked(PlanFile, folder / PLAN, AGAIN)
     with files.understood(folder / PLAN):
         runs = [with_outcome(folder, StudyRun(**run)) for run in content["runs"]]
         numbers = content.get("stage_numbers", {})
@@ -144,7 +215,7 @@ def with_outcome(folder: Path, run: StudyRun) -> StudyRun:
     path = run_path(folder, run.key) / OUTCOME
     if not path.is_file():
         return run
-    content = files.read_json(path)
+    content = read_checked(OutcomeFile, path, AGAIN)
     with files.understood(path):
         return replace(run, **{name: value for name, value in content.items() if name != "version"})
 
@@ -207,16 +278,16 @@ def remove_temporary_files(folder: Path) -> None:
 def _import_ledger(folder: Path) -> None:
     """Write plan and outcomes of a study that an earlier version kept in a database."""
     path = folder / LEDGER
-    again = "Give another --out, or delete it: 'sealtwin sweep STUDY.toml' computes the runs again."
     columns = [*PLANNED, "state", "wall_s", "finished_unix_s", "reason", "trace", "figures"]
+    require_plain(path)
     try:
         with closing(sqlite3.connect(path)) as base:
             facts = dict(base.execute("SELECT name, value FROM facts"))
             rows = base.execute(f"SELECT {', '.join(columns)} FROM runs WHERE number > 0 ORDER BY number").fetchall()
     except sqlite3.DatabaseError as fault:
-        raise InputError(f"{path}: no ledger that can be read ({fault}). {again}") from None
+        raise InputError(f"{path}: no ledger that can be read ({fault}). {AGAIN}") from None
     if facts.get("version") != "1":
-        raise InputError(f"{path}: version {facts.get('version')} of a ledger; only 1 can be read. {again}")
+        raise InputError(f"{path}: version {facts.get('version')} of a ledger; only 1 can be read. {AGAIN}")
     runs = []
     for row in rows:
         values = dict(zip(columns, row, strict=True))

@@ -14,6 +14,7 @@ from typing import Any, Literal
 from sealtwin.core import files
 from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
+from sealtwin.core.plain_files import copy
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.stage_keys import content_key, other_numbers, stage_key
@@ -94,7 +95,7 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
     require_own(folder)
     with holding(folder), progress:
         adopt(folder, study.name)
-        files.write_if_new(folder / "study.toml", file.read_bytes())
+        files.write_if_new(folder / "study.toml", files.read_bytes(file))
         return report(folder, brought_up_to_date(study.name, planned, base.parent, folder, options, progress))
 
 
@@ -246,7 +247,7 @@ def _left_s(plan: study_folder.Plan) -> float | None:
         return None
     elapsed_s = max(run.finished_unix_s or 0.0 for run in since) - plan.started_unix_s
     left = sum(run.work_s for run in plan.runs if run.state == "waiting")
-    return round(elapsed_s * left / sum(run.work_s for run in since), 1)
+    return round(elapsed_s * left / (sum(run.work_s for run in since) or 1.0), 1)
 
 
 def _holder(folder: Path) -> str | None:
@@ -254,11 +255,11 @@ def _holder(folder: Path) -> str | None:
     import psutil
 
     try:
-        holder = json.loads((folder / HOLDER).read_text(encoding="utf-8"))
+        holder = files.read_json(folder / HOLDER)
         if holder["host"] == platform.node() and not psutil.pid_exists(holder["process"]):
             return None
         return f"process {holder['process']} on {holder['host']}"
-    except (OSError, ValueError, KeyError, TypeError):
+    except (InputError, OSError, KeyError, TypeError, ValueError):
         return None
 
 
@@ -377,12 +378,12 @@ def merge(folders: Sequence[Path], out: Path) -> dict[str, Any]:
         plan = replace(plans[0], runs=[run for _, run in chosen])
         study_folder.write_plan(out, plan)
         for folder in folders:
-            files.write_if_new(out / "study.toml", (folder / "study.toml").read_bytes())
-            shutil.copytree(folder / "samples", out / "samples", ignore=HIDDEN, dirs_exist_ok=True)
+            files.write_if_new(out / "study.toml", files.read_bytes(folder / "study.toml"))
+            shutil.copytree(folder / "samples", out / "samples", ignore=HIDDEN, copy_function=copy, dirs_exist_ok=True)
         for folder, run in chosen:
             if folder != out and run.state == "done":
                 home, target = study_folder.run_path(folder, run.key), study_folder.run_path(out, run.key)
-                shutil.copytree(home, target, ignore=HIDDEN, dirs_exist_ok=True)
+                shutil.copytree(home, target, ignore=HIDDEN, copy_function=copy, dirs_exist_ok=True)
             if run.state != "waiting":
                 study_folder.write_outcome(out, run)
         return report(out, plan)

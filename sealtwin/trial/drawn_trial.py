@@ -22,12 +22,14 @@ def write_drawn_trial(
     ``shown_by`` holds the layers of ``drawn_crack``. Raises InputError where the drawing cannot be used, or where
     a file of that name is there that holds anything else.
     """
-    from digitise.drawing.drawn_block import DrawnLayers, drawn_crack
-    from digitise.drawing.read_dxf import read_layers
+    from digitise.drawing.drawn_block import drawn_crack
+    from digitise.drawing.drawn_layers import DrawnLayers
+    from digitise.drawing.read_dxf import open_drawing
 
     require_folder(folder)
-    layers, notes = read_layers(drawing, units)
-    crack = drawn_crack(DrawnLayers(drawing, layers), depth_mm, **shown_by)
+    drawn = open_drawing(drawing, units)
+    crack = drawn_crack(DrawnLayers(drawn), depth_mm, **shown_by)
+    notes = [*drawn.notes, *drawn.not_read()]
     mesh = {"file": MESH, "data": data, "units": "mm"}
     contents = {folder / MESH: crack.as_obj()}
     if crack.line_mm is not None:
@@ -35,9 +37,8 @@ def write_drawn_trial(
         contents[folder / LINE] = f"x_mm,y_mm\n{rows}".encode()
         mesh["path"] = LINE
     name = LINE_BREAKING.sub("-", drawing.stem)[:80].strip() or "drawing"
-    note = (
-        f"The crack is that of the drawing {drawing.name}, {depth_mm:g} mm deep, with upright walls and a level floor."
-    )
+    floor = f"{depth_mm:g} mm deep, with upright walls and a level floor"
+    note = f"The crack is that of the drawing {drawing.name} in {drawn.unit}, {floor}."
     trial = checked(Trial, drawing, {"name": name, "note": note, "mesh": mesh})
     contents[folder / TRIAL] = trial_text(trial).encode()
     files.write_unless_other(contents)

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from sealtwin.core import files, record_files
+from sealtwin.core import files, plain_files, record_files
 from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
@@ -175,7 +175,7 @@ def adopt_trial(job: Job) -> None:
     if job.source.resolve() == job.path.resolve():
         return
     if job.sheet is not None and job.trial.readings is not None:
-        files.write_if_new(job.path / job.trial.readings.file, job.sheet.read_bytes())
+        files.write_if_new(job.path / job.trial.readings.file, plain_files.read_bytes(job.sheet, LARGEST_SHEET_BYTES))
     sample = job.trial.shown_by
     names = {role: Path(file.name) for role, file in sample_files(job.trial).items()}
     table = "photo" if sample is job.trial.photo else "mesh"

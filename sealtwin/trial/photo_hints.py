@@ -8,6 +8,7 @@ from typing import Any
 from digitise.trace_page.session import Hints, Shape
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_bytes
+from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial
@@ -37,7 +38,7 @@ class TrialFile:
         # A link stays one: its target is written.
         self.path = path
         self._target = path.resolve()
-        self._content = self._target.read_bytes()
+        self._content = read_bytes(self._target)
 
     def save(self, hints: Hints, shape: Shape) -> list[str]:
         """Write the hints into the file's [photo] and the shape into its [crack]; returns the changed keys.
@@ -46,7 +47,7 @@ class TrialFile:
 
         Raises InputError, and leaves the file as it was, if the file has changed since or would be no trial with them.
         """
-        if not self._target.is_file() or self._target.read_bytes() != self._content:
+        if not self._target.is_file() or read_bytes(self._target) != self._content:
             raise InputError(
                 f"{self.path}: changed since the page was opened, and is not overwritten. Run 'sealtwin trace "
                 f"{self.path}' again."

@@ -239,6 +239,7 @@ def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
         "mean_error_95_mm": [round(end, 4) for end in found["mean_error_mm"]],
         "worst_error_mm": round(comparison["worst_error_mm"], 4),
         "worst_at_mm": round(comparison["worst_at_mm"], 2),
+        "worst_at_a_station": _worst_at_a_station(found.get("stations"), comparison["worst_at_mm"]),
         "flat_level_error_mm": round(comparison["flat_level_error_mm"], 4),
         "beats_flat_level": comparison["beats_flat_level"],
         # An earlier version knew the flat line alone.
@@ -260,6 +261,18 @@ def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
         "inputs_model": found["inputs"][0].get("model", "particles") if found["inputs"] else None,
         "findings": comparison["findings"],
     }  # fmt: skip
+
+
+def _worst_at_a_station(stations: dict[str, Any] | None, worst_at_mm: float) -> dict[str, float] | None:
+    """Return the worst error at a station and its place; None if the worst of all is at one."""
+    import numpy as np
+
+    from validate.wording.where_off import worst_at_a_station
+
+    if stations is None:
+        return None  # An earlier version wrote the file.
+    worst = worst_at_a_station(np.array(stations["s_mm"]), np.array(stations["error_mm"]), worst_at_mm)
+    return None if worst is None else {"error_mm": round(worst[0], 4), "s_mm": round(worst[1], 2)}
 
 
 def _sizes(radii_mm: list[float], error: dict[str, Any]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_text
+from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import LINE_BREAKING, Trial
@@ -48,16 +49,16 @@ def quick_trial(photo: Path, folder: Path, given: Tables, sheet: Path | None) ->
     if sheet is not None:
         said["readings"] = {"file": _from(folder, sheet)}
         assumed["readings"] = {"data": NOBODY, "role": NOBODY}
-    told = [f"{table}.{key} = {_toml(value)}" for table, keys in assumed.items() for key, value in keys.items()]
+    told = [f"{table}.{key} = {toml_value(value)}" for table, keys in assumed.items() for key, value in keys.items()]
     name = LINE_BREAKING.sub("-", photo.stem)[:80].strip() or "photo"
     head = {"name": name, "note": f"Assumed, not measured or given: {', '.join(told)}."}
     tables = {table: (said.get(table, {}), assumed.get(table, {})) for table in dict.fromkeys([*said, *assumed])}
     checked(Trial, photo, {**head, **{table: {**keys, **more} for table, (keys, more) in tables.items()}})
     lines = [HEAD.format(file=(folder / "trial.toml").as_posix(), run=(folder / "run").as_posix())]
-    lines += [f"{key} = {_toml(value)}" for key, value in head.items()]
+    lines += [f"{key} = {toml_value(value)}" for key, value in head.items()]
     for table, (keys, more) in tables.items():
-        lines += ["", f"[{table}]", *(f"{key} = {_toml(value)}" for key, value in keys.items())]
-        lines += [f"{key} = {_toml(value)}  # assumed" for key, value in more.items()]
+        lines += ["", f"[{table}]", *(f"{key} = {toml_value(value)}" for key, value in keys.items())]
+        lines += [f"{key} = {toml_value(value)}  # assumed" for key, value in more.items()]
     content = "\n".join(lines) + "\n"
     return f"{MARK}{_check(content)}\n{content}", told
 
@@ -65,7 +66,7 @@ def quick_trial(photo: Path, folder: Path, given: Tables, sheet: Path | None) ->
 def write_quick_trial(path: Path, text: str) -> None:
     """Write the file. Raises InputError where there is one that anybody wrote or edited."""
     if path.exists():
-        first, _, rest = path.read_text(encoding="utf-8", errors="replace").partition("\n")
+        first, _, rest = read_bytes(path).decode("utf-8", errors="replace").partition("\n")
         if first != MARK + _check(rest):
             raise InputError(
                 f"{path}: is yours, or was edited, and is not overwritten. Run 'sealtwin run {path}', or give another "
@@ -87,7 +88,8 @@ def _from(folder: Path, file: Path) -> str:
         return file.absolute().as_posix()
 
 
-def _toml(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """Return a value as a trial file writes it."""
     import tomlkit
 
     if not isinstance(value, Mapping):

@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sealtwin.core.errors import InputError
 from sealtwin.core.files import replacing
+from sealtwin.core.plain_files import opened
 from simulate.injection import Injection
 
 EVERY_S = 10.0  # Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles.
+LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Limit of a checkpoint, some kilobytes for each of millions of particles
 
 
 class Checkpoint:
@@ -46,12 +49,12 @@ class Checkpoint:
         """Restore the checkpoint, if it is one of this run; returns the outcome in words."""
         again = "the fluid run starts again at its first frame."
         try:
-            with self._path.open("rb") as file, np.load(file, allow_pickle=False) as opened:
+            with opened(self._path, LARGEST_CHECKPOINT_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
                 # Read completely before anything is changed: reading finds damage.
-                content: dict[str, NDArray[Any]] = {name: opened[name] for name in opened.files}
+                content: dict[str, NDArray[Any]] = {name: arrays[name] for name in arrays.files}
             if str(content["key"]) != self._key:
                 return f"kept by a run with other settings, inputs or device; {again}"
             injection.restore(content)
-        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as fault:
+        except (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as fault:
             return f"damaged ({fault}); {again}"
         return f"going on after frame {injection.done} of {injection.frames}, t = {injection.t_s:.2f} s."

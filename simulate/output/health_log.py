@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core.errors import naming
-from sealtwin.core.files import write_text
+from sealtwin.core.files import read_text, write_text
 from sealtwin.core.records import ParticleState
 from simulate.injection import Injection
 
@@ -37,9 +37,7 @@ class HealthLog:
 
     def begin(self, injection: Injection) -> None:
         """Keep the rows up to a resumed run's frame, or start a new file."""
-        rows = (
-            self._path.read_text(encoding="utf-8").splitlines()[1:] if injection.done and self._path.is_file() else []
-        )
+        rows = read_text(self._path).splitlines()[1:] if injection.done and self._path.is_file() else []
         kept = [row for row in rows if row.count(",") == len(COLUMNS) - 1 and int(row.split(",")[0]) <= injection.done]
         # A new file, since the name may be a link to another one.
         write_text(self._path, "\n".join([",".join(COLUMNS), *kept, ""]))

@@ -56,7 +56,7 @@ def test_a_third_face_on_an_edge_is_told(box):
     vertices, faces = box
     fin = np.vstack([vertices, [20.0, 0.0, 0.0]])
     (fault,) = check_mesh(fin, np.vstack([faces, [*faces[0][:2], 8], [*faces[0][:2][::-1], 8]]))
-    assert "more than two faces meet" in fault
+    assert "1 edge at which three or more faces meet, near (" in fault
 
 
 def test_a_sheet_on_itself_encloses_nothing(box):

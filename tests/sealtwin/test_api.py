@@ -407,3 +407,17 @@ def test_the_script_of_fifteen_lines_runs_as_it_stands(tmp_path):
     error_mm, low_mm, high_mm = (float(part.strip("(),")) for part in printed.split())
     assert 0 < low_mm < error_mm < high_mm < 5
     assert {file.name for file in (tmp_path / "P01").iterdir()} == {*REPORT, "overlay.png"}
+
+
+def test_the_fast_model_is_refused_where_it_is_chosen_and_the_functions_that_have_it_are_named():
+    with pytest.raises(InputError, match=r'Solver: model = "slot".*run_trial\(\) or sweep\(\)'):
+        st.Solver(model="slot")
+
+
+@pytest.mark.parametrize("table", [st.Fluid, st.Solver, st.Nozzle])
+def test_help_of_a_table_begins_with_names_and_not_with_types(table):
+    """A notebook completes by them; with types and bounds the signature had 1,400 characters."""
+    signature = inspect.signature(table)
+    assert list(signature.parameters) == list(table.model_fields)
+    assert len(str(signature)) < 300
+    assert "typing" not in str(signature)

@@ -1,5 +1,369 @@
 """Photos, masks, meshes and drawings."""
 
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import ezdxf.filemanagement
+import manifold3d
+import trimesh
+from ezdxf import units
+
+from tests.meshes import box, mesh_of, slotted
 from tests.wrong_inputs.table import WrongInput
 
-CASES: list[WrongInput] = []
+RING = ((0.0, 0.0), (40.0, 0.0), (40.0, 3.0), (0.0, 3.0))
+OFF, FROZEN = "off", "frozen"
+
+
+def drawing(draw: Callable[[Any, Any], object], unit: int = units.MM, **header: int) -> Callable[[Path], object]:
+    """Return a writer of a.dxf, drawn by a function of the document and its model space."""
+
+    def write(folder: Path) -> None:
+        document: Any = ezdxf.filemanagement.new(units=unit)
+        for name, value in header.items():
+            document.header[f"${name}"] = value
+        draw(document, document.modelspace())
+        document.saveas(folder / "a.dxf")
+
+    return write
+
+
+def on(layer: str, **attributes: object) -> dict[str, object]:
+    return {"layer": layer, **attributes}
+
+
+def ring(space: Any, layer: str = "OUTLINE", at: tuple[float, float] = (0.0, 0.0), **attributes: object) -> None:
+    corners = [(x + at[0], y + at[1]) for x, y in RING]
+    space.add_lwpolyline(corners, close=True, dxfattribs=on(layer, **attributes))
+
+
+def lines(space: Any, *ways: tuple[tuple[float, ...], tuple[float, ...]], layer: str = "L") -> None:
+    for first, last in ways:
+        space.add_line(first, last, dxfattribs=on(layer))
+
+
+def framed(_: Any, space: Any) -> None:
+    """A spline-fit polyline: its frame of control points goes before the curve."""
+    line = space.add_polyline2d([(0, 0), (20, 30), (40, 0)], dxfattribs=on("L", flags=4))
+    line.append_vertices([(0, 0), (20, 5), (40, 0)])
+    for number, vertex in enumerate(line.vertices):
+        vertex.dxf.flags = 16 if number < 3 else 8
+
+
+def in_a_block(document: Any, space: Any) -> None:
+    ring(document.blocks.new("CRACK"), "0")
+    space.add_blockref("CRACK", (0, 0), dxfattribs=on("OUTLINE", xscale=2))
+
+
+def with_a_layer(state: str, *rings: tuple[str, tuple[float, float]]) -> Callable[[Any, Any], None]:
+    """Rings by layer and place; the layer of the last one is not shown."""
+
+    def draw(document: Any, space: Any) -> None:
+        for layer, at in rings:
+            ring(space, layer, at)
+        hidden = document.layers.add(rings[-1][0])
+        hidden.off() if state == OFF else hidden.freeze()
+
+    return draw
+
+
+def spoilt_by_others(_: Any, space: Any) -> None:
+    """A crack beside a mesh and a far line on other layers, and a layer whose name is in other letters."""
+    ring(space, "Edge")
+    space.add_circle((20, 1.5), 0.5, dxfattribs=on("edge"))
+    lines(space, ((0, 0), (9e9, 0)), layer="XREF")
+    cube = space.add_polymesh((2, 2), dxfattribs=on("TABLE"))
+    cube.set_mesh_vertex((0, 0), (0, 0, 0))
+
+
+def beside_lines(_: Any, space: Any) -> None:
+    ring(space)
+    ring(space, at=(0, 10), invisible=1)
+    ring(space)
+    space.add_text("a crack", dxfattribs=on("OUTLINE"))
+    space.add_point((1, 1), dxfattribs=on("OUTLINE"))
+
+
+def forked(_: Any, space: Any) -> None:
+    """An outline of a crack 30 mm long whose arms are 30 mm long, too."""
+    ways = [manifold3d.CrossSection.square((30, 3)).translate((0, -1.5)).rotate(deg) for deg in (0, 120, 250)]
+    edge = manifold3d.CrossSection.batch_boolean(ways, manifold3d.OpType.Add).to_polygons()[0]
+    space.add_lwpolyline(edge.tolist(), close=True, dxfattribs=on("OUTLINE"))
+
+
+DRAWN = "import-dxf {given}/a.dxf --depth-mm 8 --out {out}"
+ALONG = f"{DRAWN} --line L --width-mm 3"
+OF_A_MESH = ("mesh.up", "--up", "drawing.obj", "Mesh", "Trace it again", "R2010", "px")
+DRAWINGS = [
+    WrongInput("frame of a spline-fit line", drawing(framed), ALONG, ("the drawn line is 41.2 mm long",), 0),
+    WrongInput(
+        "two cracks on one layer",
+        drawing(lambda _, space: (ring(space), ring(space, at=(0, 20)))),
+        DRAWN,
+        ("a.dxf, layer OUTLINE", "(20, 21.5) is beside", "(20, 1.5)", "--outline"),
+    ),
+    WrongInput(
+        "stone off the crack",
+        drawing(lambda _, space: (ring(space), space.add_circle((20, 20), 1, dxfattribs=on("ISLANDS")))),
+        DRAWN,
+        ("layer ISLANDS", "(20, 20) is beside"),
+    ),
+    WrongInput(
+        "stone across the edge",
+        drawing(lambda _, space: (ring(space), space.add_circle((20, 3), 1, dxfattribs=on("OUTLINE")))),
+        DRAWN,
+        ("layer OUTLINE", "(20, 3) crosses"),
+    ),
+    WrongInput(
+        "two samples on FACE",
+        drawing(lambda _, space: (ring(space), *(ring(space, "FACE", (0, y)) for y in (0, 9)))),
+        DRAWN,
+        ("layer FACE: 2 closed lines",),
+    ),
+    WrongInput(
+        "sample beside the crack",
+        drawing(lambda _, space: (ring(space), ring(space, "FACE", (90, 0)))),
+        DRAWN,
+        ("layer FACE", "40 x 3 mm", "is beside the crack"),
+        lacks=OF_A_MESH,
+    ),
+    WrongInput(
+        "round sample",
+        drawing(lambda _, space: (ring(space), space.add_circle((20, 1.5), 60, dxfattribs=on("FACE")))),
+        DRAWN,
+        ("a.dxf", "layer FACE", "four straight sides"),
+        lacks=OF_A_MESH,
+    ),
+    WrongInput(
+        "no crack but a square",
+        drawing(lambda _, space: space.add_circle((5, 5), 6, dxfattribs=on("OUTLINE"))),
+        DRAWN,
+        ("a.dxf", "mm wide", "--units"),
+        lacks=OF_A_MESH,
+    ),
+    WrongInput(
+        "other layers that cannot be read",
+        drawing(spoilt_by_others),
+        f"{DRAWN} --outline edge",
+        ("cavity 0.95 ml", "not read: XREF, TABLE", "unit of the drawing: mm (by the drawing)"),
+        0,
+    ),
+    WrongInput("far line", drawing(lambda _, space: lines(space, ((0, 0), (9e9, 0)))), ALONG, ("layer L: its LINE #",)),
+    WrongInput(
+        "drawn in mm, said to be in inches",
+        drawing(lambda _, space: ring(space, at=(0, 0)), units.IN),
+        f"{DRAWN} --units mm",
+        ("unit of the drawing: mm (by --units; the drawing states inch)", "40 x 3 mm"),
+        0,
+    ),
+    WrongInput(
+        "too large in the drawing's unit",
+        drawing(lambda _, space: ring(space), units.IN, MEASUREMENT=1),
+        DRAWN,
+        ("a.dxf: in inch, by the drawing", "$MEASUREMENT is metric", "1000 mm", "--units mm"),
+        lacks=OF_A_MESH,
+    ),
+    WrongInput("metres for mm", drawing(lambda _, space: lines(space, ((0, 0), (0.06, 0)))), ALONG, ("--units m",)),
+    WrongInput(
+        "in a block",
+        drawing(in_a_block),
+        DRAWN,
+        ("no lines to read on a layer OUTLINE", 'lines in the block "CRACK", which is to be exploded (1)'),
+    ),
+    WrongInput(
+        "hatch alone", drawing(lambda _, space: space.add_hatch(dxfattribs=on("OUTLINE"))), DRAWN, ("HATCH (1)",)
+    ),
+    WrongInput(
+        "on paper",
+        drawing(lambda document, _: lines(document.layout("Layout1"), ((0, 0), (40, 0)))),
+        ALONG,
+        ('lines on the sheet "Layout1"', "model space"),
+    ),
+    WrongInput(
+        "gaps of some µm",
+        drawing(lambda _, space: lines(space, ((0, 0), (20, 0)), ((20.004, 0), (40, 0)))),
+        ALONG,
+        ("a.dxf, layer L", "a gap of 0.004 mm at (20"),
+    ),
+    WrongInput(
+        "edge that is not closed",
+        drawing(lambda _, space: space.add_lwpolyline([*RING, (0, 0.01)], dxfattribs=on("OUTLINE"))),
+        DRAWN,
+        ("layer OUTLINE", "a gap of 0.01 mm at (0, 0"),
+    ),
+    WrongInput(
+        "line with an arm",
+        drawing(lambda _, space: lines(space, ((0, 0), (20, 0)), ((20, 0), (40, 0)), ((20, 0), (30, 9)))),
+        ALONG,
+        ("3 lines meet at (20, 0)",),
+    ),
+    WrongInput(
+        "line that crosses itself",
+        drawing(lambda _, space: space.add_lwpolyline([(0, 0), (30, 0), (30, 9), (15, -9)], dxfattribs=on("L"))),
+        ALONG,
+        ("layer L: the line crosses itself at (22.5, 0)",),
+    ),
+    WrongInput(
+        "texts, a hidden and a second edge",
+        drawing(beside_lines),
+        DRAWN,
+        ("layer OUTLINE: left out: invisible lines (1), TEXT (1), POINT (1), exact copies of lines (1)",),
+        0,
+    ),
+    WrongInput(
+        "pen width",
+        drawing(lambda _, space: space.add_lwpolyline([(0, 0, 5, 5), (40, 0)], "xyse", dxfattribs=on("L"))),
+        ALONG,
+        ("layer L: left out: pen widths of polylines (1)",),
+        0,
+    ),
+    WrongInput(
+        "layer that is off",
+        drawing(with_a_layer(OFF, ("NEW", (0, 0)), ("OUTLINE", (0, 0)))),
+        DRAWN,
+        ("layer OUTLINE", "switched off (1)", "NEW"),
+    ),
+    WrongInput("layer that is frozen", drawing(with_a_layer(FROZEN, ("OUTLINE", (0, 0)))), DRAWN, ("frozen (1)",)),
+    WrongInput(
+        "stones on a layer that is off",
+        drawing(with_a_layer(OFF, ("OUTLINE", (0, 0)), ("ISLANDS", (0, 0)))),
+        DRAWN,
+        ("layer ISLANDS: left out: lines on a layer that is switched off (1)",),
+        0,
+    ),
+    WrongInput(
+        "drawn upright",
+        drawing(lambda _, space: lines(space, ((0, 0, 0), (20, 0, 6)), ((20, 0, 6), (40, 0, 0)))),
+        ALONG,
+        ("layer L", "z is 0 to 6 mm", "XY plane"),
+    ),
+    WrongInput(
+        "edge that crosses itself evenly",
+        drawing(lambda _, space: space.add_lwpolyline(RING[::2] + RING[1::2], close=True, dxfattribs=on("OUTLINE"))),
+        DRAWN,
+        ("layer OUTLINE", "(20, 1.5)", "crosses itself"),
+        lacks=OF_A_MESH,
+    ),
+    WrongInput("crack with arms", drawing(forked), DRAWN, ("a side arm of 31 mm is not on the path",), 0),
+]
+
+
+def mesh(
+    name: str, content: Callable[[trimesh.Trimesh], Any], *bodies: manifold3d.Manifold
+) -> Callable[[Path], object]:
+    """Return a writer of a slotted block and other bodies in some format."""
+
+    def write(folder: Path) -> None:
+        parts = [trimesh.Trimesh(*mesh_of(body), process=False) for body in (slotted(), *bodies)]
+        whole: Any = trimesh.util.concatenate(parts)
+        made = content(whole)
+        (folder / name).write_bytes(made.encode() if isinstance(made, str) else made)
+
+    return write
+
+
+def as_stl(shape: trimesh.Trimesh) -> bytes:
+    return as_text(shape, "stl")
+
+
+def as_text(shape: trimesh.Trimesh, kind: str) -> bytes:
+    text: Any = shape.export(file_type=kind)
+    return text if isinstance(text, bytes) else text.encode()
+
+
+def moved(shape: trimesh.Trimesh, y_mm: float) -> trimesh.Trimesh:
+    """Far from the origin, and a little larger, so that its numbers are no whole ones."""
+    shape.apply_scale(1.003)
+    shape.apply_translation((0.0, y_mm, 0.0))
+    return shape
+
+
+def line_beside(text: str) -> Callable[[Path], object]:
+    def write(folder: Path) -> None:
+        mesh("m.stl", as_stl)(folder)
+        (folder / "line.csv").write_text(text)
+
+    return write
+
+
+def imported(name: str) -> str:
+    return f"import-mesh {{given}}/{name} --units mm --out {{out}}"
+
+
+SIDE_ARM = box((60.0, 22.0, -10.0), (62.0, 32.0, 1.0))
+OF_A_LIBRARY = ("charset_normalizer", "unmatched data", "codec")
+MESHES = [
+    WrongInput(
+        "bytes after the last triangle",
+        mesh("m.stl", lambda shape: as_stl(shape) + b"abc"),
+        imported("m.stl"),
+        ("m.stl", "28 triangles", "3 bytes"),
+        lacks=OF_A_LIBRARY,
+    ),
+    WrongInput(
+        "binary STL that is cut short",
+        mesh("m.stl", lambda shape: as_stl(shape)[:-60]),
+        imported("m.stl"),
+        ("m.stl", "28 triangles", "60 bytes"),
+        lacks=OF_A_LIBRARY,
+    ),
+    *(
+        WrongInput(
+            f"decimal commas in {kind}",
+            mesh(f"m.{kind[:3]}", lambda shape, kind=kind: as_text(shape, kind).replace(b".", b",")),
+            imported(f"m.{kind[:3]}"),
+            (f"m.{kind[:3]}", "its decimals are commas, as in "),
+            lacks=OF_A_LIBRARY,
+        )
+        for kind in ("stl_ascii", "obj", "off")
+    ),
+    WrongInput(
+        "decimal commas in a path",
+        line_beside("x_mm;y_mm\n20,5;20,0\n79,5;20,0\n"),
+        imported("m.stl") + " --path {given}/line.csv",
+        ("line.csv", "its decimals are commas", "20,5;20,0"),
+    ),
+    WrongInput(
+        "name with an umlaut",
+        mesh("m.stl", lambda shape: as_text(shape, "stl_ascii").replace(b"solid ", b"solid W\xfcrfel ", 1)),
+        imported("m.stl"),
+        ("cavity 2.40 ml",),
+        0,
+        lacks=OF_A_LIBRARY,
+    ),
+    WrongInput(
+        "far from the origin",
+        mesh("m.stl", lambda shape: as_stl(moved(shape, 5.4e6))),
+        imported("m.stl"),
+        ("m.stl", "steps of 0.5 mm"),
+        0,
+    ),
+    WrongInput(
+        "so far from the origin that its crack is rough",
+        mesh("m.stl", lambda shape: as_stl(moved(shape, 3e7))),
+        imported("m.stl"),
+        ("m.stl", "steps of 2 mm", "mm wide"),
+    ),
+    WrongInput(
+        "two samples in one file",
+        mesh("m.stl", as_stl, slotted().translate((0, 60, 0))),
+        imported("m.stl"),
+        ("m.stl", "2 separate bodies", "100 x 40 x 20 mm round (50, 20, -10)", "round (50, 80, -10)"),
+    ),
+    WrongInput(
+        "a small body beside the sample",
+        mesh("m.stl", as_stl, box((102, 0, -20), (110, 40, 0))),
+        imported("m.stl"),
+        ("2 separate bodies", "8 x 40 x 20 mm round (106, 20, -10)"),
+        0,
+    ),
+    WrongInput(
+        "mesh with a side arm",
+        mesh("m.stl", lambda _: as_stl(trimesh.Trimesh(*mesh_of(slotted(SIDE_ARM)), process=False))),
+        imported("m.stl"),
+        ("a side arm of 12 mm is not on the path",),
+        0,
+    ),
+]
+CASES: list[WrongInput] = [*DRAWINGS, *MESHES]

@@ -1,5 +1,46 @@
 """Tables of a paste."""
 
+from pathlib import Path
+
 from tests.wrong_inputs.table import WrongInput
 
-CASES: list[WrongInput] = []
+USAGE = 2
+DATA = "--data synthetic"
+LINE = "1,12.5 3,13.5 10,17 30,27 100,62"  # 12 Pa and 0.5 Pa s
+
+
+def curve(name: str, rows: str, *names: str, options: str = DATA, exit_code: int = 3) -> WrongInput:
+    """Rows of shear rate and stress of a rheometer."""
+
+    def make(folder: Path) -> None:
+        text = "\n".join(["shear_rate_per_s,stress_pa", *rows.split()])
+        (folder / "curve.csv").write_text(f"{text}\n", encoding="utf-8")
+
+    command = f"material rheometer {{given}}/curve.csv --density-kg-m3 1690 --out {{out}}/m.toml {options}"
+    return WrongInput(name, make, command, names, exit_code, ("pydantic", "viscosity_error_percent"))
+
+
+CASES: list[WrongInput] = [
+    curve("a plateau", "0.1,11.9 0.3,12.1 1,12.0 3,12.1 10,12.0", "curve.csv", "viscosity_pa_s", "0.1 to 10 /s"),
+    curve("five equal stresses", "1,12 3,12 10,12 30,12 100,12", "curve.csv", "viscosity_pa_s", "1 to 100 /s"),
+    curve("a power law", "0.1,1.58 0.3,2.74 1,5 3,8.66 10,15.8 30,27.4 100,50", "curve.csv", "38%", "flow_index"),
+    curve("a stiff paste", "1000,53000 3000,59000 10000,80000 90000,320000 30000,140000", "yield_stress_pa"),
+    curve("a number as Python writes it", "1,12.5 3,13.5 1_0,17 30,27 100,62", "row 4", "shear_rate_per_s", "'1_0'"),
+    curve("half of the density", LINE, "density_error_kg_m3", "900", options=f"{DATA} --density-error-kg-m3 900"),
+    curve(
+        "an error beyond all densities",
+        LINE,
+        "--density-error-kg-m3",
+        "1e9",
+        options=f"{DATA} --density-error-kg-m3 1e9",
+        exit_code=USAGE,
+    ),
+    WrongInput(
+        "a paste whose origin nobody states is not called measured",
+        curve("", LINE).make,
+        "material rheometer {given}/curve.csv --density-kg-m3 1690 --out {out}/material.toml",
+        ("--data",),
+        USAGE,
+        ("Yield stress",),
+    ),
+]

@@ -1,5 +1,145 @@
 """Caches, edited files, links and names."""
 
+import json
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from tests.studies import plannable_lab
 from tests.wrong_inputs.table import WrongInput
 
-CASES: list[WrongInput] = []
+DEVICE = Path(os.devnull)
+"""A device of which a reader gets nothing, so that one that opens it ends; /dev/zero would fill the memory."""
+
+RUN = {"version": 1, "stages": {}}
+CATALOGUE = {"version": 3, "pairing": "", "uses": {}, "checked": {}, "sources": {}}
+RECORD = {
+    **{"sample": "p1", "name": "P1", "revision": 1, "folder": "P1", "source": "photos", "content": "", "files": []},
+    **{"dialect": None, "date": None, "operator": None, "said": {}, "remarks": [], "ingested_utc": "", "sealtwin": ""},
+}
+PLANNED = {
+    **{"number": 1, "key": 64 * "a", "settings": {"fluid.U": 3.0}, "trial": {"solver": {}}, "sample": "aaaaaaaaaaaa"},
+    **{"kin": "", "work_s": 1.0},
+}
+PLAN = {"version": 1, "study": "tiny", "total": 1, "started_unix_s": 0.0, "stage_numbers": {}, "runs": [PLANNED]}
+FIGURES = {"volume_ratio": 1.0, "profile_sha256": ""}
+OUTCOME = {"version": 1, "state": "done", "wall_s": 1.0, "figures": FIGURES}
+OUTCOME_FILE = f"runs/{16 * 'a'}/outcome.json"
+
+Content = dict[str, Any] | str | Path
+
+
+def folder_of(contents: Mapping[str, Content]) -> Callable[[Path], None]:
+    """Return a maker of files: JSON of a dictionary, a text as it is, a link to a path."""
+
+    def make(folder: Path) -> None:
+        for name, content in contents.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if isinstance(content, Path):
+                path.symlink_to(content)
+            else:
+                path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
+
+    return make
+
+
+def study_of(outcome: dict[str, Any], **plan: Any) -> Callable[[Path], None]:
+    return folder_of({"plan.json": PLAN | plan, OUTCOME_FILE: outcome})
+
+
+def lab_of(catalogue: Content = CATALOGUE, **others: Content) -> Callable[[Path], None]:
+    """Return a maker of a lab of one sample; ``others`` are record and run in place of its own."""
+    given = {"record": RECORD, **others}
+    places = {"record": "P1/record.json", "run": "P1/run/run.json"}
+    return folder_of({"catalogue.json": catalogue} | {places[name]: content for name, content in given.items()})
+
+
+CASES: list[WrongInput] = [
+    WrongInput(
+        "film of a run whose outline is a device",
+        folder_of({"manifest.json": RUN, "frames/fill.pvd": "<VTKFile/>", "outline.json": DEVICE}),
+        "film {given} --out {out}.gif",
+        ("outline.json", "device"),
+    ),
+    WrongInput(
+        "replay of a loop whose tables are a device",
+        folder_of({"loop.json": DEVICE, "log.jsonl": "{}"}),
+        "loop {given} --replay {given}/log.jsonl",
+        ("loop.json", "device"),
+    ),
+    WrongInput(
+        "lab whose record is a device",
+        lab_of(record=DEVICE),
+        "lab list {given}",
+        ("record.json", "device"),
+    ),
+    WrongInput(
+        "catalogue whose source lacks its faults",
+        lab_of({**CATALOGUE, "sources": {"photos (8855451d)": {"decisions": [], "faultss": []}}}),
+        "lab list {given}",
+        ("catalogue.json", "sources.photos (8855451d).faults"),
+    ),
+    WrongInput(
+        "catalogue whose checks are a number",
+        lab_of({**CATALOGUE, "checked": {"P1": 3}}),
+        "lab list {given}",
+        ("catalogue.json", "checked.P1 = 3"),
+    ),
+    WrongInput(
+        "record of a sample whose files are a word",
+        lab_of(record={**RECORD, "files": "none"}),
+        "lab list {given}",
+        ("P1/record.json", "files", "none"),
+    ),
+    WrongInput(
+        "run of a lab whose mean error is a word",
+        lab_of(run={"version": 1, "mean_error_mm": "small"}),
+        "lab list {given}",
+        ("P1/run/run.json", "mean_error_mm = 'small'"),
+    ),
+    WrongInput(
+        "outcome of a run whose time is a list",
+        study_of({**OUTCOME, "wall_s": [1, 2]}),
+        "sweep status {given}",
+        ("outcome.json", "wall_s = [1, 2]"),
+    ),
+    WrongInput(
+        "outcome of a run whose volume ratio is a word",
+        study_of({**OUTCOME, "figures": {**FIGURES, "volume_ratio": "whole"}}),
+        "map {given}",
+        ("outcome.json", "figures.volume_ratio = 'whole'"),
+    ),
+    WrongInput(
+        "outcome of a run that is done and has no figures",
+        study_of({**OUTCOME, "figures": None}),
+        "sweep status {given}",
+        ("outcome.json", "figures"),
+    ),
+    WrongInput(
+        "plan of a study whose run has no settings",
+        study_of(OUTCOME, runs=[{**PLANNED, "settings": None}]),
+        "sweep merge {given} --out {out}",
+        ("plan.json", "runs.0.settings = None"),
+    ),
+    WrongInput(
+        "plan of a study with a setting that is no number",
+        folder_of({"plan.json": json.dumps(PLAN).replace('"solver": {}', '"solver": {"radius_mm": NaN}')}),
+        "sweep merge {given} --out {out}",
+        ("plan.json", "NaN"),
+    ),
+    WrongInput(
+        "study that merges a link to a device",
+        folder_of({"plan.json": PLAN, "study.toml": DEVICE}),
+        "sweep merge {given} --out {out}",
+        ("study.toml", "device"),
+    ),
+    WrongInput(
+        "draws of a sealant that are missing, of which no column is needed",
+        plannable_lab,
+        "plan {given}/planned.toml --posterior {given}/none.csv --out {out}",
+        ("none.csv", "fluid.yield_stress_pa"),
+        lacks=("columns ,",),
+    ),
+]

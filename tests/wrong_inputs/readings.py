@@ -1,5 +1,294 @@
-"""Sheets of readings."""
+"""Sheets of readings, and what a lab leaves in place of one."""
 
+import shutil
+import unicodedata
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import openpyxl
+
+from tests.lab_folder import DEFAULTS, ENDS
+from tests.labs import sealtwin
+from tests.open_document import write_content
+from tests.pictures import mortar, with_crack, write_png
+from tests.sheet_writers import rewritten
 from tests.wrong_inputs.table import WrongInput
 
-CASES: list[WrongInput] = []
+Write = Callable[[Path], object]
+NOT_ALL_SOUND = 6
+TRIAL = f"""\
+name = "P01"
+
+[photo]
+file = "P01.png"
+data = "synthetic"
+mm_per_px = 0.1
+ends_px = {ENDS}
+
+[crack]
+depth_mm = 8.0
+tilt = "vertical"
+
+[path]
+volume_ml = 0.08
+speed_mm_s = 20.0
+trim_mm = 1.0
+
+[fluid]
+viscosity_pa_s = 5.0
+yield_stress_pa = 5.0
+freeze_after_s = "never"
+
+[solver]
+model = "slot"
+settle_s = 0.2
+
+[output]
+snapshots_s = []
+
+[readings]
+file = "P01.csv"
+data = "synthetic"
+role = "held-out"
+"""
+KEPT = TemporaryDirectory(prefix="sealtwin-wrong-inputs-")
+IN_MM = 'unit = "mm"'
+
+
+@cache
+def simulated() -> Path:
+    """Return a run folder by the fast model, whose sheet each row replaces. It is deleted when the tests end."""
+    folder = Path(KEPT.name)
+    write_photo(folder / "P01.png")
+    (folder / "P01.csv").write_text("s_mm,depth_mm\n1,1.5\n12,1.6\n", encoding="utf-8")
+    (folder / "trial.toml").write_text(TRIAL, encoding="utf-8")
+    for words in (("digitise", folder / "trial.toml", "--out", folder / "run"), ("simulate", folder / "run")):
+        answer = sealtwin(*words)
+        assert answer.exit_code == 0, answer.output
+    return folder / "run"
+
+
+def write_photo(path: Path) -> None:
+    write_png(path, with_crack(mortar((200, 200), seed=0), [(40, 101), (80, 97), (120, 103), (160, 98)], 20))
+
+
+def of(path: Path, write: str | Write) -> None:
+    _ = path.write_text(write, encoding="utf-8") if isinstance(write, str) else write(path)
+
+
+def sheet(name: str, write: str | Write, *names: str, settings: str = "", suffix: str = ".csv") -> WrongInput:
+    """A sheet that a run is not compared with; ``settings`` are further lines of [readings]."""
+
+    def make(folder: Path) -> None:
+        shutil.copytree(simulated(), folder, dirs_exist_ok=True)
+        (folder / "inputs" / "P01.csv").unlink()
+        of(folder / "inputs" / f"P01{suffix}", write)
+        trial = (folder / "trial.toml").read_text(encoding="utf-8").replace("/P01.csv", f"/P01{suffix}")
+        trial = trial.replace("[readings]\n", f"[readings]\n{settings}\n")
+        (folder / "trial.toml").write_text(trial, encoding="utf-8")
+
+    return WrongInput(name, make, "validate {given} --device cpu", (f"P01{suffix}", *names))
+
+
+def lab(name: str, files: Mapping[str, str | Write], *names: str, settings: str = "") -> WrongInput:
+    """A lab's folder of P01 with these files beside its photo, and of a sound P02, which has no readings."""
+    note = f"[crack]\ndepth_mm = 8.0\n[photo]\nends_px = {ENDS}\n"
+    notes = {f"{sample}.toml": note for sample in ("P01", "P02") if f"{sample}_note.xlsx" not in files}
+
+    def make(folder: Path) -> None:
+        write_photo(folder / "P01.png")
+        shutil.copy(folder / "P01.png", folder / "P02.png")
+        for file, write in ({**notes, "lab.toml": f"{DEFAULTS}{settings}\n", **files}).items():
+            of(folder / file, write)
+
+    return WrongInput(name, make, "ingest {given} --out {out} --dry-run", names, NOT_ALL_SOUND)
+
+
+def table(*cells: str, head: str = "s_mm;depth_mm") -> str:
+    """Rows at s = 1, 4, 7 and so on."""
+    return "\n".join([head, *(f"{1 + 3 * at};{cell}" for at, cell in enumerate(cells))]) + "\n"
+
+
+def under(head: str) -> str:
+    return table("21.5", "24", "13", "12", head=head)
+
+
+def with_unit(*units: str, head: str = "Einheit") -> str:
+    """The same numbers with a column of units."""
+    numbers = ("2.15", "0.0945", "1.3", "1.2")
+    return table(*(f"{number};{unit}" for number, unit in zip(numbers, units, strict=True)), head=f"s_mm;depth;{head}")
+
+
+def ods(*cells: str, columns: str = "", styles: str = "") -> Write:
+    """Depths, as XML of a cell each."""
+    texts = "".join(
+        f'<table:table-cell office:value-type="string"><text:p>{name}</text:p></table:table-cell>'
+        for name in ("s_mm", "depth_mm")
+    )
+    rows = "".join(
+        f'<table:table-row><table:table-cell office:value-type="float" office:value="{1 + 3 * at}"/>{cell}'
+        "</table:table-row>"
+        for at, cell in enumerate(cells)
+    )
+    content = f'<table:table table:name="a">{columns}<table:table-row>{texts}</table:table-row>{rows}</table:table>'
+    return lambda path: write_content(path, content, styles=styles)
+
+
+def number(value: str, shown: str = "", more: str = "") -> str:
+    text = f"<text:p>{shown}</text:p>" if shown else ""
+    return f'<table:table-cell office:value-type="float" office:value="{value}" {more}>{text}</table:table-cell>'
+
+
+SOUND = (number("2.15"), number("2.4"), number("1.3"))
+
+
+def xlsx(*depths: str, row: str = "", on_load: bool = False) -> Write:
+    """Depths, as XML within a cell each; ``row`` are attributes of the last row."""
+    head = "".join(f'<c t="inlineStr"><is><t>{name}</t></is></c>' for name in ("s_mm", "depth_mm"))
+    cells = [f"<c><v>{1 + 3 * at}</v></c><c>{depth}</c>" for at, depth in enumerate(depths)]
+    rows = [f"<row>{each}</row>" for each in (head, *cells[:-1])] + [f"<row {row}>{cells[-1]}</row>"]
+
+    def write(path: Path) -> None:
+        rewritten(path, sheet="".join(rows), on_load=on_load)
+
+    return write
+
+
+def formatted(form: str) -> Write:
+    def write(path: Path) -> None:
+        book = openpyxl.Workbook()
+        for at, values in enumerate((("s_mm", "depth_mm"), (1, 2.15), (4, 2.4), (7, 1.3)), start=1):
+            for column, value in enumerate(values, start=1):
+                book.worksheets[0].cell(at, column, value)
+            book.worksheets[0].cell(at, 2).number_format = form
+        book.save(path)
+
+    return write
+
+
+def note_by_formula(path: Path) -> None:
+    book = openpyxl.Workbook()
+    for row in (("Tiefe [mm]", "=8+1"), ("Rissenden", "40 101 160 98")):
+        book.worksheets[0].append(row)
+    book.save(path)
+
+
+def percent_note(path: Path) -> None:
+    book = openpyxl.Workbook()
+    for row in (("Schwindung [%]", 0.025), ("Zustand", "nass"), ("Tiefe [mm]", 8), ("Rissenden", "40 101 160 98")):
+        book.worksheets[0].append(row)
+    book.worksheets[0]["B1"].number_format = "0.0%"
+    book.save(path)
+
+
+SIX = "2.15;2.1\n3;2.0;2.1\n5;1.9;2.1\n7;1.8;2.0\n9;1.8;2.1\n11;1.9;2.0\n"
+COLUMNS = '<table:table-column/><table:table-column table:style-name="c0"/>'
+FLAT = '<style:style style:name="c0"><style:table-column-properties style:column-width="0in"/></style:style>'
+PERCENT = '<table:table-cell office:value-type="percentage" office:value="0.0215"/>'
+NOBODY = '<table:table-cell office:value-type="string" office:string-value="kaputt"/>'
+FORMULA = 'table:formula="of:=1-1"'
+TWINS = {f"{unicodedata.normalize(form, 'P01 Größe')}.csv": under("s_mm;depth_mm") for form in ("NFC", "NFD")}
+
+
+def depths(folder: Path) -> None:
+    write_photo(folder / "P01.png")
+    (folder / "depths.csv").write_text("s_mm;depth_mm;Einheit\n0;8;mm\n9;0.3;inch\n", encoding="utf-8")
+
+
+CASES: list[WrongInput] = [
+    # A number beside a unit.
+    sheet("a decimal before the unit", under("s_mm;Tiefe (0,1 mm)"), "'Tiefe (0,1 mm)'", "'0,1 mm'", "as_written"),
+    sheet("ten before the unit", under("s_mm;Tiefe 10 mm"), "'Tiefe 10 mm'", "[1/10 mm]"),
+    sheet("ten in the brackets of the unit", under("s_mm;Tiefe [10 mm]"), "'10 mm'"),
+    sheet("ten behind the unit", under("s_mm;depth (mm*10)"), "'mm*10'"),
+    sheet("a power of ten", under("s_mm;depth [10^-1 mm]"), "'10^-1'"),
+    sheet("a factor beside a declared unit", under("s_mm;depth 1/100"), "'/100'", settings=IN_MM),
+    sheet("a factor of inches", under("s_mm;depth (1/1000 in)"), "'1/1000 in'", settings=IN_MM),
+    sheet("a factor of places", under("Pos (0,1 mm);depth_mm"), "'0,1 mm'", "as_written"),
+    sheet(
+        "tenths and a declared unit", under("s_mm;Tiefe [1/10 mm]"), "1/10 mm and mm", "readings.unit", settings=IN_MM
+    ),
+    sheet("a factor below the header", "s;depth\nmm;0,1 mm\n1;21.5\n4;24\n", "'0,1 mm', below 'depth'", settings=IN_MM),
+    sheet("tenths below the header", "s;depth\nmm;1/10 mm\n1;21.5\n4;24\n", "1/10 mm and mm", settings=IN_MM),
+    # Units beside the readings.
+    sheet(
+        "a row in inches", with_unit("mm", "inch", "mm", "mm"), "line 3", "'0.0945'", "'inch'", "unit", settings=IN_MM
+    ),
+    sheet("all rows in inches", with_unit(*["inch"] * 4), "line 2", "'inch'", "in mm", settings=IN_MM),
+    sheet("a column of units without a name", with_unit(*["cm"] * 4, head=""), "'cm'", "column C", settings=IN_MM),
+    sheet("units that are not read", with_unit(*["\u00b5m"] * 4), "'\u00b5m'", "column C", settings=IN_MM),
+    sheet("a unit above", f"Einheit: Zoll\n{under('s_mm;depth')}", "line 1", "'Einheit: Zoll'", settings=IN_MM),
+    sheet("a unit below", f"{under('s_mm;depth')}alle Werte in cm\n", "'alle Werte in cm'", settings=IN_MM),
+    sheet("a format in cm", formatted('0.00" cm"'), "B2", "'2.15'", "'cm'", suffix=".xlsx"),
+    sheet("a format of percent", formatted("0.00%"), "B2", "'2.15'", "215 %", suffix=".xlsx"),
+    sheet("percent in ODS", ods(*SOUND, PERCENT), "B5", "'0.0215'", "2.15 %", suffix=".ods"),
+    sheet("a name with a minus", under("s_mm;-depth_mm"), "'-depth_mm'", "levels"),
+    # Cells that are no number.
+    sheet("an error that Excel saves in ODS", ods(*SOUND, number("0", "#WERT!")), "B5", "'#WERT!'", suffix=".ods"),
+    sheet("an error of OpenOffice", ods(*SOUND, number("0", "Err:503")), "B5", "'Err:503'", suffix=".ods"),
+    sheet("a number beyond all", ods(*SOUND, number("1e400")), "B5", "'1e400'", suffix=".ods"),
+    sheet("nan", ods(*SOUND, number("nan")), "B5", "'nan'", suffix=".ods"),
+    sheet("a text in an attribute", ods(*SOUND, NOBODY), "B5", "'kaputt'", suffix=".ods"),
+    sheet("zeros of formulas in ODS", ods(*[number("0", "", FORMULA)] * 3), "3 formulas", "B2 to B4", suffix=".ods"),
+    sheet("zeros of formulas", xlsx(*["<f>1-1</f><v>0</v>"] * 3), "3 formulas", "B2 to B4", suffix=".xlsx"),
+    sheet(
+        "a zero that is left to the next program",
+        xlsx("<f>1+1</f><v>2</v>", "<f>1-1</f><v>0</v>", "<v>1.5</v>", on_load=True),
+        "1 formula",
+        "B3",
+        suffix=".xlsx",
+    ),
+    # What is no sheet.
+    sheet("a page in HTML", "<!DOCTYPE html>\n<table><tr><td>1</td></tr></table>\n", "HTML", suffix=".xls"),
+    sheet("columns by blanks", "s_mm   depth_mm\n1   2.15\n4   2.4\n7   1.3\n", "blanks only", "'1   2.15'"),
+    sheet("columns by blanks with decimal commas", "s_mm   depth_mm\n1   2,15\n4   2,4\n7   1,3\n", "blanks only"),
+    # Doubts, which need the crack.
+    lab(
+        "numbers of places",
+        {"P01.csv": "Messstelle;Tiefe\n1;1.5\n2;1.4\n3;1.3\n"},
+        "column Messstelle",
+        "readings.unit",
+        "1 to 3",
+        'readings.as_written = ["unit"]',
+        settings=IN_MM,
+    ),
+    lab(
+        "hundredths with digits of a micrometre",
+        {"P01.csv": table("2.15", "2.41", "1.37", head="s_mm;Tiefe [1/100 mm]")},
+        "1/100 mm",
+        "as_written",
+    ),
+    lab("a row of zeros", {"P01.csv": f"s_mm;depth_1_mm;depth_2_mm\n1;{SIX}0;0;0\n"}, "line 8", '["8"]'),
+    lab("a factor above", {"P01.csv": f"Faktor;0.1\n{table('1.5', '1.4', '1.3', '1.2')}"}, "line 1", "'Faktor'"),
+    lab("a correction above", {"P01.csv": f"Korrektur: 0,35 mm\n{table('1.5', '1.4', '1.3')}"}, "'Korrektur: 0,35 mm'"),
+    lab(
+        "a row of no height",
+        {"P01.xlsx": xlsx(*[f"<v>{depth}</v>" for depth in (1.5, 1.4, 1.3)], row='ht="0" customHeight="1"')},
+        "hidden",
+        '["4"]',
+    ),
+    lab(
+        "a column of no width",
+        {
+            "P01.ods": ods(
+                *SOUND, styles=FLAT, columns='<table:table-column/><table:table-column table:style-name="c0"/>'
+            )
+        },
+        "hidden",
+        '["B"]',
+    ),
+    # Sisters.
+    WrongInput(
+        "a depth in inches",
+        depths,
+        "digitise {given}/P01.png --mm-per-px 0.1 --depth-mm {given}/depths.csv --out {out}",
+        ("depths.csv", "line 3", "column depth_mm", "0.3", "'inch'"),
+    ),
+    # What a lab leaves.
+    lab("twins by Unicode", TWINS, "2 files", "look alike"),
+    lab("a file that iCloud keeps", {".P01.csv.icloud": "bplist00"}, "P01.csv", "iCloud"),
+    lab("a note by a formula", {"P01_note.xlsx": note_by_formula}, "P01_note.xlsx", "'Tiefe [mm]'"),
+    lab("a note in percent", {"P01_note.xlsx": percent_note}, "'Schwindung [%]'", "2.5 %"),
+]

@@ -5,10 +5,12 @@ import shlex
 import pytest
 
 from tests.labs import sealtwin
-from tests.wrong_inputs import digitise, lab, material, processes, readings
+from tests.wrong_inputs import digitise, lab, material, photos, processes, readings
 from tests.wrong_inputs.table import REFUSED, WrongInput
 
-TABLES = {table.__name__.rpartition(".")[2]: table.CASES for table in (digitise, lab, material, processes, readings)}
+TABLES = {
+    table.__name__.rpartition(".")[2]: table.CASES for table in (digitise, lab, material, photos, processes, readings)
+}
 ROWS = [pytest.param(row, id=f"{stage}: {row.name}") for stage, rows in TABLES.items() for row in rows]
 
 

@@ -4,6 +4,7 @@ import re
 import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from typing import Literal
 
 from validate.readings.text_table import WORDS, is_missing, number, plain_letters
@@ -14,14 +15,31 @@ Role = Literal["station", "mass", "reading", "repeat", "sample", "skipped"]
 row, and "skipped" holds notes, other quantities, or figures that were calculated from readings.
 """
 
-ColumnUnit = Unit | Literal["g", "kg"]
-MM: dict[ColumnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+ColumnUnit = Unit | Literal["g", "kg", "1/10 mm", "1/100 mm"]
+MM: dict[ColumnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "1/10 mm": 0.1, "1/100 mm": 0.01}
 GRAMS: dict[ColumnUnit, float] = {"g": 1.0, "kg": 1000.0}
 UNITS: dict[str, ColumnUnit] = {name: unit for unit, names in WORDS["units"].items() for name in names.split()}
 INCH = re.compile(r"[\[(/_]\s*in\s*[\])]?\s*$")
 """The unit "in" in brackets or at the end; elsewhere it is a preposition."""
 UNIT_AT_END = re.compile(r"(?:[\[(/_,]|\s)\s*([^\W\d_]+|\")\s*[\])]?\s*$")
 IN_BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]")
+UNIT = r"(?:(?:{})(?![^\W\d_])|\")".format("|".join(sorted(map(re.escape, (*UNITS, "in")), key=len, reverse=True)))
+LENGTH_MM = r"(?:{})(?![^\W\d_])".format("|".join(WORDS["units"]["mm"].split()))
+DIAL_UNIT = re.compile(rf"(?<![\w.,/])1\s?/\s?(100?)\s?{LENGTH_MM}|(?<![^\W\d_]){LENGTH_MM}\s?/\s?(100?)(?![\w.,])")
+"""Tenths and hundredths of a millimetre, in which dials are read: 1/10 mm, mm/100."""
+TIMES = r"[*x\u00d7\u00b7]"
+PART = r"[0-9]+(?:[.,][0-9]+|\s?[/:\u00f7]\s?[0-9]+)"  # A decimal number, or a fraction
+FACTOR = re.compile(
+    rf"[\[(]\s*(?P<in_brackets>[0-9]+(?:[.,][0-9]+)?)\s?{TIMES}?\s?{UNIT}"  # [10 mm]
+    rf"|(?<![\w.,]){PART}\s?(?:{TIMES}\s?)?{UNIT}"  # 0,1 mm
+    rf"|(?<![^\W\d_]){UNIT}\s?(?:[/:\u00f7^]|{TIMES})\s?[0-9]+"  # mm x 10
+    r"|[0-9]+\s?\^\s?-?[0-9]*|\u00f7\s?[0-9]*"  # 10^-1, ÷10
+    rf"|(?:[/:]|(?<!\w){TIMES})\s?10+(?![0-9])|(?<![0-9.,])0[.,][0-9]+"  # /10, x 100, 0.1
+    rf"|%\s?(?:of|von|de|di)?\s?{UNIT}"
+)
+"""A number that multiplies the unit beside it, or may do so; a bare 10 before mm is ``NUMBER_AT_UNIT``."""
+NUMBER_AT_UNIT = re.compile(rf"(?<![0-9.,])([0-9]+)[\s_]?{UNIT}")
+SCALED = re.compile(rf"[0-9][0-9.,]*\s?{TIMES}?\s?{UNIT}|{UNIT}\s?[/{TIMES[1:]}\s?[0-9]+")
 LONGEST_NAME = 200  # Limit on the letters of a name; a longer one is a text, in which a search for a unit takes long
 WORD = re.compile(r"[^\W\d_]+|[0-9]+")
 NAME = re.compile(r"[^\W_]+")
@@ -30,13 +48,15 @@ STATION, REPEAT, VALUE, COUNTER = (COLUMNS[role] for role in ("station", "repeat
 DOWNWARD, HEIGHT, SAMPLE, CALCULATED = (COLUMNS[role] for role in ("downward", "height", "sample", "calculated"))
 SKIPPED = CALCULATED | COLUMNS["notes"] | COLUMNS["other"]
 DEPTH, LEVEL = DOWNWARD | COLUMNS["depth"], HEIGHT | COLUMNS["level"]
+OF_UNITS, OTHER_UNITS = COLUMNS["unit"], frozenset(plain_letters(WORDS["other_units"]["words"]).split())
 MASS, OF_SAMPLE = COLUMNS["mass"], COUNTER | COLUMNS["beside_sample"]
 OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("beside_station", "beside_reading"))
 TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\W_])".format(**WORDS["directions"]))
 """Direction in several words."""
-ZERO_OF_READINGS, FACE = (frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face"))
+ZERO_OF_READINGS, FACE, OF_FACTOR = (frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face", "factor"))
+NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth, of which nobody knows which way it counts
 OF_FACE = COLUMNS["beside_any"] | SAMPLE
-COMMENT = re.compile(r"(#(?![A-Z/0]+[!?]$)|//|%%)")
+COMMENT = re.compile(r"(#(?!(?:[A-Z\u00c0-\u00dd/0\u00a1]+[!?]|N/?[AVD])$)|//|%%)")
 """Beginning of a comment; #DIV/0! is a spreadsheet's error."""
 
 
@@ -46,6 +66,7 @@ class ColumnMeaning:
     unit: ColumnUnit | None = None
     quantity: Quantity | None = None  # Direction in which a reading counts; None where the name leaves it open
     number: str | None = None  # Number of a repeat; None where the name holds none
+    factor: str | None = None  # What may multiply the unit, as "0,1 mm"; None where no number does
 
 
 @lru_cache(maxsize=4096)
@@ -53,10 +74,16 @@ def meaning(name: str) -> ColumnMeaning | None:
     """Return the meaning of a column's name; None, and nothing guessed, where any word of it is unknown."""
     if len(name) > LONGEST_NAME:
         return None
-    plain = TOWARD.sub(lambda toward: "upward" if toward["up"] else "downward", plain_letters(name))
+    if NEGATED.match(name):
+        return None
+    plain = TOWARD.sub(lambda toward: "upward" if toward["up"] else "downward", _plain(name))
+    dial = _dial_unit(plain)
+    plain = DIAL_UNIT.sub(" ", plain)
     found = WORD.findall(plain)
     numbers = [word for word in found if word.isdigit()]
     units: set[ColumnUnit] = {UNITS[word] for word in found if word in UNITS}
+    if dial is not None:
+        units.add(dial)
     words = {word for word in found if not word.isdigit() and word not in UNITS}
     if INCH.search(plain):
         units.add("inch")
@@ -68,10 +95,12 @@ def meaning(name: str) -> ColumnMeaning | None:
         return ColumnMeaning("sample")
     if words & SKIPPED or (words and words <= COUNTER) or (words & STATION and words & COUNTER):
         return ColumnMeaning("skipped", unit)
+    factor = factor_in(name)
     if words & MASS:
-        return ColumnMeaning("mass", unit)
+        return ColumnMeaning("mass", unit, factor=factor or _number_at_unit(plain))
     if words & STATION:
-        return ColumnMeaning("station", unit) if words <= STATION | OF_STATION and not numbers else None
+        known = words <= STATION | OF_STATION and (not numbers or factor or _number_at_unit(plain))
+        return ColumnMeaning("station", unit, factor=factor or _number_at_unit(plain)) if known else None
     if (
         not words & (DEPTH | LEVEL | REPEAT | VALUE)
         or not words <= DEPTH | LEVEL | REPEAT | VALUE | COUNTER | OF_READING
@@ -84,17 +113,82 @@ def meaning(name: str) -> ColumnMeaning | None:
     quantity: Quantity | None = "depth" if words & DEPTH else "level" if words & LEVEL else None
     bare = quantity is None and unit is None and not numbers
     counts = bare and (words & COUNTER or not words & VALUE)
-    return ColumnMeaning("repeat" if counts else "reading", unit, quantity, "-".join(numbers) or None)
+    return ColumnMeaning("repeat" if counts else "reading", unit, quantity, "-".join(numbers) or None, factor)
+
+
+def _plain(name: str) -> str:
+    """Return the plain letters of a name, with the fraction of which Unicode has a sign written out: 1/10."""
+    return plain_letters(name).replace("\u2044", "/")
+
+
+def _dial_unit(plain: str) -> ColumnUnit | None:
+    """Return tenths or hundredths of a millimetre where plain letters name them."""
+    found = DIAL_UNIT.search(plain)
+    return None if found is None else "1/10 mm" if "10" in found.groups() else "1/100 mm"
+
+
+def factor_in(name: str) -> str | None:
+    """Return what in a name may multiply its unit, as "0,1 mm" or "x10"; None for a unit that is read, as 1/10 mm."""
+    found = FACTOR.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
+    return None if found is None else found[0].strip("[( ")
+
+
+def _number_at_unit(plain: str) -> str | None:
+    """Return a number before a unit; a name of places or masses has no other number."""
+    found = NUMBER_AT_UNIT.search(plain)
+    return None if found is None else found[0]
+
+
+def ten_at_unit(name: str) -> int | None:
+    """Return the number from 10 on that a name has before its unit, as a factor or the number of a repeat."""
+    found = NUMBER_AT_UNIT.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
+    return int(found[1]) if found is not None and len(found[1]) in (2, 3, 4) else None
 
 
 def unit_of(text: str) -> ColumnUnit | None:
     """Return the unit of a cell that holds nothing else, such as "[mm]"; else None."""
-    word = plain_letters(text).strip("[](){}/. ").removeprefix("in ")
+    if len(text) > LONGEST_NAME:
+        return None
+    word = _plain(text).strip("[](){}/. ").removeprefix("in ")
+    if DIAL_UNIT.fullmatch(word):
+        return _dial_unit(word)
     return "inch" if word in ("in", '"') else UNITS.get(word)
+
+
+def is_scaled_unit(text: str) -> bool:
+    """Return whether a cell holds a unit with a factor that is not read, as "0,1 mm"."""
+    return len(text) <= LONGEST_NAME and SCALED.fullmatch(_plain(text).strip("[](){}/. ")) is not None
+
+
+def names_unit(name: str) -> bool:
+    """Return whether a name says that a unit stands below or beside it."""
+    return bool(OF_UNITS & set(WORD.findall(plain_letters(name[:LONGEST_NAME]))))
+
+
+def units_named(text: str) -> set[ColumnUnit | None]:
+    """Return the units that a remark names, as "Einheit: Zoll" or "all values in cm"; None is one that is not read."""
+    plain = _plain(text[:LONGEST_NAME])
+    words = set(WORD.findall(plain))
+    if not words & (OF_UNITS | VALUE):
+        return set()
+    if (dial := _dial_unit(plain)) is not None:
+        return {dial}
+    if words & OF_UNITS and factor_in(text) is not None:
+        return {None}
+    parts = [part for part in re.split(r"[\s:;=,()\[\]]+", plain) if part]
+    # M and G are initials, and "in" is a preposition, unless a word for unit stands before them.
+    last = parts[-1:] if words & OF_UNITS else []
+    told = [part for part in parts if len(part.strip(".")) > 1 and part != "in"] + last
+    if not words & OF_UNITS:
+        # A unit behind a number is that of the number.
+        told = [part for before, part in pairwise(["", *parts]) if part in told and not before[-1:].isdigit()]
+    return {unit for part in told if (unit := unit_of(part)) is not None}
 
 
 def unit_in(name: str) -> ColumnUnit | None:
     """Return the unit in brackets or at the end of a name, whose other words may be unknown; None if there is none."""
+    if (dial := _dial_unit(_plain(name[-LONGEST_NAME:]))) is not None:
+        return dial
     found = [*IN_BRACKETS.findall(name[-LONGEST_NAME:]), *UNIT_AT_END.findall(name[-LONGEST_NAME:])]
     return next((unit for text in found if (unit := unit_of(text)) is not None), None)
 
@@ -129,6 +223,12 @@ def names_other_zero(text: str) -> bool:
     """Return whether a remark says what readings count from, in other words than those for the sample's face."""
     words = set(NAME.findall(plain_letters(text[: 5 * LONGEST_NAME])))
     return bool(words & ZERO_OF_READINGS) and not (words & FACE and words <= ZERO_OF_READINGS | FACE | OF_FACE)
+
+
+def names_factor(text: str) -> bool:
+    """Return whether a remark gives a number by which readings are to be multiplied."""
+    words = set(NAME.findall(plain_letters(text[:LONGEST_NAME])))
+    return bool(words & OF_FACTOR)
 
 
 def sample_key(sample: str) -> str:

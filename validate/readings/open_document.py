@@ -5,6 +5,8 @@ defusedxml.
 """
 
 import io
+import math
+import re
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -23,8 +25,15 @@ MIMETYPE = b"application/vnd.oasis.opendocument.spreadsheet"
 OFFICE, TABLE, TEXT, STYLE = (
     f"{{urn:oasis:names:tc:opendocument:xmlns:{name}:1.0}}" for name in ("office", "table", "text", "style")
 )
+ERROR_TYPE = "{urn:org:documentfoundation:names:experimental:calc:xmlns:calcext:1.0}value-type"
 NUMBERS = ("float", "percentage", "currency")
 HIDDEN = ("collapse", "filter")
+SIZES = ("row-height", "column-width")
+NO_SIZE = re.compile(r"0*(?:[.,]0*)?[a-z%]*")  # "0cm", of a row or a column that nobody sees
+ERROR = re.compile(r"#.*[^\W\d_].*|(?:err|fehler|erreur|error)\s?:\s?[0-9]+", re.IGNORECASE)
+"""Text of an error: #DIV/0!, #WERT!, Err:503; ### is a number that its column is too narrow for."""
+BEHIND = re.compile(r"[-+]?[0-9][0-9.,' \u00a0\u202f]*(\D+)")
+"""A number as it is shown, and what its format shows behind it."""
 
 
 @dataclass
@@ -39,6 +48,18 @@ class Worksheet:
     struck: set[tuple[int, int]] = field(default_factory=set)
     hidden_rows: set[int] = field(default_factory=set)
     hidden_columns: set[int] = field(default_factory=set)
+    shown_units: dict[tuple[int, int], str] = field(default_factory=dict)  # As in ``SheetGrid``
+    zeros: set[tuple[int, int]] = field(default_factory=set)  # Formulas whose stored result is 0
+    results: int = 0  # Formulas with another result
+
+    def drop_zeros(self, *, never_calculated: bool) -> None:
+        """Take the results of formulas for never calculated where a writer that calculates nothing stored zeros.
+
+        Without ``never_calculated``, which the file states, that is so where no formula has another result.
+        """
+        if never_calculated or (len(self.zeros) > 1 and not self.results):
+            for row, column in self.zeros:
+                self.rows[row] = self.rows[row] | {column: SheetCell("", "formula")}
 
 
 def is_open_document(content: bytes) -> bool:
@@ -55,13 +76,15 @@ def read_worksheets(path: Path, content: bytes) -> list[Worksheet]:
                 found = f"unpacks to {size_bytes:,} bytes; at most {LARGEST_CONTENT_BYTES:,} are read."
                 raise refuse(Place(path), found, "Take other tables out of it, or save it as CSV.")
             root = fromstring(archive.read(CONTENT))
-        hidden, struck = set[str](), set[str]()
+        hidden, struck, flat = set[str](), set[str](), set[str]()
         for style in root.iter(f"{STYLE}style"):
             name = style.get(f"{STYLE}name", "")
             hidden |= {name for each in style if each.get(f"{TABLE}display") == "false"}
+            sizes = [each.get(f"{STYLE}{size}") for each in style for size in SIZES]
+            flat |= {name for size in sizes if size is not None and NO_SIZE.fullmatch(size)}
             struck |= {name for each in style if each.get(f"{STYLE}text-line-through-style", "none") != "none"}
         tables = root.findall(f"{OFFICE}body/{OFFICE}spreadsheet/{TABLE}table")
-        return [_sheet(table, table.get(f"{TABLE}style-name") in hidden, struck) for table in tables]
+        return [_sheet(table, table.get(f"{TABLE}style-name") in hidden, struck, flat) for table in tables]
     except (
         zipfile.BadZipFile, KeyError, ParseError, DefusedXmlException, zlib.error, EOFError, ValueError,
         NotImplementedError, RuntimeError,
@@ -70,12 +93,12 @@ def read_worksheets(path: Path, content: bytes) -> list[Worksheet]:
         raise refuse(Place(path), found, SAVE_AGAIN) from fault
 
 
-def _sheet(table: Element, hidden: bool, struck: set[str]) -> Worksheet:
+def _sheet(table: Element, hidden: bool, struck: set[str], flat: set[str]) -> Worksheet:
     sheet = Worksheet(table.get(f"{TABLE}name", ""), hidden)
     number = column = 0
     for each in _below(table, "table-column"):
         times = min(_count(each, "number-columns-repeated"), MOST_COLUMNS)
-        if each.get(f"{TABLE}visibility") in HIDDEN:
+        if _is_hidden(each, flat):
             sheet.hidden_columns |= set(range(column, column + times))
         column += times
     for row in _below(table, "table-row"):
@@ -86,17 +109,28 @@ def _sheet(table: Element, hidden: bool, struck: set[str]) -> Worksheet:
                 cells[column] = value
                 if cell.get(f"{TABLE}style-name") in struck:
                     sheet.struck.add((number + 1, column))
+                if (unit := _shown_unit(cell)) is not None:
+                    sheet.shown_units[number + 1, column] = unit
+                if value.kind == "number" and cell.get(f"{TABLE}formula") is not None:
+                    is_zero = float(value.text) == 0
+                    sheet.zeros |= {(number + 1, column)} if is_zero else set()
+                    sheet.results += not is_zero
             down, across = (_count(cell, f"number-{what}-spanned") for what in ("rows", "columns"))
             if (down, across) != (1, 1):
                 sheet.merged.append((number + 1, column, number + down, column + across - 1))
         if cells:
-            if row.get(f"{TABLE}visibility") in HIDDEN:
+            if _is_hidden(row, flat):
                 sheet.hidden_rows.add(number + 1)
             # One row too many is enough for a refusal.
             last = number + min(times, MOST_ROWS + 1 - len(sheet.rows))
             sheet.rows |= dict.fromkeys(range(number + 1, last + 1), cells)
         number += times
+    sheet.drop_zeros(never_calculated=False)
     return sheet
+
+
+def _is_hidden(element: Element, flat: set[str]) -> bool:
+    return element.get(f"{TABLE}visibility") in HIDDEN or element.get(f"{TABLE}style-name") in flat
 
 
 def _below(element: Element, tag: str) -> Iterator[Element]:
@@ -127,8 +161,12 @@ def _cells(row: Element) -> Iterator[tuple[int, Element]]:
 def _value(cell: Element) -> SheetCell:
     kind, value = cell.get(f"{OFFICE}value-type"), cell.get(f"{OFFICE}value")
     text = "\n".join("".join(line.itertext()) for line in cell.findall(f"{TEXT}p")).strip()
+    # Excel, and OpenOffice up to 3, save an error as the number 0 with its text.
+    if cell.get(ERROR_TYPE) == "error" or (kind in NUMBERS and ERROR.fullmatch(text)):
+        return SheetCell(text or "an error", "error")
     if kind in NUMBERS and value is not None:
-        return SheetCell(f"{float(value):.15g}", "number")
+        finite = math.isfinite(number := float(value))
+        return SheetCell(f"{number:.15g}", "number") if finite else SheetCell(value, "error")
     if kind in ("date", "time"):
         return SheetCell(text or cell.get(f"{OFFICE}date-value", ""), "date")
     if kind == "boolean":
@@ -137,4 +175,12 @@ def _value(cell: Element) -> SheetCell:
         return SheetCell("", "formula")
     if (text.startswith("#") and cell.get(f"{TABLE}formula") is not None) or text.startswith("Err:"):
         return SheetCell(text, "error")
-    return SheetCell(text)
+    return SheetCell(text or cell.get(f"{OFFICE}string-value", "").strip())
+
+
+def _shown_unit(cell: Element) -> str | None:
+    """Return what the format of a number shows behind it, as "cm" or "%"."""
+    if cell.get(f"{OFFICE}value-type") == "percentage":
+        return "%"
+    shown = BEHIND.fullmatch("".join("".join(line.itertext()) for line in cell.findall(f"{TEXT}p")).strip())
+    return shown[1].strip() if shown is not None else None

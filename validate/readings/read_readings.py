@@ -78,7 +78,7 @@ def read_readings(
         data,
         path.name,
         dialect_of(grid, header, settings, table.mark, levels_mm.shape[1], table.missing),
-        doubts=tuple(doubts_of(grid, header, cells, settings, depth_mm, filling)),
+        doubts=tuple(doubts_of(grid, header, cells, settings, length_mm, depth_mm, filling)),
         columns=faults.columns,
     )
 
@@ -237,6 +237,7 @@ class TableReader:
             header_row=header.row.number,
             digits_mm=digits_mm,
             is_depth=header.quantity == "depth",
+            declared_unit_mm=FACTORS[header.station.unit or "mm"] if header.station.unit_declared else None,
         )
 
     def _merged_stations(self) -> dict[int, SheetCell]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from sealtwin.core.errors import InputError, as_text
+from validate.readings.cell_units import columns_of_units, unit_cells
 from validate.readings.columns import Column, Header, read_header
 from validate.readings.header_words import sample_key
 from validate.readings.sheet import SAVE_AGAIN, FaultList, Place, SheetFaults, SheetGrid, SheetRow, quoted, refuse
@@ -17,6 +18,22 @@ from validate.settings import Declared
 
 LARGEST_FILE_BYTES = 5_000_000  # Limit on a sheet, a workbook with its pictures included
 ZIP = b"PK\x03\x04"
+OTHER_FORMATS: tuple[tuple[bytes, str], ...] = (
+    (b"<!doctype html", "a page in HTML"),
+    (b"<html", "a page in HTML"),
+    (b"<table", "a page in HTML"),
+    (b"<?xml", "a text in XML"),
+    (b"mime-version:", "a web archive (MHTML)"),
+    (b"{\\rtf", "a text in RTF"),
+    (b'{"', "a text in JSON"),
+    (b"%pdf-", "a PDF"),
+    (b"bplist", "a property list of Apple"),
+    (b"sqlite format", "a database"),
+    (b"\x1f\x8b", "an archive (gzip)"),
+    (b"rar!", "an archive (RAR)"),
+    (b"7z\xbc\xaf", "an archive (7z)"),
+)
+"""First bytes, in small letters, of what programs export under the names of sheets."""
 OLD_EXCEL = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # First bytes of .xls, and of an XLSX with a password
 
 
@@ -58,7 +75,20 @@ def named_cells(
         raise InputError(
             f"{table.path}: {head.count(twice[0])} columns {twice[0]}; keep one, and name the others anew."
         )
+    heads = dict(enumerate(head))
+    known = {at for at, name in heads.items() if name in names}
+    places = {at for at in known if heads[at] == "s_mm"}
+    beside = columns_of_units(heads, known, table.rows[1:])
+    units = unit_cells(table.rows[1:], beside, places, sorted(known - places), ())
+    for one in units:
+        if heads[one.column].endswith("_mm") and one.unit != "mm":
+            place = table.place(one.row.number, one.column, heads[one.column])
+            raise InputError(f"{place}: {one.row.cell(one.column).text} is in {quoted(one.written)}; give it in mm.")
     for row in table.rows[1:]:
+        for at, name in enumerate(head):
+            if name in names and table.shown_units.get((row.number, at)) == "%" and row.cell(at).kind == "number":
+                place, value = table.place(row.number, at, name), row.cell(at).text
+                raise InputError(f"{place}: {value} has the format of percentages; give the column that of numbers.")
         yield table.place(row.number), {name: row.cell(head.index(name)).text for name in names if name in head}
 
 
@@ -79,6 +109,9 @@ def _content(path: Path) -> bytes:
         raise refuse(Place(path), found, "Take pictures and other tables out of it, or save it as CSV.")
     if content.startswith(OLD_EXCEL):
         raise refuse(Place(path), "an old Excel workbook (.xls), or one with a password.", SAVE_AGAIN)
+    begins = content[:200].removeprefix(b"\xef\xbb\xbf").lstrip().lower()
+    if other := next((what for mark, what in OTHER_FORMATS if begins.startswith(mark)), None):
+        raise refuse(Place(path), f"{other} under the name of a sheet.", SAVE_AGAIN)
     return content
 
 

@@ -40,6 +40,7 @@ class ReadCells:
     header_row: int
     digits_mm: Floats  # (n, r): unit of the last digit of each reading that is not 0
     is_depth: bool  # True where the sheet counts downward
+    declared_unit_mm: float | None = None  # Unit of s where the sheet itself names none, else None
 
     @property
     def stations_mm(self) -> Floats:

@@ -1,7 +1,7 @@
 """The cells of a sheet, and its faults, reported all at once, each with its place and its remedy."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -183,6 +183,8 @@ class SheetGrid:
     struck: frozenset[tuple[int, int]] = frozenset()  # Cells that are struck through: row from 1, column from 0
     hidden_rows: frozenset[int] = frozenset()
     hidden_columns: frozenset[int] = frozenset()
+    shown_units: Mapping[tuple[int, int], str] = field(default_factory=dict[tuple[int, int], str])
+    """Text that the format of a number shows behind it, as "cm" or "%", by row from 1 and column from 0."""
     turned: tuple[int, ...] | None = None
     """Rows of the file, by number, that the columns of a turned sheet were; None in a sheet as it is in its file."""
 

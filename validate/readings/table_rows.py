@@ -66,6 +66,9 @@ def _turned(grid: SheetGrid) -> SheetGrid:
         separator=";" if grid.separator == "," else grid.separator,
         merged=(),
         struck=frozenset((column + 1, numbers[row]) for row, column in grid.struck),
+        shown_units={
+            (column + 1, numbers[row]): unit for (row, column), unit in grid.shown_units.items() if row in numbers
+        },
         hidden_rows=frozenset(column + 1 for column in grid.hidden_columns),
         hidden_columns=frozenset(numbers[row] for row in grid.hidden_rows if row in numbers),
         turned=tuple(row.number for row in grid.rows),

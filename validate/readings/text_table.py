@@ -97,7 +97,7 @@ def decimals_of(text: str) -> int:
 
 def read_delimited(path: Path, content: bytes, separator: Separator | None) -> SheetGrid:
     """Return the rows of a text file. Raises SheetFaults where it is no table."""
-    text, encoding = _decoded(path, content)
+    text, encoding = decoded(path, content)
     stated = SEPARATOR_LINE.match(text)
     if stated is not None:
         text = text[stated.end() :]
@@ -118,7 +118,7 @@ def _width(fields: list[str]) -> int:
     return next((count for count in range(len(fields), 0, -1) if fields[count - 1]), 0)
 
 
-def _decoded(path: Path, content: bytes) -> tuple[str, str]:
+def decoded(path: Path, content: bytes) -> tuple[str, str]:
     """Return the text and the name of its encoding."""
     high, low = (content[start::2].count(0) / max(1, len(content) // 2) for start in (1, 0))
     # Latin-1 is Windows-1252 with control characters in place of some letters.

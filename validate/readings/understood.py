@@ -1,21 +1,25 @@
 """Account of how a sheet was understood: in a sentence, as a table of its columns, and the doubts about it."""
 
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 
 import numpy as np
 
 from sealtwin.core.records import ReadColumn
-from validate.readings.columns import Header, other_zeros
+from validate.readings.columns import Header, factors, other_zeros
 from validate.readings.copies import alike_columns, mean_rows
 from validate.readings.screens import Doubt, ReadCells, doubtful_cells, scattered_stations
 from validate.readings.sheet import Place, SheetGrid, letters, quoted, shown
-from validate.readings.whole_sheet import Filling, doubts_of_sheet
+from validate.readings.text_table import number
+from validate.readings.whole_sheet import Filling, counted_stations, doubts_of_sheet
 from validate.settings import Decimal, Declared
 from validate.units import LABELS, counted
 
 WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
 OR_ANSWER = "or answer readings.as_written"  # What a question on a sheet that can be read says
 NO_SUCH = "skip: no such row"
+DIAL_UNITS = ("1/10 mm", "1/100 mm")
+FINEST_MM = 0.0075  # Between a caliper's last digit, 0.01 mm, and that of a dial that shows thousandths
 MOST_ROWS_SHOWN = 8  # Rows that are named as not read
 
 
@@ -47,7 +51,7 @@ def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadC
     several = header.repeat is None and len(header.readings) > 1
     roles = {one.index: f"{way}, {at}" if several else way for at, one in enumerate(header.readings, start=1)}
     others = ((header.station, along), (header.repeat, "repeat"), (header.sample, "sample"))
-    roles |= {one.index: what for one, what in others if one is not None}
+    roles |= {one.index: what for one, what in others if one is not None} | dict.fromkeys(header.of_units, "unit")
     columns = [
         ReadColumn(
             letters(column.index) if turned is None else f"row {turned[column.index]}",
@@ -70,12 +74,14 @@ def doubts_of(
     header: Header,
     cells: ReadCells,
     declared: Declared,
+    length_mm: float | None,
     depth_mm: float | None,
     filling: Filling | None,
 ) -> Iterator[str]:
     """Yield a sentence for each doubt without an answer: its cell, what was found, the remedy, and what to answer."""
     names = {column.index: column.name for column in header.read}
-    for doubt in unanswered((*_marked(grid, header), *screened(cells, depth_mm, filling)), declared):
+    of_header = (*_marked(grid, header), *_too_fine(header, cells), *counted_stations(cells, length_mm))
+    for doubt in unanswered((*of_header, *screened(cells, depth_mm, filling)), declared):
         place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
         yield in_words(doubt, _with_cell(place))
 
@@ -116,12 +122,32 @@ def screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) 
     yield from doubts_of_sheet(rest, depth_mm, filling)
 
 
+def _too_fine(header: Header, cells: ReadCells) -> Iterator[Doubt]:
+    """Yield the doubt whether a dial's unit in a header, as 1/10 mm, is how finely millimetres were read."""
+    for column in header.readings:
+        digits_mm = cells.digits_mm[:, cells.columns == column.index]
+        if column.unit in DIAL_UNITS and digits_mm.size and float(np.median(digits_mm)) < FINEST_MM:
+            found = f"readings in {column.unit} with digits of {float(digits_mm.min()):.2g} mm, which no caliper shows."
+            remedy = "Correct the header if they are millimetres"
+            yield Doubt("unit", header.row.number, column.index, ("unit",), found, remedy)
+            return
+
+
 def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
     """Yield remarks on the zero of readings, and rows, columns and cells that are struck through or hidden."""
     for row, text in other_zeros(header):
         found = f"{quoted(text)} says what the readings count from, and not in words for the sample's face."
         remedy = "Declare [readings] datum and datum_level_mm if it is not the face"
         yield Doubt("datum", row.number, header.station.index, ("datum",), found, remedy)
+    columns = [column.index for column in (header.station, *header.readings)]
+    for before, row in pairwise(header.body):
+        values = [number(row.cell(column).text, None) for column in columns]
+        if not any(values) and None not in values[:2] and (number(before.cell(columns[0]).text, None) or 0) > 0:
+            found = "place and readings are 0 below another place, as where a formula points at empty cells."
+            yield Doubt("zero", row.number, columns[0], (f"{row.number}",), found, "Clear the row")
+    for row, text in factors(header):
+        found = f"{quoted(text)} names a factor, by which nothing is multiplied."
+        yield Doubt("unit", row.number, header.station.index, ("unit",), found, "Write the readings in their unit")
     read = {column.index for column in (header.station, *header.readings)}
     at, rows = header.station.index, {row.number: row for row in header.body}
     if hidden := sorted(grid.hidden_rows & rows.keys()):
@@ -130,12 +156,12 @@ def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
     for index in sorted(grid.hidden_columns & read):
         found = "this column is hidden, and read."
         yield Doubt("hidden", header.row.number, index, (letters(index),), found, "Delete it if it is not meant")
-    for number, row in rows.items():
+    for row_number, row in rows.items():
         filled = {index for index in read if row.cell(index).text}
-        struck = {index for index in filled if (number, index) in grid.struck}
-        marks = [(index, f"{letters(index)}{number}", row.cell(index).text) for index in sorted(struck)]
+        struck = {index for index in filled if (row_number, index) in grid.struck}
+        marks = [(index, f"{letters(index)}{row_number}", row.cell(index).text) for index in sorted(struck)]
         if struck and struck == filled:
-            marks = [(at, f"{number}", "this row")]
+            marks = [(at, f"{row_number}", "this row")]
         for index, answer, what in marks:
             found = f"{what} is struck through, and read."
-            yield Doubt("struck", number, index, (answer,), found, "Clear it if it is not meant")
+            yield Doubt("struck", row_number, index, (answer,), found, "Clear it if it is not meant")

@@ -39,6 +39,8 @@ TURNED: tuple[tuple[Kind, float, str], ...] = (
 )
 """Kinds of mistakes that are one factor of all levels."""
 BELOW_FLOOR_MM = 1.0
+LEAST_COUNTED = 3
+COUNTED_SHARE = 0.5  # Share of the crack up to which stations that count 1, 2, 3 may be numbers of places
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,22 @@ def doubts_of_sheet(cells: ReadCells, depth_mm: float | None, filling: Filling |
     for kind, words in found.items():
         column = cells.station_column if kind == "direction" else int(cells.columns[0])
         yield Doubt(kind, cells.header_row, column, (kind,), words, ASK[kind])
+
+
+def counted_stations(cells: ReadCells, length_mm: float | None) -> Iterator[Doubt]:
+    """Yield the doubt whether stations of a unit that is only declared are numbers of places: 1, 2, 3 to n."""
+    unit_mm, s_mm = cells.declared_unit_mm, cells.s_mm
+    if unit_mm is None or length_mm is None or len(s_mm) < LEAST_COUNTED or s_mm[-1] > COUNTED_SHARE * length_mm:
+        return
+    if not any(np.allclose(s_mm, unit_mm * np.arange(first, first + len(s_mm))) for first in (0, 1)):
+        return
+    first, last = f"{s_mm[0] / unit_mm:g}", f"{s_mm[-1] / unit_mm:g}"
+    found = (
+        f"the stations count from {first} to {last} by ones, and readings.unit alone makes them {s_mm[-1]:g} mm of a "
+        f"crack of {length_mm:.3g} mm: perhaps they are numbers of places."
+    )
+    remedy = "Write the distance of each place along the crack"
+    yield Doubt("unit", cells.header_row, cells.station_column, ("unit",), found, remedy)
 
 
 def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> Iterator[tuple[Kind, str]]:

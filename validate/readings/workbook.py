@@ -6,9 +6,10 @@ merged range with cells, and a read-only one reports neither merged cells nor hi
 
 import io
 import math
+import re
 import warnings
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import date
 from pathlib import Path
@@ -16,6 +17,8 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 import openpyxl
+from openpyxl.styles.numbers import BUILTIN_FORMATS, BUILTIN_FORMATS_MAX_SIZE
+from openpyxl.utils.escape import unescape
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 
 from validate.readings.header_words import is_number
@@ -37,6 +40,13 @@ from validate.units import counted
 
 LARGEST_UNPACKED_BYTES = 32_000_000  # Limit on all parts together: 10,000 rows of 32 numbers take 13 million bytes
 HIDDEN = ("1", "true")
+CALCULATES_ON_LOAD = re.compile(rb"<(?:\w+:)?calcPr\b[^>]*\bfullCalcOnLoad\s*=\s*[\"'](?:1|true)")
+"""Mark of a writer that calculates nothing: the program that opens the file is to do so, and Excel takes it out."""
+NO_DATE = re.compile(r"[^\W\d_dmyhsapegbjtcrw]", re.IGNORECASE)
+"""Letter that no format of a date has, and the word Standard does: General in other languages."""
+TEXT_OR_COLOUR = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
+SHOWN_BEHIND = re.compile(r'[0#?]\s*((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)$')
+"""Text, quoted or letter by letter, that a format shows behind a number."""
 
 
 class _CellParser(WorkSheetParser):
@@ -47,6 +57,7 @@ class _CellParser(WorkSheetParser):
         # A formula whose result is an empty text has t="str".
         if cell["value"] is None and element.get("t") != "str" and element.find(FORMULA_TAG) is not None:
             cell["data_type"] = "f"
+        cell["formula"] = element.find(FORMULA_TAG) is not None
         return cell
 
 
@@ -102,18 +113,40 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> list[Workshee
         # The type stubs leave out what a read-only workbook keeps for its parser.
         book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True, keep_links=False)
         fonts = [book._fonts[style.fontId] for style in book._cell_styles]
+        formats = [_format(style.numFmtId, book._number_formats) for style in book._cell_styles]
+        never_calculated = CALCULATES_ON_LOAD.search(_workbook_part(content)) is not None
+    words = {number for number, code in enumerate(formats) if NO_DATE.search(TEXT_OR_COLOUR.sub("", code))}
+    units = {number: unit for number, code in enumerate(formats) if (unit := _unit_behind(code))}
     struck = {number for number, font in enumerate(fonts) if getattr(font, "strike", False)}
     sheets = [Worksheet(source.title, source.sheet_state != "visible") for source in book.worksheets]
     for sheet, source in zip(sheets, book.worksheets, strict=True):
         if wanted in (None, sheet.name):
             with _refused(path), source._get_source() as part:
-                dates, durations = book._date_formats, book._timedelta_formats
+                dates, durations = set(book._date_formats) - words, set(book._timedelta_formats) - words
                 parser = _CellParser(part, source._shared_strings, True, book.epoch, dates, durations)
-                _fill(sheet, parser, struck)
+                _fill(sheet, parser, struck, units)
+                sheet.drop_zeros(never_calculated=never_calculated)
     return sheets
 
 
-def _fill(sheet: Worksheet, parser: _CellParser, struck: set[int]) -> None:
+def _workbook_part(content: bytes) -> bytes:
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        return archive.read("xl/workbook.xml") if "xl/workbook.xml" in archive.namelist() else b""
+
+
+def _format(number: int, own: Sequence[str]) -> str:
+    """Return the code of a number's format."""
+    beyond = number - BUILTIN_FORMATS_MAX_SIZE
+    return BUILTIN_FORMATS.get(number, "") if beyond < 0 else own[beyond] if beyond < len(own) else ""
+
+
+def _unit_behind(code: str) -> str:
+    """Return what a format shows behind a number, as "cm" or "%"; "" if nothing."""
+    behind = SHOWN_BEHIND.search(code.partition(";")[0])
+    return "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
+
+
+def _fill(sheet: Worksheet, parser: _CellParser, struck: set[int], units: Mapping[int, str]) -> None:
     for _, cells in parser.parse():
         for each in cells:
             cell = _cell(each["value"], each["data_type"])
@@ -121,16 +154,27 @@ def _fill(sheet: Worksheet, parser: _CellParser, struck: set[int]) -> None:
                 # One column too many is enough for a refusal.
                 column = min(each["column"] - 1, MOST_COLUMNS)
                 sheet.rows.setdefault(each["row"], {})[column] = cell
-                if int(each["style_id"]) in struck:
+                style = int(each["style_id"])
+                if style in struck:
                     sheet.struck.add((each["row"], column))
+                if style in units:
+                    sheet.shown_units[each["row"], column] = units[style]
+                if each["formula"] and cell.kind == "number":
+                    is_zero = float(cell.text) == 0
+                    sheet.zeros |= {(each["row"], column)} if is_zero else set()
+                    sheet.results += not is_zero
         if len(sheet.rows) > MOST_ROWS:
             break
     for cells in parser.merged_cells.mergeCell if parser.merged_cells else ():
         sheet.merged.append((cells.min_row, cells.min_col - 1, cells.max_row, cells.max_col - 1))
-    sheet.hidden_rows = {int(row) for row, one in parser.row_dimensions.items() if one.get("hidden") in HIDDEN}
+    sheet.hidden_rows = {int(row) for row, one in parser.row_dimensions.items() if _is_hidden(one, "ht")}
     for one in parser.column_dimensions.values():
-        if one.get("hidden") in HIDDEN:
+        if _is_hidden(one, "width"):
             sheet.hidden_columns |= set(range(int(one["min"]) - 1, min(int(one["max"]), MOST_COLUMNS)))
+
+
+def _is_hidden(dimension: Mapping[str, Any], size: str) -> bool:
+    return dimension.get("hidden") in HIDDEN or float(dimension.get(size) or 1) == 0
 
 
 @contextmanager
@@ -157,11 +201,10 @@ def _cell(value: Any, data_type: str) -> SheetCell:
     if isinstance(value, bool):
         return SheetCell(str(value).upper(), "truth")
     if isinstance(value, int | float):
-        text = f"{value:.15g}"
-        return SheetCell(text, "number" if math.isfinite(value) else "text")
+        return SheetCell(f"{value:.15g}", "number" if math.isfinite(value) else "error")
     if isinstance(value, date):
         return SheetCell(f"{value:%Y-%m-%d %H:%M}".removesuffix(" 00:00"), "date")
-    return SheetCell(str(value).strip(), "date" if data_type == "d" else "text")
+    return SheetCell(unescape(str(value)).strip(), "date" if data_type == "d" else "text")
 
 
 def _has_table(sheet: Worksheet) -> bool:
@@ -199,4 +242,5 @@ def _grid(path: Path, chosen: Worksheet, sheets: list[Worksheet], program: str) 
         frozenset(chosen.struck),
         frozenset(chosen.hidden_rows),
         frozenset(chosen.hidden_columns),
+        chosen.shown_units,
     )

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from matplotlib.figure import FigureBase
 
+from sealtwin.core import files
 from sealtwin.core.drawing.snapshots import FillScene, draw_fill
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Pixels
@@ -265,7 +266,7 @@ OVERLAY_PX = 1500  # Width of the overlay in the report, at most; the full one i
 
 def _photo(evidence: Evidence) -> PhotoBlock:
     path, outline, seen_in = evidence.overlay_path, evidence.outline, evidence.outline.seen_in
-    content = np.frombuffer(path.read_bytes() if path.is_file() else b"", np.uint8)
+    content = np.frombuffer(files.read_bytes(path) if path.is_file() else b"", np.uint8)
     picture = cv2.imdecode(content, cv2.IMREAD_COLOR_RGB) if content.size else None
     if picture is None:
         raise InputError(f"{path}: no readable picture. Run 'sealtwin digitise' again, which draws the overlay.")

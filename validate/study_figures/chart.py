@@ -1,6 +1,5 @@
 """A study's runs over two settings, compared with the same readings: the nearest pair, and the pairs as near as it."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,8 +27,9 @@ both tails of 95 %.
 """
 FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean error of a run that is as near as the best one to that one's
 REPEATED = "seed"  # Setting of replicates, which is no axis
-UNFIT = "the fast model is unfit for it, which bars it from every ranking"
-VOLUME_OFF = "its volume is off by over 5 %, which bars it from every ranking"
+NAMED = 8  # Runs that a sentence names
+UNFIT = "the fast model is unfit for it, which bars it from every ranking."
+VOLUME_OFF = "its volume is off by over 5 %, which bars it from every ranking."
 
 
 @dataclass(frozen=True)
@@ -289,9 +289,20 @@ class Chart:
         total = len(self.runs) + len(self.excluded) + (self.replicates.runs if self.replicates else 0)
         if not self.excluded:
             return f"All {total} runs of the study are in it."
-        reasons = Counter(each.reason for each in self.excluded).most_common()
-        told = "; ".join(f"{count}: {reason}" for reason, count in reasons)
-        return f"{len(self.excluded)} of {total} runs are not in it. {told}"
+        runs: dict[str, list[str]] = {}
+        for each in self.excluded:
+            runs.setdefault(each.reason, []).append(str(each.number))
+        told = " ".join(f"{_named(numbers)}: {reason}" for reason, numbers in runs.items())
+        are = "is" if len(self.excluded) == 1 else "are"
+        return f"{len(self.excluded)} of {total} runs {are} not in it. {told}"
+
+
+def _named(numbers: Sequence[str]) -> str:
+    """Return some numbers of runs in words; the table of the runs that are left out has all."""
+    if len(numbers) == 1:
+        return f"Run {numbers[0]}"
+    more = f" and {len(numbers) - NAMED} others" if len(numbers) > NAMED else ""
+    return f"Runs {', '.join(numbers[:NAMED])}{more}"
 
 
 def as_near_as_the_best(

@@ -11,6 +11,7 @@ from validate.report_input import Evidence
 from validate.units import NOT_COMPUTED, counted
 from validate.wording.comparison import ROLES
 from validate.wording.prediction import predicted_sentence
+from validate.wording.where_off import worst_station_of
 
 FEW_ACROSS = 3.0
 """Particles from wall to wall, at least; four in the paper. Runs with two gained 11 to 17 %, with four nothing."""
@@ -178,6 +179,10 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
         if interval_mm is not None:
             figures.append(("its 95 % interval by the readings", "{:.2f} to {:.2f} mm".format(*interval_mm)))
         worst = f"worst error (at s = {m.worst_at_mm:.1f} mm)", f"{m.worst_error_mm:.2f} mm"
+        found = comparison.uncertainty
+        if found is not None and (at_station := worst_station_of(found, m.worst_at_mm)) is not None:
+            # Between stations, and beyond the last one, there is no reading to be off from.
+            worst = f"worst error at a station (at s = {at_station[1]:.1f} mm)", f"{at_station[0]:.2f} mm"
         figures += [(f"{one.name}, as a baseline", f"{one.mean_error_mm:.2f} mm") for one in m.baselines]
         figures += [worst, ("readings were", ROLES[m.role])]
     return [

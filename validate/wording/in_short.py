@@ -3,6 +3,7 @@
 from validate.report_input import Evidence
 from validate.wording.comparison import volumes_mm3
 from validate.wording.earlier_trials import expected_sentences
+from validate.wording.where_off import worst_station_of
 
 ML = 1000.0  # mm³
 
@@ -18,11 +19,14 @@ def _nearness(evidence: Evidence) -> tuple[str, ...]:
         return ()
     m = evidence.comparison.metrics
     side = "above" if m.bias_mm > 0 else "below"
+    off = f"{m.worst_error_mm:.1f} mm at most, {m.worst_at_mm:.0f} mm from the start"
+    found = evidence.comparison.uncertainty
+    if found is not None and (at_station := worst_station_of(found, m.worst_at_mm)) is not None:
+        off = f"{at_station[0]:.1f} mm at most at a station, {at_station[1]:.0f} mm from the start"
     lies = f"{abs(m.bias_mm):.1f} mm {side}" if round(m.bias_mm, 1) else "as high as"
     return (
         f"Along {m.covered_length_mm:.0f} mm of crack, the computed sealant surface is {m.mean_error_mm:.1f} mm off "
-        f"the readings on average and {m.worst_error_mm:.1f} mm at most, {m.worst_at_mm:.0f} mm from the start; its "
-        f"mean level lies {lies} theirs.",
+        f"the readings on average and {off}; its mean level lies {lies} theirs.",
     )
 
 

@@ -16,6 +16,19 @@ def where_off(found: ErrorUncertainty, worst_at_mm: float) -> tuple[str, ...]:
     return (*stretches_off(found.stations), *between_stations(found.levels.s_mm, worst_at_mm))
 
 
+def worst_at_a_station(stations_mm: Floats, error_mm: Floats, worst_at_mm: float) -> tuple[float, float] | None:
+    """Return the worst error at a station and its place; None if the worst of all is at one, or there is none."""
+    if not len(stations_mm) or np.abs(stations_mm - worst_at_mm).min() < AT_A_STATION_MM:
+        return None
+    worst = int(np.argmax(np.abs(error_mm)))
+    return abs(float(error_mm[worst])), float(stations_mm[worst])
+
+
+def worst_station_of(found: ErrorUncertainty, worst_at_mm: float) -> tuple[float, float] | None:
+    """Return ``worst_at_a_station`` of a comparison."""
+    return worst_at_a_station(found.stations.s_mm, found.stations.error_mm, worst_at_mm)
+
+
 def stretches_off(stations: StationErrors) -> tuple[str, ...]:
     """Stretches of neighbouring stations that are off to one side, the largest error first."""
     sides = np.where(stations.off, np.sign(stations.error_mm), 0).astype(int)

@@ -41,6 +41,7 @@ HEIGHTS = "cividis"
 SPEEDS = "plasma"  # Colour maps of the sealant's age, height and speed
 
 ALONG = "s from the end where the nozzle starts (mm)"  # Label of the axis along the crack
+BESIDE_PLOT_IN = 0.7  # Width of the figure beside a plot: its labels and margins
 LEGEND_ROW_PT = 12.5  # Height of a legend's line of 8 pt, with the space between two lines
 STYLE: Any = {
     "font.family": "sans-serif",
@@ -117,16 +118,24 @@ def draw_ground(axes: Axes, s_mm: Floats, floor_mm: Floats, bottom_mm: float) ->
 
 
 def put_legend_under_title(axes: Axes, columns: int) -> None:
-    """Draw the legend between title and plot: inside the plot a curve could run through it."""
-    axes.legend(
-        loc="lower left",
-        bbox_to_anchor=(0.0, 1.0),
-        ncols=columns,
-        borderaxespad=0.0,
-        borderpad=0.3,
-        columnspacing=1.5,
-        fontsize=8.0,
-    )
+    """Draw the legend between title and plot: inside the plot a curve could run through it.
+
+    It has as many columns as the figure has room for, and at most ``columns``.
+    """
+    while True:
+        legend = axes.legend(
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            ncols=columns,
+            borderaxespad=0.0,
+            borderpad=0.3,
+            columnspacing=1.5,
+            fontsize=8.0,
+        )
+        room_px = axes.figure.bbox.width - BESIDE_PLOT_IN * axes.figure.dpi
+        if columns == 1 or legend.get_window_extent().width <= room_px:
+            break
+        columns -= 1
     rows = -(-len(axes.get_legend_handles_labels()[1]) // columns)
     axes.set_title(axes.get_title(loc="left"), pad=6.0 + LEGEND_ROW_PT * rows)
 

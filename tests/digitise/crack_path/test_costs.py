@@ -23,7 +23,8 @@ def field_of(ridge: Floats | float = 0.0, dark: Floats | float = 0.0, allowed=Tr
     def whole(value):
         return np.broadcast_to(np.asarray(value, np.float32), SHAPE).copy()
 
-    return DarkMap((0.0, 0.0), 1.0, whole(1), whole(dark), whole(1), whole(ridge), np.full(SHAPE, allowed), darkest)
+    searched, around = np.full(SHAPE, allowed), np.zeros(SHAPE, dtype=bool)
+    return DarkMap((0.0, 0.0), 1.0, whole(1), whole(dark), whole(1), whole(ridge), searched, darkest, around)
 
 
 def row(number, value, width=1):

@@ -1,12 +1,10 @@
-from dataclasses import replace
-
 import cv2
 import numpy as np
 import pytest
 
 from digitise.crack_path.find_path import find_path
 from sealtwin.core.errors import InputError
-from tests.pictures import distance_to, evenly_scaled, mortar, write_png
+from tests.pictures import distance_to, evenly_scaled, mortar, with_paint, write_png
 
 SIZE_PX = (500, 300)
 CRACK = [(40.0, 150.0), (250.0, 120.0), (460.0, 170.0)]
@@ -27,7 +25,7 @@ def plain(tmp_path):
 
 def test_the_path_is_the_middle_of_the_paint(plain):
     """Within two cells of the skeleton of a stroke that is drawn on whole pixels."""
-    path = find_path(replace(plain, drawn=strokes(CRACK)), None)
+    path = find_path(with_paint(plain, strokes(CRACK)), None)
     assert path.source == "mask"
     assert path.points_px[0, 0] < path.points_px[-1, 0]
     assert distance_to(path.points_px, np.array(CRACK)).max() < 2.5
@@ -38,20 +36,20 @@ def test_the_path_is_the_middle_of_the_paint(plain):
 
 def test_between_ends_the_path_stays_between_them_in_their_order(plain):
     ends = ((400.0, 158.0), (100.0, 140.0))
-    path = find_path(replace(plain, drawn=strokes(CRACK)), ends)
+    path = find_path(with_paint(plain, strokes(CRACK)), ends)
     assert np.linalg.norm(path.points_px[[0, -1]] - np.array(ends), axis=1).max() < 6
     assert distance_to(path.points_px, np.array(CRACK)).max() < 4
 
 
 def test_side_cracks_of_the_paint_do_not_lead_away(plain):
     drawn = strokes(CRACK) | strokes([(250, 120), (300, 30)], width_px=6)
-    path = find_path(replace(plain, drawn=drawn), None)
+    path = find_path(with_paint(plain, drawn), None)
     assert distance_to(path.points_px, np.array(CRACK)).max() < 4
 
 
 def test_of_several_pieces_the_largest_is_taken_or_that_of_the_ends_and_it_is_said(plain):
     scratch = [(50.0, 270.0), (200.0, 270.0)]
-    photo = replace(plain, drawn=strokes(CRACK) | strokes(scratch, width_px=5))
+    photo = with_paint(plain, strokes(CRACK) | strokes(scratch, width_px=5))
     largest = find_path(photo, None)
     assert distance_to(largest.points_px, np.array(CRACK)).max() < 4
     assert "the mask has 2 pieces; the one from (" in largest.warnings[0]
@@ -63,7 +61,7 @@ def test_of_several_pieces_the_largest_is_taken_or_that_of_the_ends_and_it_is_sa
 def test_a_place_the_brush_missed_turns_no_path(plain):
     drawn = strokes(CRACK, width_px=20)
     drawn[118:124, 248:254] = False
-    path = find_path(replace(plain, drawn=drawn), None)
+    path = find_path(with_paint(plain, drawn), None)
     assert distance_to(path.points_px, np.array(CRACK)).max() < 4
 
 
@@ -77,4 +75,4 @@ def test_a_place_the_brush_missed_turns_no_path(plain):
 def test_ends_off_the_paint_are_refused(plain, ends_px, says):
     drawn = strokes(CRACK) | strokes([(50, 270), (200, 270)], width_px=5)
     with pytest.raises(InputError, match=says):
-        find_path(replace(plain, drawn=drawn), ends_px)
+        find_path(with_paint(plain, drawn), ends_px)

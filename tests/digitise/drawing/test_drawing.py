@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from ezdxf import units
 
-from digitise.drawing.drawn_block import FLOOR_MM, DrawnLayers, drawn_crack
-from digitise.drawing.read_dxf import DrawnLine, joined, read_layers
+from digitise.drawing.drawn_block import FLOOR_MM, drawn_crack
+from digitise.drawing.drawn_layers import DrawnLayers
+from digitise.drawing.join_lines import DrawnLine, joined, without_copies
+from digitise.drawing.read_dxf import open_drawing
 from digitise.drawing.write_dxf import dxf_text
 from sealtwin.core.errors import InputError
 from tests.fluids import path
@@ -28,7 +30,7 @@ def _saved(folder, draw, unit=units.MM):
 
 
 def _layers(file, unit=None):
-    return DrawnLayers(file, read_layers(file, unit)[0])
+    return DrawnLayers(open_drawing(file, unit))
 
 
 def _volume_mm3(crack, box_mm2):
@@ -41,14 +43,14 @@ def _volume_mm3(crack, box_mm2):
 def test_a_traced_crack_is_read_back_as_it_was(tmp_path):
     outline = arc_slot()
     (tmp_path / "a.dxf").write_text(dxf_text(outline, None))
-    layers, notes = read_layers(tmp_path / "a.dxf", None)
-    assert notes == []
-    (ring,) = layers["OUTLINE"]
+    drawing = open_drawing(tmp_path / "a.dxf", None)
+    (ring,) = drawing.lines("OUTLINE")
     assert ring.closed
     assert np.abs(ring.points_mm - outline.outline_mm).max() < 1e-9
     for name, line_mm in (("WALL_LEFT", outline.left_wall_mm), ("CENTRELINE", outline.centreline_mm)):
-        (line,) = layers[name]
+        (line,) = drawing.lines(name)
         assert np.abs(line.points_mm - line_mm).max() < 1e-9
+    assert drawing.notes == []
 
 
 def test_the_nozzles_path_is_a_line_in_space(tmp_path):
@@ -94,9 +96,7 @@ def test_a_line_has_its_width_and_round_ends_and_a_face_its_sides(tmp_path):
         space.add_lwpolyline([(-10, -10), (60, -10), (60, 10), (-10, 10)], close=True, dxfattribs={"layer": "FACE"})
         space.add_text("scratch")
 
-    file = _saved(tmp_path, draw)
-    assert "1 texts, blocks" in read_layers(file, None)[1][0]
-    crack = drawn_crack(_layers(file), DEPTH_MM, line=("L", 3.0))
+    crack = drawn_crack(_layers(_saved(tmp_path, draw)), DEPTH_MM, line=("L", 3.0))
     # The ends are polygons of 32 corners, 0.6 % smaller than a disc.
     assert _volume_mm3(crack, 70 * 20) == pytest.approx((40 * 3 + np.pi * 1.5**2) * DEPTH_MM, rel=1e-3)
     assert crack.line_mm == pytest.approx(np.array([(0, 0), (40, 0)]))
@@ -119,10 +119,10 @@ def test_lines_that_do_not_meet_stay_apart():
 @pytest.mark.parametrize(
     ("asked", "named"),
     [
-        ({}, "no lines on a layer WALL_LEFT; layers with lines: A"),
-        ({"outline": "A"}, "layer A: has an open line"),
-        ({"walls": ("A", "B")}, "no lines on a layer B"),
-        ({"line": ("B", 3.0)}, "no lines on a layer B"),
+        ({}, "no lines to read on a layer OUTLINE; layers with lines: A"),
+        ({"outline": "A"}, "layer A: an open line: a gap of 3 mm at (0, 0)"),
+        ({"walls": ("A", "B")}, "no lines to read on a layer B"),
+        ({"line": ("B", 3.0)}, "no lines to read on a layer B"),
     ],
 )
 def test_a_layer_that_is_not_there_or_something_else_is_named(tmp_path, asked, named):
@@ -133,12 +133,23 @@ def test_a_layer_that_is_not_there_or_something_else_is_named(tmp_path, asked, n
 
 
 def test_units_are_never_guessed(tmp_path):
-    file = _saved(tmp_path, lambda space: space.add_line((0, 0), (1, 1)), 0)
     with pytest.raises(InputError, match="states no unit; give --units"):
-        read_layers(file, None)
-    assert "0" in read_layers(file, "mm")[0]
-    with pytest.raises(InputError, match="states mm, and --units is cm"):
-        read_layers(_saved(tmp_path, lambda space: space.add_line((0, 0), (1, 1))), "cm")
+        open_drawing(_saved(tmp_path, lambda space: space.add_line((0, 0), (1, 1)), 0), None)
+
+
+def test_twenty_thousand_segments_in_any_order_are_one_line():
+    """A second's work; it took ten when each was compared with all others."""
+    x = np.arange(20_001.0)
+    points_mm = np.column_stack([x, np.sin(x)])
+    lines = [DrawnLine(points_mm[i : i + 2], False) for i in np.random.default_rng(0).permutation(20_000)]
+    (whole,) = joined(without_copies(lines))
+    assert len(whole.points_mm) == len(points_mm)
+
+
+def test_a_line_drawn_twice_is_once_whatever_end_or_corner_it_begins_at():
+    ring = [DrawnLine(np.roll(RING, shift, axis=0)[::step], True) for shift in range(4) for step in (1, -1)]
+    line = [DrawnLine(RING[::step], False) for step in (1, -1)]
+    assert len(without_copies([*ring, *line])) == 2
 
 
 def test_any_damage_gives_lines_or_a_sentence(tmp_path):

@@ -66,7 +66,7 @@ def test_a_flat_patch_goes_though_its_diagonals_differ():
     vertices = np.vstack([vertices, vertices[b] + outward, vertices[a] + outward])
     flag = np.array([[a, b, 8], [a, 8, 9], [b, a, 9], [8, b, 9]])
     flagged = np.vstack([faces, flag])
-    assert any("more than two faces" in fault for fault in check_mesh(vertices, flagged))
+    assert any("three or more faces" in fault for fault in check_mesh(vertices, flagged))
     kept = _without_empty_patches(vertices, flagged)
     assert np.array_equal(np.unique(kept, axis=0), np.unique(faces, axis=0))
 

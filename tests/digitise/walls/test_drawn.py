@@ -9,7 +9,7 @@ from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
 from fixtures.generate.recipe import Recipe, SideCrack
 from fixtures.generate.specimen import make_specimen
-from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, write_png
+from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_paint, write_png
 
 HALF_PIXEL = 0.5
 
@@ -28,7 +28,7 @@ def painted(photo, rings_mm, holes_mm=()):
     for rings, value in ((rings_mm, True), (holes_mm, False)):
         for ring in rings:
             drawn[polygon2mask(drawn.shape, photo.to_px(ring)[:, ::-1])] = value
-    return replace(photo, drawn=drawn)
+    return with_paint(photo, drawn)
 
 
 def test_walls_lie_on_the_rim_of_the_paint(scene):
@@ -65,7 +65,7 @@ def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
     drawn = np.zeros(photo.brightness.shape, dtype=bool)
     drawn[140:164, 30:470] = True
     drawn[60:140, 250:255] = True
-    photo = replace(photo, drawn=drawn)
+    photo = with_paint(photo, drawn)
     main, whole = (trace_outline(photo, find_path(photo, None), keep_branches=keep) for keep in (False, True))
     assert main.warnings == ('1 side crack (9 mm) is left out; branches = "keep" keeps it',)
     # 80 x 5 px of paint; a pixel of its length for the corners, which the blur of the picture rounds.
@@ -80,7 +80,7 @@ def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
     drawn = np.zeros(photo.brightness.shape, dtype=bool)
     drawn[135:165, 30:470] = True
     drawn[148 : 148 + side_px, 250 : 250 + side_px] = False
-    photo = replace(photo, drawn=drawn)
+    photo = with_paint(photo, drawn)
     outline = trace_outline(photo, find_path(photo, None))
     assert len(outline.islands_mm) == count
     assert outline.mean_width_mm == pytest.approx(3.0, abs=0.05)
@@ -91,9 +91,9 @@ def test_another_piece_beside_the_crack_hides_no_wall(tmp_path):
     photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
     drawn = np.zeros(photo.brightness.shape, dtype=bool)
     drawn[140:160, 30:470] = True
-    alone = replace(photo, drawn=drawn.copy())
+    alone = with_paint(photo, drawn.copy())
     drawn[163:175, 100:400] = True
-    both = replace(photo, drawn=drawn)
+    both = with_paint(photo, drawn)
     ends = ((40.0, 150.0), (460.0, 150.0))
     traced, exact = (trace_outline(picture, find_path(picture, ends)) for picture in (both, alone))
     assert np.array_equal(traced.outline_mm, exact.outline_mm)

@@ -35,6 +35,8 @@ def test_list_shows_the_latest_trial_of_each_sample_and_what_failed(lab):
     answer = _lab("list", lab)
     assert answer.exit_code == 0, answer.output
     rows = answer.stdout.splitlines()
+    assert rows[0].split()[:5] == ["sample", "revision", "date", "taken", "in"]
+    assert rows[2].split()[2] == "2026-05-03"
     assert [row.split()[0] for row in rows[1:-1]] == ["P01", "P02", "P03", "P04", "P06", "P07", "P08", "P09", "P10"]
     assert rows[1].split()[1] == "2"
     # The result names no stage numbers.

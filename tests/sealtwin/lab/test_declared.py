@@ -69,7 +69,7 @@ def test_the_particles_of_a_thin_crack_fit_it_where_nobody_says_their_radius(sma
     ("said", "stress_pa", "freeze", "remark"),
     [
         ("viscosity_pa_s = 0.05", 12.0, "never", "fluid.yield_stress_pa = 12.0"),
-        ("U = 10.0\nyield_stress_pa = 20.0", 20.0, "never", "fluid.freeze_after_s = never"),
+        ("U = 10.0\nyield_stress_pa = 20.0", 20.0, "never", 'fluid.freeze_after_s = "never"'),
         ("U = 10.0\nD_cm = 0.3\nfreeze_after_s = 2.5", 0.0, 2.5, None),
         ('U = 10.0\nD_cm = 0.3\nfreeze_after_s = "never"', 0.0, "never", "nothing holds the sealant's slope"),
     ],

@@ -177,6 +177,12 @@ def test_an_option_of_another_method_is_refused(tmp_path, monkeypatch, words, sa
 def test_a_spreads_options_say_what_they_expect(tmp_path, option, value, says):
     frame = write_sheet_table(tmp_path / "frame.toml")
     line = ["material", "spread", "spread.jpg", "--markers", str(frame), "--face-mm", "150x150", option, value]
-    answer = CliRunner().invoke(app, [*line, "--density-kg-m3", "1690"], terminal_width=200)
+    answer = CliRunner().invoke(app, [*line, "--density-kg-m3", "1690", "--data", "synthetic"], terminal_width=200)
     assert answer.exit_code == 2
     assert says in " ".join(answer.output.replace("│", " ").split())
+
+
+def test_the_ends_of_what_help_allows_are_allowed():
+    """They were excluded: --help allowed 0.01 mm/s, and the refusal asked for more than that."""
+    for asked_mm3_s, speed_mm_s in ((1e-3, 0.01), (1e6, 5000.0)):
+        LaidBead(density_kg_m3=DENSITY, mass_g=4.4, asked_mm3_s=asked_mm3_s, speed_mm_s=speed_mm_s)

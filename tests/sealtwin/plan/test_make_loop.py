@@ -139,6 +139,8 @@ def test_another_answer_is_named_by_its_line(tmp_path):
         (lambda text: text.replace('tables_sha256": "', 'tables_sha256": "0'), TABLES),
         (lambda text: "", "loop-1.jsonl"),
         (lambda text: text + "[1]\n", "loop-1.jsonl"),
+        (lambda text: text + text.splitlines()[-1], "is doubled"),
+        (lambda text: "\n".join([text.splitlines()[row] for row in (0, 2, 1)]), "line 3: t_s = 4"),
     ],
 )
 def test_a_log_that_is_damaged_or_of_another_plan_is_refused(tmp_path, damage, named):

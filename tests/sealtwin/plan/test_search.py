@@ -12,7 +12,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
-from sealtwin.plan.make_plan import Options, case_of, plan_on
+from sealtwin.plan.make_plan import Options, case_of, low_stretches, plan_on
 from sealtwin.plan.plan_page import chance_rows
 from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
 from sealtwin.plan.shape import Knots, Limits, limits_of, require_possible
@@ -156,3 +156,12 @@ def test_a_plan_expects_the_level_of_the_middle(tmp_path):
     assert found.half_width_mm is None
     with pytest.raises(InputError, match=r"seed = 0 and with seed = 1 have the same level .* solver.radius_mm"):
         plan_on(FastModelItself(folder, trial, bench, "cpu", Progress()), Options(rounds=1, seeds=2), [])
+
+
+def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
+    """The last 20 mm of a plan were 2.5 mm low, and its sentence gave volumes alone."""
+    s_mm = np.linspace(0.0, 100.0, 101)
+    level_mm = np.where(s_mm > 80, -2.5, -0.5) - np.where((s_mm > 10) & (s_mm < 14), 3.0, 0.0)
+    (low,) = low_stretches(s_mm, level_mm, 0.0)
+    assert (low["from_mm"], low["to_mm"], low["mean_mm"]) == (81.0, 100.0, 2.5)
+    assert not low_stretches(s_mm, level_mm, 2.0)[1:], "a plan that aims lower is not low there"

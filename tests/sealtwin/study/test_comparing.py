@@ -164,7 +164,7 @@ def test_what_no_result_can_be_is_refused_by_its_name(run, other, tmp_path):
             inputs = folder.manifest["stages"]["validate"]["inputs"]
             inputs |= {each: files.sha256(other / each) for each in inputs}
             folder.save()
-        with pytest.raises(InputError, match=f"{name}: not as its stage wrote it .*= 'many'"):
+        with pytest.raises(InputError, match=f"{name}: not as it was written .*= 'many'"):
             compare_runs([run, other], tmp_path / "page")
         (other / name).write_text(text, encoding="utf-8")
 

@@ -155,8 +155,8 @@ def test_the_front_door_takes_a_file_or_columns(tmp_path, monkeypatch):
 def test_a_measured_paste_gives_its_numbers_and_their_uncertainty_to_the_run(tmp_path):
     """It travels with the run as a table, and what it leaves open stands in [uncertainty] unless declared."""
     (tmp_path / "curve.csv").write_text("shear_rate_per_s,stress_pa\n1,12.5\n3,13.4\n10,17.2\n30,27.1\n100,62\n")
-    line = ["material", "rheometer", str(tmp_path / "curve.csv"), "--density-kg-m3", "1800", "--out"]
-    assert CliRunner().invoke(app, [*line, str(tmp_path / "material.toml")]).exit_code == 0
+    line = ["material", "rheometer", str(tmp_path / "curve.csv"), "--density-kg-m3", "1800", "--data", "synthetic"]
+    assert CliRunner().invoke(app, [*line, "--out", str(tmp_path / "material.toml")]).exit_code == 0
     trial, out = lab_with(tmp_path, 'material = "material.toml"\nfreeze_after_s = "never"'), tmp_path / "out"
     run_trial(load_trial(trial), trial.parent, out, (*STAGES, "validate"), "cpu", QUIET)
     assert "It must not be used for shear rates outside" in (out / "report.html").read_text(encoding="utf-8")

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from sealtwin.core.comparison import ErrorBin
+from sealtwin.core.drawing import theme
 from sealtwin.core.records import Sections
 from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
 from tests.shapes import level_floor
@@ -204,3 +205,19 @@ def test_readings_alone_are_drawn_without_a_band_or_a_floor(evidence):
     (axes,) = axes_of(figure)
     assert not axes.collections
     assert [text.get_text() for text in axes.texts] == ["face"]
+
+
+@pytest.mark.parametrize("label", ["worst, 4.13 mm at 5 mm", "worst, 14.13 mm at 105 mm of a long crack"])
+def test_a_legend_stays_within_its_figure(label):
+    """Two columns of long labels went over the right edge: "worst, 14.13 mm at 5 mn"."""
+    with theme.themed():
+        figure = theme.plate(3.6)
+        axes = figure.add_subplot()
+        for name in ("95 % band, all stations together", "bias +12.34 mm", "simulated - measured", label):
+            axes.plot([0, 1], [0, 1], label=name)
+        theme.label_axes(axes, "s (mm)", "error (mm)", "Error")
+        theme.put_legend_under_title(axes, columns=2)
+        figure.canvas.draw()
+        legend = axes.get_legend()
+        assert legend is not None
+        assert legend.get_window_extent().x1 <= figure.bbox.x1

@@ -77,6 +77,16 @@ def test_bombs_and_broken_files_are_refused_shortly(tmp_path, tables, prolog, wo
     assert time.process_time() - began < 3
 
 
+def test_a_number_that_its_column_is_too_narrow_for_is_no_error(tmp_path):
+    """LibreOffice stores ### as the text of such a number."""
+    cells = "".join(
+        f'<table:table-cell office:value-type="float" office:value="{value}"><text:p>###</text:p></table:table-cell>'
+        for value in (20, 3.5)
+    )
+    path = write_ods(tmp_path / "a.ods", ROWS, more=f"<table:table-row>{cells}</table:table-row>")
+    assert read_readings(path, Declared()).level_mm[-1] == -3.5
+
+
 def test_a_struck_cell_is_asked_about(tmp_path):
     style = '<style:style style:name="ce1"><style:text-properties style:text-line-through-style="solid"/></style:style>'
     cells = "".join(

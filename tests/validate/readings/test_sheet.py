@@ -84,7 +84,7 @@ def test_the_unit_is_asked_for(read):
 def test_what_is_declared_cannot_contradict_the_sheet(read):
     text = "s [mm];Tiefe [cm]\n0;1,5\n5;2\n"
     assert "quantity" in str(faults_of(read, text, quantity="level"))
-    assert "[readings] unit differ" in str(faults_of(read, text, unit="cm"))
+    assert "readings.unit differ" in str(faults_of(read, text, unit="cm"))
     assert "which has no sheets" in str(faults_of(read, text, sheet="Messung"))
     assert read(text, quantity="depth").repeats_mm[1, 0] == -20
 

@@ -2,7 +2,6 @@
 
 import datetime
 import zipfile
-from pathlib import Path
 
 import openpyxl
 import pytest
@@ -10,6 +9,7 @@ from openpyxl.worksheet.worksheet import Worksheet
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
+from tests.sheet_writers import rewritten
 from validate.readings import workbook
 from validate.readings.read_readings import read_readings
 from validate.readings.samples import read_cells
@@ -17,7 +17,6 @@ from validate.readings.sheet import SheetFaults
 from validate.settings import Columns, Declared
 
 ROWS = [["s [mm]", "Tiefe 1 [mm]", "Tiefe 2 [mm]"], [0, 1.5, 1.6], [5, 2, None], [10, 2.5, 2.6]]
-MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
 
 
 @pytest.fixture
@@ -47,20 +46,6 @@ def faults_of(read, book, **declared) -> SheetFaults:
     with pytest.raises(SheetFaults) as caught:
         read(book, **declared)
     return caught.value
-
-
-def rewritten(path: Path, *, sheet: str, prolog: str = "") -> Path:
-    """Write a workbook whose worksheet has these rows of XML, as other programs write them, in place of its own."""
-    openpyxl.Workbook().save(path)
-    with zipfile.ZipFile(path) as archive:
-        parts = {name: archive.read(name) for name in archive.namelist()}
-    parts["xl/worksheets/sheet1.xml"] = (
-        f'{prolog}<worksheet xmlns="{MAIN}"><sheetData>{sheet}</sheetData></worksheet>'.encode()
-    )
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, text in parts.items():
-            archive.writestr(name, text)
-    return path
 
 
 def rows_of(*cells: str) -> str:
@@ -115,6 +100,20 @@ def test_formats_of_numbers_are_no_dates(book, read):
     for cell, form in zip(("B2", "B3", "B4"), ('0.00" mm days"', "[Red]0.0;-0.0", "0.0E+00"), strict=True):
         first(book)[cell].number_format = form
     assert read(book).repeats_mm[:, 0].tolist() == [-1.5, -2, -2.5]
+
+
+@pytest.mark.parametrize("general", ["Standard", "Est\u00e1ndar", "Standaard"])
+def test_the_word_for_a_general_format_is_no_date(book, read, general):
+    """Writers store the word of their language, whose d, m, s and y openpyxl takes for those of a date."""
+    for row in (2, 3, 4):
+        first(book).cell(row, 2).number_format = general
+    assert read(book).repeats_mm[:, 0].tolist() == [-1.5, -2, -2.5]
+
+
+def test_control_characters_of_names_are_decoded(book, read):
+    """SAP and LIMS write a line's end as _x000D_."""
+    first(book)["A1"], first(book)["B1"] = "s_mm_x000D_", "Tiefe 1_x000D__x000A_[mm]"
+    assert read(book).s_mm.tolist() == [0, 5, 10]
 
 
 def test_merged_cells_are_named(book, read):

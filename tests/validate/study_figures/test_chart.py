@@ -232,6 +232,6 @@ def test_chosen_runs_span_the_map_and_hold_the_best():
 
 def test_what_is_left_out_is_counted_with_its_reason():
     excluded = (Excluded(36, {"fluid.U": 1e9}, "it diverged."), Excluded(37, {"fluid.U": 2e9}, "it diverged."))
-    assert make_chart(excluded, replicates=None).exclusion == "2 of 37 runs are not in it. 2: it diverged."
+    assert make_chart(excluded, replicates=None).exclusion == "2 of 37 runs are not in it. Runs 36, 37: it diverged."
     assert make_chart(replicates=None).exclusion == "All 35 runs of the study are in it."
     assert make_chart().exclusion == "All 39 runs of the study are in it.", "four replicates are no pairs"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.comparison import StationErrors
-from validate.wording.where_off import between_stations, stretches_off
+from validate.wording.where_off import between_stations, stretches_off, worst_at_a_station
 
 S_MM = np.arange(0.0, 45.0, 5.0)
 
@@ -48,3 +48,10 @@ def test_nothing_is_said_of_stations_in_the_band():
 @pytest.mark.parametrize(("worst_at_mm", "sentences"), [(10.0, 0), (12.5, 1)])
 def test_a_worst_error_between_stations_is_said_to_be_one(worst_at_mm, sentences):
     assert len(between_stations(S_MM, worst_at_mm)) == sentences
+
+
+@pytest.mark.parametrize(("worst_at_mm", "expected"), [(S_MM[1], None), (S_MM[-1] + 0.4, (2.0, S_MM[2]))])
+def test_a_worst_error_beyond_the_readings_has_one_at_a_station_beside_it(worst_at_mm, expected):
+    error_mm = np.zeros(len(S_MM))
+    error_mm[2] = -2.0
+    assert worst_at_a_station(S_MM, error_mm, worst_at_mm) == expected

@@ -1,0 +1,76 @@
+"""Refuse and doubt paths that the photo does not show to be a dark line between grounds alike.
+
+Each check compares the light on a path with that beside it. The limits were set on 48 drawn photos and 63 real ones
+with masks: no path on a crack comes near them.
+"""
+
+import numpy as np
+
+from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.profiles import median_known, profiles_across, row_medians
+from digitise.photo import Photo
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats
+
+NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beside half a width that still are the path's; reach in widths, and px more
+NOT_DARK, BRIGHT = 0.93, 1.25  # Light of a path over its darker side's, 0.88 on hairlines; of a bright line over ground
+SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Widths, and px more, between which the sides of a found line are compared
+MOST_UNLIKE = 0.4  # Difference of both sides over the lesser one's step down to the line: up to 0.33 on real cracks
+BAND, BAND_PX = (6.0, 20.0), 6.0  # Reach in widths, and px more, of a dark band; px by which it is wider at least
+TWICE = 2.0  # Width of the band over the fitted one: blur makes less of it
+GROUND = 75  # Percentile of light across a stretch that is the ground's
+
+
+def require_dark(photo: Photo, path: CrackPath) -> None:
+    """Raise InputError for a path that is no darker than its darker side, beside something far brighter."""
+    width_px = path.width_px
+    seen = profiles_across(photo, path.points_px, width_px, FAR[0] * width_px + FAR[1])
+    light, away_px = seen.mean(), np.abs(seen.offset_px)
+    beside = away_px > width_px / 2 + NEAR_PX + 1
+    left, right = (row_medians(light[:, beside & (sign * seen.offset_px > 0)]) for sign in (1, -1))
+    own = light[:, away_px <= width_px / 2 + NEAR_PX].min(axis=1)
+    ratio = median_known(own / np.fmax(np.fmin(left, right), 1e-6))
+    brightest = median_known(np.nan_to_num(light).max(axis=1) / np.fmax(row_medians(light), 1e-6))
+    if ratio > NOT_DARK and brightest > BRIGHT:
+        raise InputError(
+            f"{photo.file}: no crack between the ends: the path is as bright as the ground on one side of it, and "
+            f"something {brightest:.1f} times as bright as the ground runs along it. A crack brighter than the ground, "
+            "as one that is filled or has a light crust, is not found by its darkness: paint it in photo.mask, and "
+            "give ends_px on the paint. If the crack is dark, give ends_px in the middle of it, and via_px."
+        )
+
+
+def unlike_sides(photo: Photo, path: CrackPath) -> list[str]:
+    """Return a warning about a line whose sides differ by much of its darkness, as beside a marking or at an edge."""
+    width_px = path.width_px
+    seen = profiles_across(photo, path.points_px, width_px, SIDES[1] * width_px + SIDES_PX[1])
+    light, away_px = seen.mean(), np.abs(seen.offset_px)
+    beside = away_px > SIDES[0] * width_px + SIDES_PX[0]
+    left, right = (row_medians(light[:, beside & (sign * seen.offset_px > 0)]) for sign in (1, -1))
+    own = light[:, away_px <= width_px / 2 + NEAR_PX].min(axis=1)
+    step = median_known(np.fmin(left, right) - own)
+    difference = abs(median_known(left - right))
+    if not difference > MOST_UNLIKE * max(step, 0.0):
+        return []
+    return [
+        f"the two sides of the line that was found differ by {difference / max(step, 1e-3):.0%} of its darkness, "
+        "as at the edge of a marking, a patch or a joint: look at overlay.png, and give ends_px if the "
+        "crack is elsewhere"
+    ]
+
+
+def band_px(photo: Photo, line_px: Floats, width_px: float) -> float:
+    """Width in px of the dark band around a line, at half of its contrast to the ground far beside it."""
+    seen = profiles_across(photo, line_px, width_px, BAND[0] * width_px + BAND[1])
+    light = np.nan_to_num(seen.mean(), nan=np.nanmedian(seen.light))
+    profile = np.median(light / np.maximum(np.percentile(light, GROUND, axis=1, keepdims=True), 1e-6), axis=0)
+    near = np.flatnonzero(np.abs(seen.offset_px) <= max(width_px / 2, 2.0))
+    middle = int(near[np.argmin(profile[near])])
+    bright = np.concatenate([[True], profile >= (1 + profile[middle]) / 2, [True]])
+    places = np.flatnonzero(bright) - 1
+    return float(places[places > middle].min() - places[places < middle].max() - 1)
+
+
+def is_wider(dark_px: float, width_px: float) -> bool:
+    """Report that a dark band is so much wider than a width that the width is not that of the band."""
+    return dark_px > TWICE * width_px and dark_px - width_px > BAND_PX

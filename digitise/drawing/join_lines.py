@@ -1,0 +1,142 @@
+"""Lines of a drawing, and those that meet end to end as one, as a CAD program's segments do."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from sealtwin.core.errors import ShapeError
+from sealtwin.core.records import Floats
+
+MEETS_MM = 1e-3  # Largest gap between two lines that are one
+COPY_MM = 1e-6  # Largest distance of a copy's points from the original's: rounding of the digits in a file
+MOST_MEETING = 50  # Most lines that may end in one place: a star of thousands takes the square of them
+
+
+@dataclass(frozen=True)
+class DrawnLine:
+    """A polyline in mm; a closed one does not repeat its first point."""
+
+    points_mm: Floats  # (n, 2)
+    closed: bool
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A place where an open line ends short of the next end, or where more than two lines meet."""
+
+    place_mm: Floats  # (2,)
+    size_mm: float  # 0 where lines meet
+    lines: int  # Number of lines that meet there; 1 beside a gap
+
+
+def closes(points_mm: Floats) -> bool:
+    """Return True for a line whose last point is its first one again."""
+    return len(points_mm) > 3 and float(np.linalg.norm(points_mm[0] - points_mm[-1])) <= MEETS_MM
+
+
+def without_copies(lines: Sequence[DrawnLine]) -> list[DrawnLine]:
+    """Leave out lines that are drawn twice, whichever end or corner they begin at."""
+    seen, once = set[bytes](), []
+    for line in lines:
+        if (key := _shape(line)) not in seen:
+            seen.add(key)
+            once.append(line)
+    return once
+
+
+def _shape(line: DrawnLine) -> bytes:
+    """Return the same bytes for every way of writing the same line."""
+    # Adding zero makes -0 the zero that it is.
+    points = np.rint(line.points_mm / COPY_MM) + 0.0
+    ways = [points, points[::-1]]
+    if line.closed:
+        ways = [np.roll(way, -int(np.lexsort(way.T[::-1])[0]), axis=0) for way in ways]
+    return min(way.tobytes() for way in ways)
+
+
+def joined(lines: Sequence[DrawnLine]) -> list[DrawnLine]:
+    """Join open lines that meet end to end, each with the first one drawn of those that meet it."""
+    done, ways = [line for line in lines if line.closed], [line.points_mm for line in lines if not line.closed]
+    if not ways:
+        return done
+    places_mm = _ends_mm(ways)
+    tree = KDTree(places_mm)
+    meeting = np.asarray(tree.query_ball_point(places_mm, MEETS_MM, return_length=True))
+    if meeting.max() > MOST_MEETING:
+        x, y = places_mm[meeting.argmax()]
+        raise ShapeError(f"{meeting.max()} lines meet near ({x:.6g}, {y:.6g}) mm.", "Draw one line.", "outline")
+    near = [sorted(ends) for ends in tree.query_ball_point(places_mm, MEETS_MM)]
+    waiting = np.ones(len(ways), dtype=bool)
+    for number in range(len(ways) - 1, -1, -1):
+        if waiting[number]:
+            points_mm = _chain(number, ways, near, waiting)
+            closed = closes(points_mm)
+            done.append(DrawnLine(points_mm[:-1] if closed else points_mm, closed))
+    return done
+
+
+def _chain(number: int, ways: Sequence[Floats], near: Sequence[list[int]], waiting: NDArray[np.bool_]) -> Floats:
+    """Return the points of all lines that follow one another from a line on, and let them wait no longer.
+
+    End 2 n is the first point of line n, and 2 n + 1 its last one.
+    """
+    parts = deque([ways[number]])
+    waiting[number] = False
+    ends = {False: 2 * number, True: 2 * number + 1}  # The chain's own ends, by whether they are its last one
+    at_last = True  # The end at which the chain grows
+    while True:
+        # A line that begins or ends where the chain begins turns it round.
+        ahead, behind = (
+            next((end for end in near[ends[at]] if waiting[end // 2]), None) for at in (at_last, not at_last)
+        )
+        if behind is not None and (ahead is None or behind // 2 < ahead // 2):
+            at_last, ahead = not at_last, behind
+        if ahead is None:
+            break
+        following, by_its_last = divmod(ahead, 2)
+        waiting[following] = False
+        points_mm = ways[following][::-1] if by_its_last else ways[following]
+        if at_last:
+            parts.append(points_mm[1:])
+        else:
+            parts.appendleft(points_mm[:0:-1])
+        ends[at_last] = ahead ^ 1
+    points_mm = np.vstack(parts)
+    return points_mm if at_last else points_mm[::-1]
+
+
+def forks(lines: Sequence[DrawnLine]) -> list[Gap]:
+    """Return the places where more than two open lines meet, none of which is clearly the next one."""
+    ways = [line.points_mm for line in lines if not line.closed]
+    if not ways:
+        return []
+    places_mm = _ends_mm(ways)
+    near = KDTree(places_mm).query_ball_point(places_mm, MEETS_MM)
+    return [
+        Gap(places_mm[number], 0.0, len(ends))
+        for number, ends in enumerate(near)
+        if len(ends) > 2 and number == min(ends)
+    ]
+
+
+def gaps(lines: Sequence[DrawnLine]) -> list[Gap]:
+    """Return the gaps between the ends of open lines, the smallest first, each once."""
+    ways = [line.points_mm for line in lines if not line.closed]
+    if not ways:
+        return []
+    places_mm = _ends_mm(ways)
+    away_mm, other = map(np.asarray, KDTree(places_mm).query(places_mm, k=2))
+    found = dict[frozenset[int], Gap]()
+    for end, (sizes_mm, others) in enumerate(zip(away_mm, other, strict=True)):
+        nearest, size_mm = (others[1], sizes_mm[1]) if others[0] == end else (others[0], sizes_mm[0])
+        if size_mm > MEETS_MM:
+            found.setdefault(frozenset((end, int(nearest))), Gap(places_mm[end], float(size_mm), 1))
+    return sorted(found.values(), key=lambda gap: gap.size_mm)
+
+
+def _ends_mm(ways: Sequence[Floats]) -> Floats:
+    return np.array([way[end] for way in ways for end in (0, -1)])

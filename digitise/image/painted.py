@@ -1,0 +1,88 @@
+"""Reading of masks: a crack painted by a person or a program, of which only an area of two values can be used."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import ImageOps
+
+from digitise.image.decoding import opened
+from sealtwin.core.errors import InputError
+
+PAINTED = 128  # Least brightness, or opacity, of 255 that is painted
+MOST_PAINTED = 0.5  # Largest painted share of a mask; above it, black and white are exchanged
+PLAIN, OF_PAINT = (16, 240), 0.2  # Values between these are neither black nor white; share of the paint with one value
+REMEDY = "Paint the crack white on black, or opaque on transparent."
+
+
+def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> NDArray[np.bool_]:
+    """Check a mask of the photo's width and height in memory, (height, width); pixels that are not 0 are painted."""
+    painted = np.asarray(painted)
+    if painted.shape != size_px[::-1]:
+        raise InputError(
+            f"{name}: an array of shape {painted.shape}; the photo is {size_px[0]} x {size_px[1]} px, so give "
+            f"{size_px[::-1]}."
+        )
+    return _soundly_painted(painted.astype(bool), name, "pixels that are not 0 are painted")
+
+
+def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
+    """Read a painted mask, (height, width): opaque pixels of a picture whose opacity varies, else those above half.
+
+    Raises InputError for another size than ``size_px``, the photo's width and height, for more values than two, or a
+    mask without a crack.
+    """
+    with opened(path, "photo.mask") as picture:
+        ImageOps.exif_transpose(picture, in_place=True)
+        if picture.size != size_px:
+            raise InputError(
+                f"{path}: the mask is {picture.width} x {picture.height} px, the photo {size_px[0]} x {size_px[1]}; "
+                "paint it over the photo itself, upright and at full size."
+            )
+        opacity = picture.convert("RGBA").getchannel("A") if picture.has_transparency_data else None
+        # Editors add an opaque alpha channel to any picture.
+        by_opacity = opacity is not None and opacity.getextrema() != (255, 255)
+        shown = np.asarray(opacity if by_opacity else picture.convert("L"), dtype=np.uint8)
+        colours = np.asarray(picture.convert("RGB")).reshape(-1, 3)
+    kind = "opacity" if by_opacity else "brightness"
+    if shown.max() < PAINTED:
+        _refuse_pale(path, shown, colours, kind)
+    painted = shown >= PAINTED
+    hint = f"{kind} of {PAINTED} and more, of 255, is painted"
+    if by_opacity:
+        hint += ", since its opacity varies; for a mask that is white on black, save it without an alpha channel"
+    _soundly_painted(painted, path, hint)
+    count = np.bincount(shown.ravel(), minlength=256)
+    between = PLAIN[0] + int(np.argmax(count[PLAIN[0] : PLAIN[1]]))
+    if count[between] > OF_PAINT * np.count_nonzero(painted):
+        raise InputError(
+            f"{path}: {count[between]} px of the mask have the {kind} {between} of 255, which is neither painted nor "
+            f"left out: are these class numbers, or several classes? {REMEDY}"
+        )
+    return painted
+
+
+def _refuse_pale(path: Path, shown: NDArray[np.uint8], colours: NDArray[np.uint8], kind: str) -> None:
+    """Raise InputError for a mask in which nothing is painted."""
+    brightest = int(shown.max())
+    said = f"{path}: the mask paints nothing: {PAINTED} of 255 is painted, and its largest {kind} is {brightest} of 255"
+    if brightest > 0 and kind == "brightness":
+        red, green, blue = colours[int(np.argmax(shown.ravel()))].tolist()
+        if not red == green == blue:
+            said += f", its brightest colour ({red}, {green}, {blue})"
+        said += ": class numbers, or the colours of classes?"
+    else:
+        said += "."
+    raise InputError(f"{said} {REMEDY}")
+
+
+def _soundly_painted(painted: NDArray[np.bool_], name: Path | str, rule: str) -> NDArray[np.bool_]:
+    share = float(np.mean(painted))
+    if share == 0:
+        raise InputError(f"{name}: the mask paints nothing. {REMEDY}")
+    if share > MOST_PAINTED:
+        raise InputError(
+            f"{name}: the mask paints {share:.0%} of the photo, more than {MOST_PAINTED:.0%} ({rule}): are black and "
+            f"white exchanged? {REMEDY}"
+        )
+    return painted

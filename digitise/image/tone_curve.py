@@ -1,0 +1,109 @@
+"""The tone curve that a photo's file states: light of another one than a camera's is read by it, and that is told."""
+
+from collections.abc import Callable
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from PIL import Image, TiffImagePlugin
+
+from sealtwin.core.records import Floats
+
+DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
+NEAR = 0.2  # A curve this near to that exponent is a camera's, as sRGB's, of 2.1 to 2.25; a width changes by under 1 %
+TOLD_BY = np.arange(64, 192)  # Stored values that tell a curve's exponent: below, it is a straight piece's
+EXIF_IFD, EXIF_GAMMA, TRANSFER_FUNCTION = 0x8769, 0xA500, 301
+WIDEST_GAMMA = 6.0  # A stated exponent of more, or of less than its inverse, is none
+MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Mode of the pixels for each colour space of a profile that is used
+GREY_MODES = ("1", "L", "LA")
+
+Curve = Callable[[Floats], Floats]
+
+
+def as_displayed(photo: Image.Image) -> tuple[Image.Image, tuple[str, ...]]:
+    """Return the photo in RGB, coded by about ``DISPLAY_GAMMA``, and a warning if its file states another tone curve.
+
+    A photo without a statement, or with one as a camera's, keeps each value.
+    """
+    if profile := photo.info.get("icc_profile"):
+        return _by_profile(photo, profile)
+    rgb = _in_rgb(photo)
+    if (stated := _stated(photo)) is None:
+        return rgb, ()
+    curve, source = stated
+    light = np.clip(curve(np.arange(256) / 255), 0, 1)
+    gamma = _exponent(light)
+    if abs(gamma - DISPLAY_GAMMA) <= NEAR:
+        return rgb, ()
+    table = np.rint(255 * light ** (1 / DISPLAY_GAMMA)).astype(np.uint8)
+    return rgb.point(table.tolist() * 3), (_told(gamma, source),)
+
+
+def _in_rgb(photo: Image.Image) -> Image.Image:
+    return photo if photo.mode == "RGB" else photo.convert("RGB")
+
+
+def _told(gamma: float, source: str) -> str:
+    return (
+        f"the photo's file states a tone curve of gamma {gamma:.2g} ({source}), and its light was read by that, not by "
+        f"a camera's usual {DISPLAY_GAMMA:g}. If that is wrong, widths are off by several percent: save it as sRGB"
+    )
+
+
+def _exponent(light: Floats) -> float:
+    """Exponent of a curve, 256 shares of light by stored value, in the middle of its range."""
+    return float(np.median(np.log(np.maximum(light[TOLD_BY], 1e-6)) / np.log(TOLD_BY / 255)))
+
+
+def _stated(photo: Image.Image) -> tuple[Curve, str] | None:
+    """Return the curve from stored value to light, both 0 to 1, that the file states without a profile."""
+    if photo.format == "PNG":
+        gamma = photo.info.get("gamma")
+        return None if "srgb" in photo.info or not gamma else _power(1 / gamma, "PNG gAMA")
+    if isinstance(photo, TiffImagePlugin.TiffImageFile) and (table := photo.tag_v2.get(TRANSFER_FUNCTION)):
+        values = np.array(table[:256], dtype=float) / 65535
+        if len(values) == 256:
+            return lambda stored: np.interp(stored, np.arange(256) / 255, values), "TIFF TransferFunction"
+    gamma = photo.getexif().get_ifd(EXIF_IFD).get(EXIF_GAMMA)
+    return None if gamma is None else _power(gamma, "EXIF Gamma")
+
+
+def _power(gamma: Any, source: str) -> tuple[Curve, str] | None:
+    try:
+        exponent = float(gamma)
+    except (TypeError, ValueError, ZeroDivisionError):
+        return None
+    if not 1 / WIDEST_GAMMA <= exponent <= WIDEST_GAMMA:
+        return None
+    return lambda stored: stored**exponent, source
+
+
+def _by_profile(photo: Image.Image, content: bytes) -> tuple[Image.Image, tuple[str, ...]]:
+    """Return the photo by its ICC profile if that has another tone curve than a camera's."""
+    # Imported here: few photos need it.
+    from PIL import ImageCms
+
+    grey = Image.fromarray(np.arange(256, dtype=np.uint8)[None])
+    try:
+        profile, srgb = ImageCms.getOpenProfile(BytesIO(content)), ImageCms.createProfile("sRGB")
+        mode = MODE_OF.get(content[16:20])  # The colour space in a profile's header
+        if mode is None or photo.mode == "CMYK" or (mode == "L" and photo.mode not in GREY_MODES):
+            # The profile is of inks, or of other pixels than these.
+            return _in_rgb(photo), ()
+
+        def by_profile(picture: Image.Image) -> Image.Image:
+            intent = ImageCms.Intent.RELATIVE_COLORIMETRIC
+            shown = ImageCms.profileToProfile(picture.convert(mode), profile, srgb, intent, "RGB")
+            assert shown is not None, "the picture is not changed in place"
+            return shown
+
+        ramp = np.asarray(by_profile(grey), dtype=float)[0].mean(axis=1) / 255
+        gamma = _exponent(ramp**DISPLAY_GAMMA)
+        if abs(gamma - DISPLAY_GAMMA) <= NEAR:
+            return _in_rgb(photo), ()
+        return by_profile(photo), (_told(gamma, "ICC profile"),)
+    except (ImageCms.PyCMSError, OSError, ValueError, TypeError):
+        return _in_rgb(photo), (
+            "the photo's ICC profile cannot be read: its tone curve, or gamma, is taken for a camera's. If it is "
+            "another, widths are off by several percent: save it as sRGB",
+        )

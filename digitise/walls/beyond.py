@@ -1,0 +1,103 @@
+"""A crack that goes on beyond an end that was clicked: how far, so that nobody takes a part of it for the whole."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from skimage.graph import MCP_Geometric
+
+from digitise.crack_path.darkness import sample_mask
+from digitise.crack_path.hints import listed
+from digitise.crack_path.medial_axis import radius
+from digitise.crack_path.profiles import median_known, profiles_across, row_medians
+from digitise.geometry.polyline import depth_inside, unit
+from digitise.image.raster import blurred, shrunk
+from digitise.photo import Photo
+from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.solid_figures import EndKind
+
+MOST_BEYOND = 0.05  # Share of the traced length that a crack may go on without a word
+LEAST_BEYOND, LEAST_BEYOND_PX = 2.0, 30.0  # Widths and px that it may go on: a blunt end, and grain that touches it
+AT_BORDER = 2.0  # Widths, and twice as many px, from the photo's border within which a crack leaves the photo
+WORK_PX, LARGEST_PX = 6.0, 2500  # Width of the crack in the copy that is searched, and longest side of the copy
+LAST = 8.0  # Widths of the crack before an end that give its darkness and its direction
+BESIDE = (1.0, 3.0)  # Widths from the line between which the ground's light is read
+HALF = 0.5  # Share of the contrast up to which a place is dark
+SWELLING = 1.5  # Widths above which a dark place is no crack: a shadow, a stain, the ground that the sample lies on
+BODY = 1.5  # Widths across which the traced crack is taken away
+NEAR = 1.5  # Widths from the end within which the crack must go on
+
+
+def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[str]:
+    """Return a warning about each end, cut by a click, beyond which the photo shows much more of the crack."""
+    length_px = float(arc_length(line_px)[-1])
+    last_px, warnings = np.array(photo.size_px) - 1, list[str]()
+    for kind, inward_px in zip(kinds, (line_px, line_px[::-1]), strict=True):
+        if kind != "cut" or depth_inside(inward_px[:1], (0, 0, *last_px))[0] < AT_BORDER * (width_px + 2):
+            continue
+        beyond_px = _beyond_px(photo, inward_px, max(width_px, 2.0))
+        if beyond_px > max(MOST_BEYOND * length_px, LEAST_BEYOND * width_px, LEAST_BEYOND_PX):
+            warnings.append(
+                f"the crack goes on beyond the end {listed(inward_px[:1])} px for about "
+                f"{beyond_px * photo.mm_per_px:.1f} mm ({beyond_px:.0f} px), which are not part of the result: give "
+                "its own end in ends_px to have all of it"
+            )
+    return warnings
+
+
+def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
+    """Length of the dark band that leaves the line's first point away from the line."""
+    s_px = arc_length(inward_px)
+    part_px = inward_px[: max(2, int(np.searchsorted(s_px, LAST * width_px)))]
+    threshold = _threshold(photo, part_px, width_px)
+    factor = max(1, int(width_px / WORK_PX), -(-max(photo.size_px) // LARGEST_PX))
+    size = (photo.size_px[0] // factor, photo.size_px[1] // factor)
+    whole = np.s_[: size[1] * factor, : size[0] * factor]
+    light = blurred(shrunk(photo.brightness[whole], size) if factor > 1 else photo.brightness, 0.8)
+    sample = cv2.resize(sample_mask(photo)[whole], size, interpolation=cv2.INTER_NEAREST) > 0
+    width, cells = width_px / factor, (inward_px + 0.5) / factor - 0.5
+    dark = _slender((light < threshold) & sample, width)
+    body = np.zeros(dark.shape, dtype=np.uint8)
+    cv2.polylines(body, [np.rint(cells).astype(np.int32)], False, 1, max(1, round(BODY * width)))
+    return factor * _farthest(dark & (body == 0), cells[0], -_ahead(part_px), width)
+
+
+def _threshold(photo: Photo, part_px: Floats, width_px: float) -> float:
+    seen = profiles_across(photo, part_px, width_px, BESIDE[1] * width_px + 4)
+    away_px = np.abs(seen.offset_px)
+    ground = median_known(seen.light[:, away_px > BESIDE[0] * width_px + 2])
+    own = median_known(row_medians(np.where(away_px <= max(width_px / 4, 1.0), seen.light, np.nan)))
+    return own + HALF * (ground - own)
+
+
+def _ahead(part_px: Floats) -> Floats:
+    """Direction into the crack at its first point."""
+    return unit(part_px[-1] - part_px[0])
+
+
+def _slender(dark: NDArray[np.bool_], width: float) -> NDArray[np.bool_]:
+    """Dark cells less those of regions far wider than the crack."""
+    thick = radius(dark) > SWELLING * width / 2 + 1
+    if not thick.any():
+        return dark
+    reach = 2 * int(SWELLING * width / 2 + 1) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
+    return dark & (cv2.dilate(thick.astype(np.uint8), disc) == 0)
+
+
+def _farthest(dark: NDArray[np.bool_], end: Floats, ahead: Floats, width: float) -> float:
+    """Length of the longest way through dark cells that are connected to a place ahead of the end."""
+    label = np.asarray(cv2.connectedComponents(dark.astype(np.uint8), connectivity=8)[1])
+    reach = NEAR * width + 2
+    low = np.maximum(np.floor(end - reach).astype(int), 0)
+    rows, columns = np.nonzero(label[low[1] : int(end[1] + reach) + 1, low[0] : int(end[0] + reach) + 1])
+    away = np.column_stack([columns + low[0], rows + low[1]]) - end
+    near = np.flatnonzero((np.linalg.norm(away, axis=1) <= reach) & (away @ ahead > 0))
+    if len(near) == 0:
+        return 0.0
+    start = near[int(np.argmax(away[near] @ ahead))]
+    row, column = int(rows[start] + low[1]), int(columns[start] + low[0])
+    own = label == label[row, column]
+    left, top, across, down = cv2.boundingRect(own.astype(np.uint8))
+    part = own[top : top + down, left : left + across]
+    cost, _ = MCP_Geometric(np.where(part, 1.0, -1.0), fully_connected=True).find_costs([(row - top, column - left)])
+    return float(cost[np.isfinite(cost)].max()) + float(np.linalg.norm(away[start]))

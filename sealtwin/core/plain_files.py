@@ -1,0 +1,68 @@
+"""The one reader of files: each is a plain one of a limited size before it is opened.
+
+A folder may hold a link to a device, which is read without end, or a pipe, which waits for ever.
+"""
+
+import io
+import shutil
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from sealtwin.core.errors import InputError, as_text, naming
+
+LARGEST_BYTES = 200_000_000
+"""Limit of a table, a JSON or a frame: two million particles. A larger file would fill the memory."""
+LARGEST_HASHED_BYTES = 10_000_000_000
+"""Limit of a file that is read piece by piece, larger than any that a stage takes: a sparse file has no end either."""
+
+
+def require_plain(path: Path, largest_bytes: int = LARGEST_BYTES) -> None:
+    """Raise InputError if a file is a folder, a device or a pipe, itself or as a link's target, or is too large.
+
+    Raises FileNotFoundError, or another OSError that names it, as opening it would.
+    """
+    with naming(path):
+        status = path.stat()
+    if stat.S_ISDIR(status.st_mode):
+        raise InputError(f"{as_text(path)}: a folder; it must be a file. Move it away, and run the stage again.")
+    if not stat.S_ISREG(status.st_mode):
+        raise InputError(
+            f"{as_text(path)}: no plain file, but a device or a pipe, or a link to one, which is not read. Put a copy "
+            "of the file in its place, or delete it and run its stage again."
+        )
+    if status.st_size > largest_bytes:
+        raise InputError(
+            f"{as_text(path)}: {status.st_size / 1e6:.1f} MB, larger than {largest_bytes / 1e6:g} MB, which no such "
+            "file is. Delete it and run its stage again."
+        )
+
+
+@contextmanager
+def opened(path: Path, largest_bytes: int = LARGEST_BYTES) -> Iterator[io.BufferedReader]:
+    """Open a file for reading. Raises as ``require_plain``."""
+    require_plain(path, largest_bytes)
+    with path.open("rb") as content:
+        yield content
+
+
+def read_bytes(path: Path, largest_bytes: int = LARGEST_BYTES) -> bytes:
+    """Read a file. Raises as ``require_plain``."""
+    with naming(path), opened(path, largest_bytes) as content:
+        return content.read()
+
+
+def read_text(path: Path, largest_bytes: int = LARGEST_BYTES) -> str:
+    """Read a text in UTF-8, with or without a byte-order mark, with line feeds for all kinds of line ends.
+
+    Raises UnicodeDecodeError, and as ``require_plain``.
+    """
+    return io.TextIOWrapper(io.BytesIO(read_bytes(path, largest_bytes)), encoding="utf-8-sig").read()
+
+
+def copy(source: Path | str, target: Path | str) -> Path | str:
+    """Copy a file for ``shutil.copytree``. Raises as ``require_plain``."""
+    require_plain(Path(source))
+    shutil.copy2(source, target)
+    return target

@@ -1,0 +1,71 @@
+"""Warp's cache of compiled kernels: a damaged kernel is compiled again, a place that cannot be written is named."""
+
+import functools
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import warp as wp
+
+from sealtwin.core.errors import InputError
+
+NEEDED_BYTES = 20_000_000
+"""Room that compiling a module takes at most, ten times the largest object; LLVM ends the process if a disk is full."""
+REMEDY = "Set WARP_CACHE_PATH to a folder with {needed:.0f} MB to spare that can be written."
+
+
+@contextmanager
+def naming_the_cache() -> Iterator[None]:
+    """Turn an OSError from within into an InputError that names the cache and WARP_CACHE_PATH."""
+    try:
+        yield
+    except OSError as fault:
+        raise _unusable(fault.strerror or str(fault), fault.filename) from fault
+
+
+def guard_kernel_cache() -> None:
+    """Let every load of a module check the cache; Warp loads one where a kernel is first launched."""
+    if not hasattr(wp.Module.load, "__wrapped__"):
+        wp.Module.load = _guarded(wp.Module.load)
+
+
+def _guarded(load: Any) -> Any:
+    @functools.wraps(load)
+    def guarded(module: Any, device: Any, block_dim: int | None = None, *others: Any, **more: Any) -> Any:
+        wanted = block_dim if block_dim is not None else module.options["block_dim"]
+        if (wp.get_device(device).context, wanted) in module.execs:
+            return load(module, device, block_dim, *others, **more)
+        home = Path(wp.config.kernel_cache_dir or "", module.get_module_identifier(wanted))
+        cached = home.is_dir()
+        if not cached:
+            _require_room()
+        try:
+            with naming_the_cache():
+                return load(module, device, block_dim, *others, **more)
+        except Exception:
+            # What is compiled now fails by a bug of ours; what lay in the cache may be damaged.
+            if not cached:
+                raise
+        shutil.rmtree(home, ignore_errors=True)
+        _require_room()
+        module.mark_modified()
+        with naming_the_cache():
+            return load(module, device, block_dim, *others, **more)
+
+    return guarded
+
+
+def _require_room() -> None:
+    """Raise InputError if the cache cannot take a module; a quota shows only when something is written."""
+    with naming_the_cache(), tempfile.TemporaryFile(dir=wp.config.kernel_cache_dir) as probe:
+        probe.write(bytes(NEEDED_BYTES))
+
+
+def _unusable(reason: str, place: str | None = None) -> InputError:
+    cache = place or wp.config.kernel_cache_dir or "the home folder"
+    return InputError(
+        f"{cache}: no place for the cache of compiled kernels ({reason}). {REMEDY.format(needed=NEEDED_BYTES / 1e6)}"
+    )

@@ -1,0 +1,31 @@
+"""Output on pages that lack a letter, and on terminals without a width: each in a process of its own."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from tests.places import ROOT
+from tests.wrong_inputs.processes import OUTCOME, study_of
+
+
+def answer(*words: object, **environment: str) -> bytes:
+    line = [sys.executable, "-m", "sealtwin", *map(str, words)]
+    done = subprocess.run(line, cwd=ROOT, env=os.environ | environment, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("page", ["cp1252", "cp437", "ascii"])
+def test_a_name_that_the_page_lacks_is_printed_as_an_escape(tmp_path, page):
+    """As on Windows, in any pipe: all was written, and then the answer ended with UnicodeEncodeError."""
+    study_of(OUTCOME, study="płyta")(tmp_path)
+    assert answer("sweep", "status", tmp_path, PYTHONIOENCODING=page).startswith(b"p\\u0142yta: 1 run")
+    as_json = answer("sweep", "status", tmp_path, "--json", PYTHONIOENCODING=page)
+    assert json.loads(as_json.decode("utf-8"))["name"] == "płyta"
+
+
+def test_help_is_not_blank_on_a_terminal_whose_width_is_not_known():
+    assert b"Usage" in answer("lab", "--help", COLUMNS="0")

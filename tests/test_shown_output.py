@@ -1,0 +1,170 @@
+"""Blocks of output in README and documentation are what their commands print today."""
+
+from pathlib import Path
+
+import pytest
+
+from tests import shown_output
+from tests.shown_output import PAGES, agree, blocks_of, differences_of, faults_of, is_slow, main, read_page, rewritten
+
+BLOCKS = {page: list(blocks_of(read_page(page))) for page in PAGES}
+RUN = [page for page, blocks in BLOCKS.items() if any(block.is_run for block in blocks)]
+PRINTED = [
+    "Crack: 79.5 mm long, 3.12 mm wide (path: ends); cavity 3.95 ml, sealant 3.95 ml.",
+    "Scale: 8 4x4_50 markers of 16 mm, 0.1001 mm/px, uncertain by 0.045 %, residual 0.004 mm.",
+    "Fluid: 12,894 particles in 31.5 s, 0 escaped; CPU (x86_64), Warp 1.19.0.",
+    "Folder: reports/my-trial",
+]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_block_is_run_or_says_why_not(page):
+    """Commands, scripts, outputs and files: a block of no known kind, or output of nothing, is a fault."""
+    assert list(faults_of(BLOCKS[page])) == []
+
+
+def test_output_is_shown_and_compared():
+    """Pages without a block to compare would make the tests below pass in silence."""
+    shown = [page for page, blocks in BLOCKS.items() for block in blocks if block.language == "text"]
+    compared = [
+        page
+        for page, blocks in BLOCKS.items()
+        for block in blocks
+        if block.language == "text" and block.mark != "not-output"
+    ]
+    assert len(shown) >= 10
+    assert len(compared) >= 5
+    assert len(RUN) >= 8
+
+
+@pytest.mark.parametrize("page", RUN)
+def test_output_of_quick_commands(page, tmp_path):
+    """As far as the first slow block of the page. 'python -m tests.shown_output --rewrite' mends what differs."""
+    found = list(differences_of(page, read_page(page), tmp_path, quick=True))
+    assert not found, "\n".join(map(str, found))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [page for page in RUN if is_slow(BLOCKS[page])])
+def test_output_of_slow_commands(page, tmp_path):
+    found = list(differences_of(page, read_page(page), tmp_path))
+    assert not found, "\n".join(map(str, found))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("wide", "broad"),
+        ("cavity", "Cavity"),
+        ("3.12", "3.18"),
+        ("0.004", "0.005"),
+        ("12,894", "13,152"),
+        ("0 escaped", "1 escaped"),
+        ("reports/my-trial", "reports/trial"),
+        (" mm wide", " cm wide"),
+        ("79.5", "-79.5"),
+    ],
+)
+def test_another_word_or_number_is_found(old, new):
+    shown = [line.replace(old, new) for line in PRINTED]
+    assert shown != PRINTED
+    assert rewritten(shown, PRINTED) == PRINTED
+    assert rewritten(["...", *shown[:1], "...", *shown[2:]], PRINTED) == ["...", PRINTED[0], "...", *PRINTED[2:]]
+
+
+@pytest.mark.parametrize(
+    "shown",
+    [
+        PRINTED[1:],
+        PRINTED[:-1],
+        [*PRINTED[:2], PRINTED[3]],
+        [*PRINTED, "Report: report.html"],
+        [PRINTED[1], PRINTED[0], *PRINTED[2:]],
+    ],
+    ids=["first missing", "last missing", "one missing", "one too many", "another order"],
+)
+def test_a_line_that_is_missing_or_elsewhere_is_found(shown):
+    assert rewritten(shown, PRINTED) == PRINTED
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("3.12 mm", "3.14 mm"),
+        ("12,894 particles", "12,950 particles"),
+        ("in 31.5 s", "in 104 s"),
+        ("about 2 to 3 min left", "about 9 to 12 min left"),
+        ("2.1 GB of memory", "890 MB of memory"),
+        ("CPU (x86_64), Warp 1.19.0", "CPU (arm64), Warp 1.20.1.dev3"),
+        ("on 2026-11-26 01:48", "on 2027-01-02 23:59"),
+        ("hash 3fa9c1d07b", "hash 00ffab1290"),
+        ("read /tmp/a1/run", "read /tmp/b2/c/run"),
+        ("reports/crack/a.csv", r"reports\crack\a.csv"),
+        ("A    0.5  mm", "A   0.5   mm"),
+    ],
+)
+def test_times_machines_and_one_percent_are_no_difference(one, other):
+    assert agree(one, other)
+    assert rewritten([one], [other]) == [one]
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("4 mm/s", "5 mm/s"), ("2 samples", "3 samples"), ("0.2 MPa", "0.4 MPa"), ("50 mm³/s", "60 mm³/s")],
+)
+def test_speeds_counts_and_pressures_are_no_facts_of_a_machine(one, other):
+    assert not agree(one, other)
+
+
+def test_the_command_shows_the_difference_and_rewrites_the_block(tmp_path, monkeypatch, capsys):
+    page = tmp_path / "page.md"
+    before = '# A page\n\n```python\nprint("wide: 3.12 mm")\nprint("4 ml")\n```\n\n```text\nwide: 3.30 mm\n```\n\n'
+    between = '<!-- python\nprint("by hand")\n-->\n\n```sh\nsealtwin --version\n```\n\n'
+    after = "```text of sealtwin --version\n0.2.0\n```\n\n```text not-output\nanything\n```\n"
+    page.write_text(before + between + after, encoding="utf-8")
+    monkeypatch.setattr(shown_output, "ROOT", tmp_path)
+    monkeypatch.setattr(shown_output, "PAGES", ("page.md",))
+    assert main([]) == 1
+    assert "-wide: 3.30 mm\n+wide: 3.12 mm\n+4 ml" in capsys.readouterr().out
+    assert page.read_text(encoding="utf-8") == before + between + after
+    assert main(["--rewrite"]) == 1
+    assert page.read_text(encoding="utf-8") == before.replace("3.30 mm", "3.12 mm\n4 ml") + between + after
+    assert main(["--only", "page.md"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("page", "fault"),
+    [
+        ("```\nx\n```", "no such kind of block"),
+        ("```console\n$ x\n```", "no such kind of block"),
+        ("```text\nx\n```", "nothing is run"),
+        ("```sh not-run\nmake\n```\n```text\nx\n```", "nothing is run"),
+        ("```sh\nsealtwin doctor\n```\n```toml\nx = 1\n```\n```text\nx\n```", "nothing is run"),
+        ("```sh quick\nsealtwin doctor\n```", "no such mark"),
+        ("```python exits 3\n1\n```", "no such mark"),
+    ],
+)
+def test_a_block_without_a_kind_or_a_source_is_found(page, fault):
+    found = list(faults_of(list(blocks_of(page.splitlines()))))
+    assert len(found) == 1
+    assert fault in found[0]
+
+
+def test_a_slow_block_ends_the_quick_part(tmp_path):
+    page = "```python\nprint(1)\n```\n```text\n2\n```\n```python slow\nprint(1)\n```\n```text\n3\n```".splitlines()
+    (tmp_path / "quick").mkdir()
+    (tmp_path / "all").mkdir()
+    assert len(list(differences_of("page.md", page, tmp_path / "quick", quick=True))) == 1
+    assert len(list(differences_of("page.md", page, tmp_path / "all"))) == 2
+
+
+def test_output_of_a_command_that_no_block_runs_is_a_fault(tmp_path: Path):
+    with pytest.raises(shown_output.NoAnswerError, match="no block above runs sealtwin doctor"):
+        list(differences_of("page.md", ["```text of sealtwin doctor", "ok", "```"], tmp_path))
+
+
+def test_another_exit_code_is_a_fault(tmp_path: Path):
+    page = ["```sh exits 3", "sealtwin simulate nowhere", "```"]
+    assert list(differences_of("page.md", page, tmp_path)) == []
+    with pytest.raises(shown_output.NoAnswerError, match="exit code 3, not 0"):
+        list(differences_of("page.md", ["```sh", *page[1:]], tmp_path / "again"))

@@ -1,0 +1,278 @@
+"""Photos and masks: two inputs that disagree, lines that are no crack, and files that state another tone curve."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from PIL import Image, ImageCms, PngImagePlugin, TiffImagePlugin
+
+from sealtwin.core.records import Floats
+from tests.pictures import mortar, with_crack, write_png
+from tests.wrong_inputs.table import WrongInput
+
+SIZE_PX = (420, 260)
+CRACK = [(20.0, 60.0), (150.0, 90.0), (260.0, 75.0), (400.0, 110.0)]
+DIGITISE = "digitise {given}/photo.png --depth-mm 10 --mm-per-px 0.1 --out {out}"
+CLICKED = f"{DIGITISE} --ends 22,60 398,110"
+MASKED = f"{DIGITISE} --mask {{given}}/mask.png"
+
+
+def _crack(width_px: int = 14) -> Floats:
+    return with_crack(mortar(SIZE_PX), CRACK, width_px)
+
+
+def _paint(width_px: int = 14) -> np.ndarray:
+    paint = np.zeros(SIZE_PX[::-1], dtype=np.uint8)
+    cv2.polylines(paint, [np.array(CRACK, dtype=np.int32)], False, 255, width_px)
+    return paint
+
+
+def _masked(mask: Callable[[], np.ndarray], folder: Path, light: Callable[[], Floats] = _crack) -> None:
+    """A crack and a mask of this picture, (height, width) or with channels."""
+    write_png(folder / "photo.png", light())
+    Image.fromarray(mask()).save(folder / "mask.png")
+
+
+def _bright() -> Floats:
+    ground = mortar(SIZE_PX)
+    return np.where(_paint() > 0, 0.9, ground)
+
+
+def _outlined() -> np.ndarray:
+    paint, inner = _paint(20), _paint(12)
+    return np.where(inner > 0, 0, paint).astype(np.uint8)
+
+
+def _coloured(colour: tuple[int, int, int]) -> np.ndarray:
+    return (_paint()[..., None] > 0) * np.array(colour, dtype=np.uint8)
+
+
+def _with_opacity(opacity: np.ndarray | int) -> np.ndarray:
+    paint = _paint()
+    return np.dstack([paint, paint, paint, np.broadcast_to(np.uint8(opacity), paint.shape)])
+
+
+def _classes() -> np.ndarray:
+    """The crack in grey, and a marking in white."""
+    paint = np.where(_paint() > 0, 120, 0).astype(np.uint8)
+    paint[200:230, 40:380] = 255
+    return paint
+
+
+def _hairline_beside_a_joint(folder: Path) -> None:
+    light, y = mortar((300, 420), 3), np.arange(4.0, 416)
+    x = 130 + 10 * np.sin(y / 55)
+    light = np.where(_line(light.shape, x, y, 1), 0.85 * light, light)
+    write_png(folder / "photo.png", np.where(_line(light.shape, np.full(len(y), 170.0), y, 4), 0.1 * light, light))
+
+
+def _interrupted(folder: Path) -> None:
+    """A hairline with a gap as long as fifteen widths."""
+    light = with_crack(mortar(SIZE_PX), [(20, 60), (185, 92)], 3)
+    write_png(folder / "photo.png", with_crack(light, [(235, 85), (400, 110)], 3))
+
+
+def _line(shape: tuple[int, ...], x: Floats, y: Floats, width_px: int) -> np.ndarray:
+    cover = np.zeros(shape, dtype=np.uint8)
+    cv2.polylines(cover, [np.column_stack([x, y]).round().astype(np.int32)], False, 1, width_px)
+    return cover > 0
+
+
+def _wedge(folder: Path, blur_px: float = 0.5) -> None:
+    """A crack that is 120 px wide at the photo's border and narrows to 10 px."""
+    cover = np.zeros((460, 600), dtype=np.float32)
+    cv2.fillPoly(cover, [np.array([(0, 60), (150, 190), (545, 360), (540, 370), (120, 230), (0, 200)])], 1.0)
+    cover = cv2.GaussianBlur(cover, (0, 0), blur_px)
+    write_png(folder / "photo.png", mortar((600, 460)) * (1 - 0.99 * cover))
+
+
+def _marking(folder: Path) -> None:
+    """A white marking whose one edge is a little darker than the ground."""
+    light = mortar((500, 300), 4)
+    x = np.arange(15.0, 486)
+    edge = 150 + 6 * np.sin(x / 40)
+    light = np.where(np.arange(300)[:, None] < np.interp(np.arange(500), x, edge), 1.7 * light, light)
+    write_png(folder / "photo.png", np.where(_line(light.shape, x, edge, 5), 0.35 * light, light))
+
+
+def _debris(folder: Path) -> None:
+    """A dark core in a band of half of the ground's light, seven times as wide."""
+    light = mortar(SIZE_PX)
+    light = np.where(_paint(36) > 0, 0.5 * light, light)
+    write_png(folder / "photo.png", with_crack(light, CRACK, 5))
+
+
+def _coarse(folder: Path) -> None:
+    """Stones as dark as half of a black crack's contrast."""
+    rng = np.random.default_rng(5)
+    stones = cv2.GaussianBlur(rng.standard_normal(SIZE_PX[::-1]), (0, 0), 5.0)
+    light = 0.3 * np.exp(1.1 * stones / stones.std())
+    write_png(folder / "photo.png", with_crack(light, CRACK, 18))
+
+
+def _linear(folder: Path, stated: Callable[[], dict[str, Any]], name: str = "photo.png") -> None:
+    """A picture whose values are light itself, and that says so."""
+    values = np.rint(255 * np.clip(_crack(), 0, 1)).astype(np.uint8)
+    Image.fromarray(np.dstack([values] * 3)).save(folder / name, **stated())
+
+
+def _gamma_chunk() -> dict[str, Any]:
+    chunks = PngImagePlugin.PngInfo()
+    chunks.add(b"gAMA", (100_000).to_bytes(4, "big"))
+    return {"pnginfo": chunks}
+
+
+def _linear_profile() -> dict[str, Any]:
+    """The profile of sRGB with straight lines for its curves: a parametric curve of kind 0 and exponent 1."""
+    content = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
+    at = content.find(b"para", 128)
+    while at >= 0:
+        content[at + 8 : at + 16] = bytes([0, 0, 0, 0, 0, 1, 0, 0])
+        at = content.find(b"para", at + 4)
+    return {"icc_profile": bytes(content)}
+
+
+def _exif_gamma() -> dict[str, Any]:
+    exif = Image.Exif()
+    exif.get_ifd(0x8769)[0xA500] = 1.0
+    return {"exif": exif, "quality": 98}
+
+
+def _transfer_function() -> dict[str, Any]:
+    tags = TiffImagePlugin.ImageFileDirectory_v2()
+    tags[301] = tuple(257 * value for value in range(256)) * 3
+    tags.tagtype[301] = 3
+    return {"tiffinfo": tags}
+
+
+def _inks(folder: Path) -> None:
+    """A CMYK JPEG whose values are ink, without the marker by which its values would be read as light."""
+    values = np.rint(255 * (1 - np.clip(_crack(), 0, 1) ** (1 / 2.2))).astype(np.uint8)
+    picture = Image.merge("CMYK", [Image.fromarray(255 - np.zeros_like(values))] * 3 + [Image.fromarray(255 - values)])
+    picture.save(folder / "adobe.jpg")
+    content = (folder / "adobe.jpg").read_bytes()
+    at = content.find(b"\xff\xee")
+    length = int.from_bytes(content[at + 2 : at + 4], "big")
+    (folder / "photo.jpg").write_bytes(content[:at] + content[at + 2 + length :])
+
+
+def _floats(folder: Path) -> None:
+    cv2.imwrite(str(folder / "photo.tif"), np.dstack([_crack().astype(np.float32)] * 3))
+
+
+CASES: list[WrongInput] = [
+    WrongInput(
+        "mask turned by 180 degrees", partial(_masked, lambda: _paint()[::-1, ::-1]), MASKED, ("--mask", "EXIF")
+    ),
+    WrongInput("mask mirrored", partial(_masked, lambda: _paint()[::-1]), MASKED, ("--mask", "0%", "mirrored")),
+    WrongInput("mask shifted", partial(_masked, lambda: np.roll(_paint(), 45, 0)), MASKED, ("--mask", "shifted")),
+    WrongInput(
+        "mask shifted by half a width",
+        partial(_masked, lambda: np.roll(_paint(), 8, 0)),
+        MASKED,
+        ("--mask", "8 px beside"),
+        0,
+    ),
+    WrongInput("negative", lambda at: write_png(at / "photo.png", 1 - _crack()), CLICKED, ("bright", "--mask")),
+    WrongInput("mask of a bright crack", partial(_masked, _paint, light=_bright), MASKED, ("--mask", "--ends")),
+    WrongInput(
+        "mask of a bright crack, with its ends",
+        partial(_masked, _paint, light=_bright),
+        f"{MASKED} --ends 22,60 398,110",
+        ("--mask", "its light"),
+        0,
+    ),
+    WrongInput("mask of a line", partial(_masked, lambda: _paint(1)), MASKED, ("--mask", "1.0 px", "line", "--ends")),
+    WrongInput("mask of an outline", partial(_masked, _outlined), MASKED, ("--mask", "outline", "fill it")),
+    WrongInput("mask of 0 and 1", partial(_masked, lambda: _paint() // 255), MASKED, ("mask.png", "1 of 255")),
+    WrongInput("mask in green", partial(_masked, lambda: _coloured((0, 120, 0))), MASKED, ("(0, 120, 0)",)),
+    WrongInput("mask in grey", partial(_masked, lambda: _coloured((120, 120, 120))), MASKED, ("120 of 255",)),
+    WrongInput("mask of classes", partial(_masked, _classes), MASKED, ("brightness 120 of 255", "classes")),
+    WrongInput("mask exchanged", partial(_masked, lambda: 255 - _paint()), MASKED, ("exchanged",)),
+    WrongInput(
+        "mask half transparent", partial(_masked, lambda: _with_opacity(100)), MASKED, ("opacity is 100 of 255",)
+    ),
+    WrongInput(
+        "mask white on black, opaque",
+        partial(_masked, lambda: _with_opacity(255)),
+        MASKED,
+        ("mm long",),
+        0,
+        ("paints",),
+    ),
+    WrongInput(
+        "crack brighter than its ground", lambda at: write_png(at / "photo.png", _bright()), CLICKED, ("bright",)
+    ),
+    WrongInput(
+        "path of a crack brighter than its ground",
+        lambda at: write_png(at / "photo.png", _bright()),
+        f"{CLICKED} --path-only".replace("--depth-mm 10 ", ""),
+        ("bright", "--mask"),
+    ),
+    WrongInput(
+        "path that jumps to a joint",
+        _hairline_beside_a_joint,
+        "digitise {given}/photo.png --path-only --mm-per-px 0.1 --ends 130,6 139,414 --out {out}",
+        ("--via", "px from ("),
+        0,
+    ),
+    WrongInput("hairline with a gap", _interrupted, CLICKED, ("no crack is seen", "--via"), 0),
+    WrongInput(
+        "wide crack at the border, clicked",
+        _wedge,
+        f"{DIGITISE} --ends 14,130 540,363",
+        ("(14, 130)", "border", "--mask", "--roi"),
+        lacks=("inside --roi",),
+    ),
+    WrongInput(
+        "wide crack at the border, clicked at its wall",
+        _wedge,
+        f"{DIGITISE} --ends 2,66 540,363",
+        ("close to a dark region", "border", "--mask"),
+    ),
+    WrongInput(
+        "soft wide crack at the border, clicked at its wall",
+        partial(_wedge, blur_px=3.0),
+        f"{DIGITISE} --ends 2,66 540,363",
+        ("along a dark region", "border", "--mask", "--roi"),
+        0,
+    ),
+    WrongInput("edge of a marking", _marking, DIGITISE, ("sides", "--ends"), 0),
+    WrongInput("debris beside a thin crack", _debris, CLICKED, ("dark over about 3", "--mask", "--width-mm"), 0),
+    WrongInput("black crack in coarse ground", _coarse, CLICKED, ("walls not found", "--mask")),
+    WrongInput(
+        "ends on a part of the crack",
+        lambda at: write_png(at / "photo.png", _crack()),
+        f"{DIGITISE} --ends 100,78 390,107",
+        ("goes on beyond the end (10",),
+        0,
+    ),
+    WrongInput("PNG of gamma 1", partial(_linear, stated=_gamma_chunk), CLICKED, ("gamma 1", "PNG gAMA"), 0),
+    WrongInput("ICC profile of gamma 1", partial(_linear, stated=_linear_profile), CLICKED, ("tone curve", "ICC"), 0),
+    WrongInput(
+        "JPEG of gamma 1",
+        partial(_linear, stated=_exif_gamma, name="photo.jpg"),
+        CLICKED.replace(".png", ".jpg"),
+        ("gamma 1", "EXIF Gamma"),
+        0,
+    ),
+    WrongInput(
+        "TIFF of gamma 1",
+        partial(_linear, stated=_transfer_function, name="photo.tif"),
+        CLICKED.replace(".png", ".tif"),
+        ("gamma 1", "TransferFunction"),
+        0,
+    ),
+    WrongInput(
+        "unreadable ICC profile",
+        partial(_linear, stated=lambda: {"icc_profile": b"?" * 200}),
+        CLICKED,
+        ("ICC", "gamma"),
+        0,
+    ),
+    WrongInput("CMYK without its marker", _inks, CLICKED.replace(".png", ".jpg"), ("CMYK", "Adobe", "RGB")),
+    WrongInput("TIFF of floats", _floats, CLICKED.replace(".png", ".tif"), ("32-bit floats", "8 bits")),
+]

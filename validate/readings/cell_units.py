@@ -1,0 +1,122 @@
+"""Units that stand elsewhere than in a column's name: in a row below it, in its cells, and in a column beside it."""
+
+from collections.abc import Iterator, Mapping, Sequence, Set
+from typing import NamedTuple
+
+from validate.readings.header_words import (
+    OTHER_UNITS,
+    ColumnUnit,
+    holds_no_number,
+    is_number,
+    is_scaled_unit,
+    names_unit,
+    unit_of,
+)
+from validate.readings.sheet import SheetCell, SheetRow
+from validate.readings.table_rows import is_a_number
+from validate.readings.text_table import is_missing, plain_letters
+
+LONGEST_UNIT = 8  # Letters of a word in a row of units, as [°C] or Uhrzeit
+LETTERED = 2  # Least letters of units in a column that is not named as one: M and G are initials, too
+
+
+class UnitCell(NamedTuple):
+    """A unit that a row has for one of its readings."""
+
+    row: SheetRow
+    column: int  # Column of the reading
+    at: int  # Column of the unit
+    written: str
+    unit: ColumnUnit | None  # None for one that is not read, as µm or %
+
+
+def units_row(row: SheetRow) -> tuple[dict[int, ColumnUnit], dict[int, str]]:
+    """Return units by column, and the words of such a row that are none of length; both empty where it holds others."""
+    texts = {index: cell.text for index, cell in enumerate(row.cells) if not is_missing(cell.text)}
+    units: dict[int, ColumnUnit] = {index: unit for index, text in texts.items() if (unit := unit_of(text)) is not None}
+    others = {index: text for index, text in texts.items() if index not in units}
+    short = all(
+        (len(text) <= LONGEST_UNIT and holds_no_number(text)) or is_scaled_unit(text) for text in others.values()
+    )
+    return (units, others) if units and short and len(others) <= len(units) else ({}, {})
+
+
+def units_in_cells(body: Sequence[SheetRow]) -> tuple[list[SheetRow], dict[int, ColumnUnit]]:
+    """Return the rows without units behind their numbers, and these by column where all numbers of it have one."""
+    found: dict[int, set[ColumnUnit | None]] = {}
+    for row in body:
+        for at, cell in enumerate(row.cells):
+            if is_a_number(cell) or (cell.kind == "text" and is_number(_without_unit(cell.text))):
+                found.setdefault(at, set()).add(unit_of(cell.text.rpartition(" ")[2]))
+    units: dict[int, ColumnUnit] = {at: unit for at, (unit, *more) in found.items() if unit is not None and not more}
+    stripped = [
+        SheetRow(
+            row.number,
+            tuple(
+                SheetCell(_without_unit(cell.text)) if at in units and cell.kind == "text" else cell
+                for at, cell in enumerate(row.cells)
+            ),
+        )
+        for row in body
+    ]
+    return (stripped, units) if units else (list(body), {})
+
+
+def _without_unit(text: str) -> str:
+    head, _, last = text.rpartition(" ")
+    return head.strip() if unit_of(last) is not None else text
+
+
+def columns_of_units(names: Mapping[int, str], taken: Set[int], body: Sequence[SheetRow]) -> list[int]:
+    """Return the columns, but for those that are ``taken``, that hold nothing but units or are named as such."""
+    others = [at for at in range(max((row.width for row in body), default=0)) if at not in taken]
+    return [at for at in others if _holds_units(names.get(at, ""), [row.cell(at) for row in body])]
+
+
+def _holds_units(name: str, cells: Sequence[SheetCell]) -> bool:
+    texts = [cell.text for cell in cells if not is_missing(cell.text)]
+    if names_unit(name):
+        return bool(texts)
+    units = [text for text in texts if unit_of(text) is not None or plain_letters(text) in OTHER_UNITS]
+    return bool(texts) and len(units) == len(texts) and all(len(text.strip("[]()")) >= LETTERED for text in units)
+
+
+def unit_cells(
+    body: Sequence[SheetRow],
+    columns: Sequence[int],
+    stations: Set[int],
+    readings: Sequence[int],
+    without: Sequence[int],
+) -> Iterator[UnitCell]:
+    """Yield the unit that each row has in ``columns`` for its reading, or for its station.
+
+    A column of units is that of the readings at its left, up to the next one; beside the stations alone it may be
+    theirs, or that of the readings that follow ``without`` a unit of their own.
+    """
+    before = -1
+    for at in columns:
+        left = [column for column in sorted({*stations, *readings}) if before < column < at]
+        of_readings = [column for column in left if column in readings]
+        of = of_readings or [*left, *(column for column in without if column > at and len(columns) == 1)]
+        before = at
+        for row in body:
+            written = row.cell(at).text
+            if is_missing(written):
+                continue
+            for column in of:
+                if not is_missing(row.cell(column).text):
+                    yield UnitCell(row, column, at, written, unit_of(written))
+
+
+def shown_cells(
+    body: Sequence[SheetRow], shown: Mapping[tuple[int, int], str], columns: Sequence[int]
+) -> Iterator[UnitCell]:
+    """Yield the unit, or a percent sign, that the format of a number shows behind it."""
+    for row in body:
+        for column in columns:
+            written = shown.get((row.number, column))
+            if written is None or row.cell(column).kind != "number":
+                continue
+            unit = unit_of(written)
+            if unit is not None or written == "%" or plain_letters(written) in OTHER_UNITS:
+                yield UnitCell(row, column, column, written, unit)
