@@ -165,7 +165,7 @@ WIDTH = figure("mean_width_mm")
 LENGTH = figure("length_mm")
 SLOT = right(MM3, files.LONG_SLOT_MM3, 24)
 LAB = "ingest . --out {out}/lab"
-PASTE = "material rheometer curve.csv --density-kg-m3 1690 --json --out {out}/m.toml"
+PASTE = "material rheometer curve.csv --density-kg-m3 1690 --data synthetic --json --out {out}/m.toml"
 ROBOT = "robot run --cell cell.toml --json --out {out}/robot"
 TWELVE = right(figure("yield_stress_pa", "viscosity_pa_s"), (12, 1.5), 0.1)
 
