@@ -204,7 +204,7 @@ REPORTS = {
             "a PNG of 16 bits is read as zeros",
             files.mask_of_16_bits,
             f"digitise photo.png --mask mask.png {SCALED}",
-            (right(WIDTH, 2.1, 0.2), refused("mask.png", "16")),
+            (right(WIDTH, 2.1, 0.2), refused("mask.png", "16|more than 8 bits")),
         ),
     ),
     "drawings": (
@@ -264,7 +264,7 @@ REPORTS = {
             "a 3MF that states centimetres is taken as millimetres",
             files.three_mf_in_cm,
             f"import-mesh block.3mf --units mm {TO}",
-            (refused("block.3mf", "centimeter|in cm"), warned("centimeter|in cm"), SLOT),
+            (refused("block.3mf", "centimeter|unit is cm"), warned("centimeter|unit is cm"), SLOT),
         ),
         Report(
             "mrdoob/three.js/issues/14937",
@@ -272,7 +272,7 @@ REPORTS = {
             files.ply_cut_short,
             f"import-mesh block.ply --units mm {TO}",
             (
-                refused("block.ply", "cut short|ends early|ends before|truncated|fewer|shorter|header"),
+                refused("block.ply", "cut short|ends early|ends before|truncated|fewer|shorter|header|length"),
                 right(MM3, files.LONG_SLOT_MM3, 24, "repair|filled|closed|missing"),
             ),
         ),
@@ -426,7 +426,7 @@ REPORTS = {
             files.flow_curve(*files.SATURATED),
             PASTE,
             (
-                refused("curve.csv", "satur|plateau|same stress|levels off|limit|bend"),
+                refused("curve.csv", "satur|plateau|same stress|levels off|limit|bend|no line"),
                 warned("satur|plateau|same stress|levels off|limit|bend"),
                 interval_holds_paste(12, 1.5),
             ),
