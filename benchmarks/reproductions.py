@@ -16,6 +16,7 @@ import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 from benchmarks import reproduced_folders as folders
 from benchmarks.table import Row, leave
@@ -190,28 +191,44 @@ def judge(answer: Answer, inputs: Path) -> tuple[str, bool]:
         shutil.copytree(inputs / (answer.files or answer.name.split()[0]), given)
         out.mkdir()
         answer.prepare(given)
-        words = ["-m", "sealtwin", *(word.format(out=out) for word in answer.command.split())]
-        if answer.command.startswith("st."):
-            words = ["-c", IN_PYTHON.format(answer.command)]
-        try:
-            ended = subprocess.run(
-                [sys.executable, *words],
-                cwd=given,
-                env={**os.environ, **answer.environment},
-                capture_output=True,
-                text=True,
-                timeout=LIMIT_S,
-                preexec_fn=lambda: _bound(answer.largest_file_bytes),
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            return f"not done in {LIMIT_S} s", False
+        ended = run_in(given, out, answer.command, answer.environment, answer.largest_file_bytes)
+    if ended is None:
+        return f"not done in {LIMIT_S} s", False
     printed = f"{ended.stdout}\n{ended.stderr}"
     small = printed.lower()
     lacking = [word for word in answer.says if word not in small] + [word for word in answer.lacks if word in small]
     sound = ended.returncode in answer.exit_codes and not lacking and "Traceback" not in printed
-    words = " ".join((ended.stderr.strip() or ended.stdout.strip()).split())
-    return f"exit {ended.returncode}{f', lacking {lacking}' if lacking else ''}: {words[-300:]}", sound
+    return f"exit {ended.returncode}{f', lacking {lacking}' if lacking else ''}: {last_words(ended)}", sound
+
+
+def run_in(
+    given: Path,
+    out: Path,
+    command: str,
+    environment: Mapping[str, str] = MappingProxyType({}),
+    largest_file_bytes: int = resource.RLIM_INFINITY,
+) -> "subprocess.CompletedProcess[str] | None":
+    """Run a command in the folder of its inputs, in bounded time and memory. Return None if it is not done in time."""
+    words = ["-m", "sealtwin", *(word.format(out=out) for word in command.split())]
+    if command.startswith("st."):
+        words = ["-c", IN_PYTHON.format(command)]
+    try:
+        return subprocess.run(
+            [sys.executable, *words],
+            cwd=given,
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
+            timeout=LIMIT_S,
+            preexec_fn=lambda: _bound(largest_file_bytes),
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def last_words(ended: "subprocess.CompletedProcess[str]") -> str:
+    return " ".join((ended.stderr.strip() or ended.stdout.strip()).split())[-300:]
 
 
 def _bound(largest_file_bytes: int) -> None:
