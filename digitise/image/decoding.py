@@ -102,8 +102,13 @@ def opened(path: Path, key: str) -> Iterator[Image.Image]:
         # Some decoders read the whole file into memory first.
         raise InputError(f"{path}: {size / 1e6:.0f} MB, more than {LARGEST_FILE_BYTES / 1e6:.0f} MB; save it as JPEG.")
     try:
-        # Warnings are about metadata, and about sizes that are checked here.
-        with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as photo:
+        # Warnings are about metadata, and about sizes that are checked here. A file without a name, since Pillow maps
+        # one with a name into memory, and reads a turned TIFF there by rows as long as the upright picture's.
+        with (
+            warnings.catch_warnings(action="ignore"),
+            path.open("rb") as file,
+            Image.open(file, formats=FORMATS) as photo,
+        ):
             _check_header(path, photo)
             yield photo
     except Image.DecompressionBombError:

@@ -17,6 +17,8 @@ LEAST_RANGE = 3.0  # Least ratio of the largest to the smallest shear rate: a li
 TORQUE = 0.03  # Relative standard uncertainty of a rheometer's stress that all rows share: gap and calibration
 MOST_ERROR = 0.5  # Standard uncertainty of a viscosity over its value from which the 95 % interval reaches 0
 LEAST_RISE = 0.01  # Least rise of the line over the rates, over its stress, that is no drift of the instrument
+LEAST_SWEEP = 3  # Rows one after the other whose rates rise, or fall: fewer are rates in no order
+SWEEPS_APART = 0.05  # Least difference of two sweeps' mean stress at the same rates that a repeat does not show
 MOST_MISS = 0.2  # RMS of the line's misses over the stress beyond which the paste's curve is no line
 BY_HAND = "by hand in [fluid], with how they were found"
 NOT_FOR = (
@@ -42,6 +44,7 @@ def material_of_table(
             f"{path}: shear rates from {rate.min():g} to {rate.max():g} /s; a line needs a range of at least "
             f"{LEAST_RANGE:g} times."
         )
+    _refuse_two_pastes(path, rate, stress)
     (yields, thick), covariance, misfit = _bingham(rate, stress)
     if misfit > MOST_MISS:
         raise InputError(
@@ -84,6 +87,31 @@ def material_of_table(
             ),
             "not_for": NOT_FOR,
         },
+    )
+
+
+def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats) -> None:
+    """Raise InputError for rates that rise and fall with stresses apart: shear has changed the paste on the way."""
+    rises = np.sign(np.diff(rate))
+    turns = np.flatnonzero(rises[1:] * rises[:-1] < 0) + 1
+    sweeps = np.split(np.arange(len(rate)), turns + 1)
+    if len(sweeps) < 2 or any(len(rows) < LEAST_SWEEP for rows in sweeps):
+        return
+    ordered = [rows[np.argsort(rate[rows])] for rows in sweeps]
+    low, high = max(rate[rows[0]] for rows in ordered), min(rate[rows[-1]] for rows in ordered)
+    shared = np.geomspace(low, high, 20) if low < high else np.array([low])
+    levels_pa = [float(np.interp(np.log(shared), np.log(rate[rows]), stress[rows]).mean()) for rows in ordered]
+    if max(levels_pa) - min(levels_pa) < SWEEPS_APART * float(np.mean(levels_pa)):
+        return
+    # Row 1 is the header.
+    said = ", ".join(
+        f"rows {rows.min() + 2} to {rows.max() + 2} have {level_pa:.3g} Pa"
+        for rows, level_pa in zip(sweeps, levels_pa, strict=True)
+    )
+    raise InputError(
+        f"{path}: the shear rates rise and fall, in {len(sweeps)} sweeps whose stresses differ: at {low:g} to "
+        f"{high:g} /s {said} on average. Shear changes such a paste: keep the rows of one sweep. The way down is that "
+        "of a paste that flows."
     )
 
 

@@ -185,7 +185,9 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
             worst = f"worst error at a station (at s = {at_station[1]:.1f} mm)", f"{at_station[0]:.2f} mm"
         if m.baselines:
             names = "; ".join(one.name for one in m.baselines)
-            figures.append((f"baselines: {names}", f"{'; '.join(f'{one.mean_error_mm:.2f}' for one in m.baselines)} mm"))
+            figures.append(
+                (f"baselines: {names}", f"{'; '.join(f'{one.mean_error_mm:.2f}' for one in m.baselines)} mm")
+            )
         figures += [worst, ("readings were", ROLES[m.role])]
     lost = f"{run.escaped_particles}; {run.spilled_particles}" if run.bed is None else NOT_COMPUTED
     return [*figures, ("volume ratio", f"{evidence.volume_ratio:.3f}"), ("particles escaped; spilled", lost)]

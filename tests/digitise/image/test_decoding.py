@@ -174,6 +174,16 @@ def test_a_phone_held_upright_gives_an_upright_photo(tmp_path, picture):
     assert read_photo(path).image == pytest.approx(np.rot90(picture, -1))
 
 
+@pytest.mark.parametrize("mode", ["L", "P", "RGBA", "CMYK", "RGB"])
+@pytest.mark.parametrize(("orientation", "quarters"), [(6, -1), (8, 1), (3, 2)])
+def test_an_uncompressed_tiff_that_lies_on_its_side_is_read_upright(tmp_path, picture, mode, orientation, quarters):
+    """Pillow maps such a file into memory, if it has a name, with rows as long as the upright picture's."""
+    stored, path = Image.fromarray(picture).convert(mode), tmp_path / "photo.tif"
+    stored.save(path, tiffinfo={274: orientation})
+    shown = np.asarray(stored.convert("RGB"))
+    assert np.array_equal(read_photo(path).image, np.rot90(shown, quarters))
+
+
 def taken(folder, film_mm=None, size_px=None, orientation=None):
     """A photo of 400 x 300 px whose EXIF tells these."""
     exif = Image.Exif()
