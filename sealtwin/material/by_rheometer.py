@@ -92,9 +92,7 @@ def material_of_table(
 
 def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats) -> None:
     """Raise InputError for rates that rise and fall with stresses apart: shear has changed the paste on the way."""
-    rises = np.sign(np.diff(rate))
-    turns = np.flatnonzero(rises[1:] * rises[:-1] < 0) + 1
-    sweeps = np.split(np.arange(len(rate)), turns + 1)
+    sweeps = np.split(np.arange(len(rate)), _starts_of_sweeps(rate))
     if len(sweeps) < 2 or any(len(rows) < LEAST_SWEEP for rows in sweeps):
         return
     ordered = [rows[np.argsort(rate[rows])] for rows in sweeps]
@@ -113,6 +111,16 @@ def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats) -> None:
         f"{high:g} /s {said} on average. Shear changes such a paste: keep the rows of one sweep. The way down is that "
         "of a paste that flows."
     )
+
+
+def _starts_of_sweeps(rate: Floats) -> list[int]:
+    """Return the rows after which rates go the other way; the second of two equal ones belongs to the later sweep."""
+    starts, before = list[int](), 0.0
+    for row, way in enumerate(np.sign(np.diff(rate)).tolist()):
+        if way and before and way != before:
+            starts.append(row if rate[row] == rate[row - 1] else row + 1)
+        before = way or before
+    return starts
 
 
 def _bingham(rate: Floats, stress: Floats) -> tuple[Floats, Floats, float]:

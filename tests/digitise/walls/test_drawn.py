@@ -55,6 +55,8 @@ def test_holes_in_the_paint_are_islands_and_its_side_cracks_are_not_lost(scene):
     net_mm2 = signed_area(outline.outline_mm) + sum(signed_area(ring) for ring in outline.islands_mm)
     # As many pixels as the paint has, at the scale that the main crack's own pixels have on average.
     main = painted(photo, [truth.outline_mm]).drawn
+    assert main is not None
+    assert photo.drawn is not None
     px_mm2 = signed_area(truth.outline_mm) / main.sum()
     assert net_mm2 == pytest.approx(px_mm2 * photo.drawn.sum(), rel=0.01)
 
