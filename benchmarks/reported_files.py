@@ -575,7 +575,7 @@ def aged_material(*rows: str) -> Maker:
 
     def make(folder: Path) -> None:
         trial = _trial(folder)
-        fluid = "U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2\n"
+        fluid = "U = 30.0\nD_cm = 0.3\n"
         told = trial.read_text(encoding="utf-8").replace(fluid, 'curve = "material.csv"\n')
         trial.write_text(told, encoding="utf-8")
         text("material.csv", "age_s,viscosity_pa_s,yield_stress_pa", *rows)(folder)
@@ -637,8 +637,8 @@ def dxf_drawn_twice(folder: Path) -> None:
     drawing.saveas(folder / "a.dxf")
 
 
-TWICE_UP = [f"{rate},{20 + 2 * rate:g}" for rate in RATES] + [f"{rate},{10 + 1.5 * rate:g}" for rate in RATES]
-"""Two ways up, one behind the other: 20 Pa in the first, 10 Pa in the second."""
+TWICE_UP = [f"{rate},{20 + 2 * rate:g}" for rate in RATES] + [f"{rate},{12 + 1.5 * rate:g}" for rate in RATES]
+"""Two ways up, one behind the other: 20 Pa in the first, 12 Pa in the second."""
 FOUR_CORNERS = (*SAMPLE_CORNERS, (50, 30))
 ONE_TOO_HIGH = (*CORNERS, (220, -30, 60))
 """The fourth point touched 5 mm above the face."""
