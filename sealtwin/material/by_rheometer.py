@@ -17,8 +17,10 @@ LEAST_RANGE = 3.0  # Least ratio of the largest to the smallest shear rate: a li
 TORQUE = 0.03  # Relative standard uncertainty of a rheometer's stress that all rows share: gap and calibration
 MOST_ERROR = 0.5  # Standard uncertainty of a viscosity over its value from which the 95 % interval reaches 0
 LEAST_RISE = 0.01  # Least rise of the line over the rates, over its stress, that is no drift of the instrument
-LEAST_SWEEP = 3  # Rows one after the other whose rates rise, or fall: fewer are rates in no order
-SWEEPS_APART = 0.05  # Least difference of two sweeps' mean stress at the same rates that a repeat does not show
+LEAST_AGAIN = 3  # Rows at rates that were measured before, from which a change of the paste is no chance
+MOST_CHANGE = 0.05  # Mean change of their stresses over the earlier ones that a repeat of one paste has
+MOST_ALIKE = 0.8  # Share of them with one sign
+WIDEST_GAP = 3.0  # Ratio of two neighbouring rates between which a stress follows from both, on logarithmic scales
 MOST_MISS = 0.2  # RMS of the line's misses over the stress beyond which the paste's curve is no line
 BY_HAND = "by hand in [fluid], with how they were found"
 NOT_FOR = (
@@ -91,36 +93,38 @@ def material_of_table(
 
 
 def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats) -> None:
-    """Raise InputError for rates that rise and fall with stresses apart: shear has changed the paste on the way."""
-    sweeps = np.split(np.arange(len(rate)), _starts_of_sweeps(rate))
-    if len(sweeps) < 2 or any(len(rows) < LEAST_SWEEP for rows in sweeps):
+    """Raise InputError if stresses at rates that were measured before are all higher, or all lower, than those were.
+
+    Shear has then changed the paste between two sweeps, or the table has two pastes.
+    """
+    changes = [(row, change) for row in range(2, len(rate)) if (change := _change(rate, stress, row)) is not None]
+    if len(changes) < LEAST_AGAIN:
         return
-    ordered = [rows[np.argsort(rate[rows])] for rows in sweeps]
-    low, high = max(rate[rows[0]] for rows in ordered), min(rate[rows[-1]] for rows in ordered)
-    shared = np.geomspace(low, high, 20) if low < high else np.array([low])
-    levels_pa = [float(np.interp(np.log(shared), np.log(rate[rows]), stress[rows]).mean()) for rows in ordered]
-    if max(levels_pa) - min(levels_pa) < SWEEPS_APART * float(np.mean(levels_pa)):
+    rows, change = np.array([row for row, _ in changes]), np.array([change for _, change in changes])
+    mean = float(change.mean())
+    alike = float((np.sign(change) == np.sign(mean)).mean())
+    if abs(mean) < MOST_CHANGE or alike < MOST_ALIKE:
         return
     # Row 1 is the header.
-    said = ", ".join(
-        f"rows {rows.min() + 2} to {rows.max() + 2} have {level_pa:.3g} Pa"
-        for rows, level_pa in zip(sweeps, levels_pa, strict=True)
-    )
     raise InputError(
-        f"{path}: the shear rates rise and fall, in {len(sweeps)} sweeps whose stresses differ: at {low:g} to "
-        f"{high:g} /s {said} on average. Shear changes such a paste: keep the rows of one sweep. The way down is that "
-        "of a paste that flows."
+        f"{path}: {len(rows)} rows, {rows.min() + 2} to {rows.max() + 2}, have rates that rows before them have, and "
+        f"stresses {abs(mean):.0%} {'lower' if mean < 0 else 'higher'} on average: two sweeps of a paste that shear "
+        "has changed, or two pastes. Keep the rows of one sweep; the last one is that of a paste that flows."
     )
 
 
-def _starts_of_sweeps(rate: Floats) -> list[int]:
-    """Return the rows after which rates go the other way; the second of two equal ones belongs to the later sweep."""
-    starts, before = list[int](), 0.0
-    for row, way in enumerate(np.sign(np.diff(rate)).tolist()):
-        if way and before and way != before:
-            starts.append(row if rate[row] == rate[row - 1] else row + 1)
-        before = way or before
-    return starts
+def _change(rate: Floats, stress: Floats, row: int) -> float | None:
+    """Return a row's stress over that of earlier rows at its rate, less 1; None if no two of them are around it."""
+    order = np.argsort(rate[:row], kind="stable")
+    earlier, levels = np.log(rate[order]), np.log(stress[order])
+    at = np.log(rate[row])
+    after = int(np.searchsorted(earlier, at))
+    before = int(np.searchsorted(earlier, at, side="right")) - 1
+    if not (0 <= before and after < row and earlier[after] - earlier[before] <= np.log(WIDEST_GAP)):
+        return None
+    # Of rows at this very rate, their mean.
+    expected = levels[after : before + 1].mean() if after <= before else np.interp(at, earlier, levels)
+    return float(stress[row] / np.exp(expected) - 1)
 
 
 def _bingham(rate: Floats, stress: Floats) -> tuple[Floats, Floats, float]:

@@ -8,7 +8,8 @@ USAGE = 2
 DATA = "--data synthetic"
 LINE = "1,12.5 3,13.5 10,17 30,27 100,62"  # 12 Pa and 0.5 Pa s
 
-WAYS = "1,22 3,26 10,40 30,80 100,220 {},{} 30,64 10,30 3,18.1 1,14.7"  # 20 Pa and 2 Pa s up, 13 Pa and 1.7 down
+UP = "1,22 3,26 10,40 30,80 100,220"  # 20 Pa and 2 Pa s
+DOWN = "1,15 3,18 10,30 30,64 100,183"  # 13 Pa and 1.7 Pa s
 
 
 def curve(name: str, rows: str, *names: str, options: str = DATA, exit_code: int = 3) -> WrongInput:
@@ -26,8 +27,11 @@ CASES: list[WrongInput] = [
     curve("a plateau", "0.1,11.9 0.3,12.1 1,12.0 3,12.1 10,12.0", "curve.csv", "viscosity_pa_s", "0.1 to 10 /s"),
     curve("five equal stresses", "1,12 3,12 10,12 30,12 100,12", "curve.csv", "viscosity_pa_s", "1 to 100 /s"),
     curve("a power law", "0.1,1.58 0.3,2.74 1,5 3,8.66 10,15.8 30,27.4 100,50", "curve.csv", "38%", "flow_index"),
-    curve("a way up and a way down", WAYS.format(100, 183), "curve.csv", "rows 2 to 6", "rows 7 to 11", "sweeps"),
-    curve("a way down from a little less", WAYS.format(99, 181.3), "rows 2 to 6", "rows 7 to 11", "sweeps"),
+    curve("a way up and a way down", f"{UP} {' '.join(reversed(DOWN.split()))}", "curve.csv", "5 rows, 7 to 11"),
+    curve("a way down from a little less", f"{UP} 99,180 30,64 10,30 3,18 1,15", "4 rows, 8 to 11"),
+    curve("two ways up", f"{UP} {DOWN}", "5 rows, 7 to 11"),
+    curve("a way up and down behind a row of shear", f"100,230 {UP} 99,180 30,64 10,30 3,18 1,15", "rows, 7 to 12"),
+    curve("each rate twice", " ".join(map(" ".join, zip(UP.split(), DOWN.split(), strict=False))), "curve.csv"),
     curve("a stiff paste", "1000,53000 3000,59000 10000,80000 90000,320000 30000,140000", "yield_stress_pa"),
     curve("a number as Python writes it", "1,12.5 3,13.5 1_0,17 30,27 100,62", "row 4", "shear_rate_per_s", "'1_0'"),
     curve("half of the density", LINE, "density_error_kg_m3", "900", options=f"{DATA} --density-error-kg-m3 900"),
