@@ -120,7 +120,7 @@ def _change(rate: Floats, stress: Floats, row: int) -> float | None:
     at = np.log(rate[row])
     after = int(np.searchsorted(earlier, at))
     before = int(np.searchsorted(earlier, at, side="right")) - 1
-    if not (0 <= before and after < row and earlier[after] - earlier[before] <= np.log(WIDEST_GAP)):
+    if not (before >= 0 and after < row and earlier[after] - earlier[before] <= np.log(WIDEST_GAP)):
         return None
     # Of rows at this very rate, their mean.
     expected = levels[after : before + 1].mean() if after <= before else np.interp(at, earlier, levels)
