@@ -170,7 +170,7 @@ class PathSearch:
         ]
 
     def _border_hint(self, points_px: Floats) -> str:
-        """Return a sentence about dark surroundings that the path comes close to, or none."""
+        """Return a sentence on dark surroundings near the path; empty if there are none."""
         if not self._near_surroundings(points_px).any():
             return ""
         return f" The path comes close to a dark region at the photo's border, which {TAKEN}."

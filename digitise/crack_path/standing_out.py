@@ -5,9 +5,10 @@ with masks: no path on a crack comes near them.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from digitise.crack_path.hints import CrackPath
-from digitise.crack_path.profiles import median_known, profiles_across, row_medians
+from digitise.crack_path.profiles import Profiles, median_known, profiles_across, row_medians
 from digitise.photo import Photo
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -27,7 +28,7 @@ def require_dark(photo: Photo, path: CrackPath) -> None:
     seen = profiles_across(photo, path.points_px, width_px, FAR[0] * width_px + FAR[1])
     light, away_px = seen.mean(), np.abs(seen.offset_px)
     beside = away_px > width_px / 2 + NEAR_PX + 1
-    left, right = (row_medians(light[:, beside & (sign * seen.offset_px > 0)]) for sign in (1, -1))
+    left, right = _sides(seen, light, beside)
     own = light[:, away_px <= width_px / 2 + NEAR_PX].min(axis=1)
     ratio = median_known(own / np.fmax(np.fmin(left, right), 1e-6))
     brightest = median_known(np.nan_to_num(light).max(axis=1) / np.fmax(row_medians(light), 1e-6))
@@ -40,13 +41,19 @@ def require_dark(photo: Photo, path: CrackPath) -> None:
         )
 
 
+def _sides(seen: Profiles, light: Floats, beside: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Return the median light of each stretch to the left and to the right, among the distances ``beside``."""
+    left, right = (row_medians(light[:, beside & (sign * seen.offset_px > 0)]) for sign in (1, -1))
+    return left, right
+
+
 def unlike_sides(photo: Photo, path: CrackPath) -> list[str]:
     """Return a warning about a line whose sides differ by much of its darkness, as beside a marking or at an edge."""
     width_px = path.width_px
     seen = profiles_across(photo, path.points_px, width_px, SIDES[1] * width_px + SIDES_PX[1])
     light, away_px = seen.mean(), np.abs(seen.offset_px)
     beside = away_px > SIDES[0] * width_px + SIDES_PX[0]
-    left, right = (row_medians(light[:, beside & (sign * seen.offset_px > 0)]) for sign in (1, -1))
+    left, right = _sides(seen, light, beside)
     own = light[:, away_px <= width_px / 2 + NEAR_PX].min(axis=1)
     step = median_known(np.fmin(left, right) - own)
     difference = abs(median_known(left - right))

@@ -171,6 +171,14 @@ CASES: list[WrongInput] = [
         SOME_FAILED,
     ),
     WrongInput(
+        "a title above a sheet says a date, on which no run depends",
+        _files(OF_SHEET, N3__csv=f"Datum 3.5.2026\n{SHEET}"),
+        INGEST,
+        ("2 of 2 samples are sound",),
+        0,
+        ("no note says so",),
+    ),
+    WrongInput(
         "a note in place of lab.toml",
         _files(N3__toml="crack.depth_mm = 9.0"),
         INGEST,
