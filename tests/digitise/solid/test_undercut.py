@@ -78,6 +78,13 @@ def test_without_room_the_largest_angle_is_named_and_fits(outline, angle_deg, fa
         build(outline, fits_deg + 0.1)
 
 
+def test_a_stone_that_hangs_from_the_least_angle_on_leaves_none():
+    """Of a stone 0.04 mm wide nothing is left 16 mm below the face at 0.07 degrees, under the least that is named."""
+    thin_mm = np.array([(30.0, -0.02), (30.0, 0.02), (50.0, 0.02), (50.0, -0.02)])
+    with pytest.raises(InputError, match=r"no wall_angle_deg of 0\.1° or more fits"):
+        build(replace(STONY, islands_mm=(thin_mm,)), 8.0)
+
+
 def test_a_tooth_of_the_wall_may_end_as_a_spike():
     """A head on a thin neck: the neck ends first, and then the head, above the floor. No part of the sample hangs free.
 
