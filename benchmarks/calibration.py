@@ -50,7 +50,7 @@ from validate.calibration.identified import marginals_of
 from validate.calibration.posterior import Posterior, ReadLevels, reach_of
 
 TABLE = Path(__file__).with_name("calibration.csv")
-KEPT = KeptRuns(TABLE, "python -m benchmarks.calibration --anew")
+KEPT = KeptRuns(TABLE, "python -m benchmarks.calibration --anew", ("solids", "simulate"))
 BUDGET, TRUTHS = 40, 14
 CLOSE_MM, READING_MM = 0.18, 0.09  # 95 % half-width of a reading, and its standard deviation
 STATIONS_MM = np.arange(2.0, 28.5)

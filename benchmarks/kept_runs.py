@@ -11,7 +11,7 @@ from pathlib import Path
 
 from sealtwin.core.files import write_json
 from sealtwin.core.stage_keys import other_numbers
-from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.stage_numbers import PARTS
 
 HERE = Path(__file__).parent.parent
 
@@ -23,8 +23,8 @@ class KeptRuns:
     path: Path
     command: str
     """Command that computes them anew."""
-    stages: tuple[str, ...] = ("digitise", "simulate")
-    """Stages that compute them."""
+    stages: tuple[str, ...] = ("tracing", "solids", "simulate")
+    """Stages, or parts of them, that compute them."""
 
     @property
     def other_numbers(self) -> str:
@@ -48,7 +48,7 @@ class KeptRuns:
 
     @property
     def _own(self) -> dict[str, int]:
-        return {stage: NUMBERS[stage] for stage in self.stages}
+        return {stage: PARTS[stage] for stage in self.stages}
 
     @property
     def _beside(self) -> Path:

@@ -70,6 +70,8 @@ CODE = (*PACKAGES, "fixtures", "pyproject.toml", "constraints.txt")
 """What a figure can follow from."""
 RESULTS, PAGE = HERE / "reports" / "results.json", HERE / "docs" / "results.md"
 
+_UNKNOWN = dict.fromkeys(NUMBERS, UNNUMBERED)
+
 Content = dict[str, dict[str, Any]]  # By the name of a benchmark: its rows and where, when and of which code they are
 
 
@@ -87,6 +89,7 @@ def main() -> None:
         print(f"{number + 1} of {len(waiting)}: {name}; time left: {left}", file=sys.stderr, flush=True)
         before = {row["name"]: row["value"] for row in found.get(name, {}).get("rows", []) if "value" in row}
         facts = {"command": f"python {COMMANDS[name]}", "code": code[name], "before": before}
+        facts["stage_numbers"] = stage_numbers(COMMANDS[name])
         found[name] = facts | measure(COMMANDS[name].split())
         write_json(RESULTS, {key: found[key] for key in COMMANDS if key in found})
     write_text(PAGE, page(found, code))
@@ -118,7 +121,6 @@ def measure(arguments: list[str]) -> dict[str, Any]:
     # An exit code of 0 or 1 without a table is a fault of the benchmark.
     exit_code = ended.returncode if seen or ended.returncode > 1 else 2
     facts = {"exit_code": exit_code, "processor": processor(), "load": round(os.getloadavg()[0], 1)}
-    facts["stage_numbers"] = dict(NUMBERS)
     return facts | {"date": f"{now:%Y-%m-%d}", "wall_s": round(time.monotonic() - began_s), "rows": seen}
 
 
@@ -136,6 +138,13 @@ def code_sha256(root: Path, command: str) -> str:
         if (root / name).is_file() and _counts(PurePosixPath(name), needed):
             total.update(f"{name}\0".encode() + hashlib.sha256((root / name).read_bytes()).digest())
     return total.hexdigest()
+
+
+def stage_numbers(command: str) -> dict[str, int]:
+    """Return the numbers of the stages whose modules a benchmark imports, at any depth."""
+    needed = _needed(command)
+    packages = set(NUMBERS) if needed is None else {module.partition(".")[0] for module in needed}
+    return {stage: number for stage, number in NUMBERS.items() if stage in packages}
 
 
 @cache
@@ -195,8 +204,9 @@ def page(found: Content, code: Mapping[str, str]) -> str:
 
 def _of_one_solver(found: Content) -> str:
     """Return the sentence on whether all sections were computed by the same stage numbers, and by this version's."""
-    by = {name: one.get("stage_numbers", {}) for name, one in found.items()}
-    if older := [f"`{name}`" for name, numbers in by.items() if other_numbers(numbers, NUMBERS)]:
+    by = {name: one.get("stage_numbers", _UNKNOWN) for name, one in found.items()}
+    own = {name: {stage: NUMBERS[stage] for stage in numbers} for name, numbers in by.items()}
+    if older := [f"`{name}`" for name, numbers in by.items() if other_numbers(numbers, own[name])]:
         return (
             f"**Not all by one solver.** This version is {number_words(NUMBERS)}; computed by other stage numbers: "
             f"{', '.join(older)}."
@@ -207,7 +217,8 @@ def _of_one_solver(found: Content) -> str:
 def _section(name: str, one: dict[str, Any], code: str) -> list[str]:
     older = "" if one["code"] == code else " **The code has changed since.**"
     took = f"{in_words(one['wall_s'])} on {one['processor']}, load {one['load']}, {one['date']}"
-    took += f", by {number_words(one.get('stage_numbers') or dict.fromkeys(NUMBERS, UNNUMBERED))}"
+    if numbers := one.get("stage_numbers", _UNKNOWN):
+        took += f", by {number_words(numbers)}"
     lines = [f"## {name}", "", f"`{one['command']}`, {took}.{older}"]
     if not _ended(one):
         return [*lines, "", f"It ended with exit code {one['exit_code']} and without a result."]

@@ -38,7 +38,7 @@ from simulate.slot.run import paste_of
 from tests.shapes import straight_slot
 
 FOLDER = Path(__file__).parent / "slot"
-KEPT = KeptRuns(FOLDER, "python -m benchmarks.slot_cases")
+KEPT = KeptRuns(FOLDER, "python -m benchmarks.slot_cases", ("solids", "simulate"))
 CASES, SEEDS = 40, (0, 1)
 FIRST, SECOND, FRESH = 20261121, 20261122, 20261123
 """Seeds of the draws: the model was chosen on the first two, and the fresh one judges it (decision 0151)."""

@@ -37,7 +37,7 @@ with tempfile.TemporaryDirectory() as place:
         shutil.copytree(TREE / package, other / package, ignore=shutil.ignore_patterns("__pycache__"))
     change(other / "simulate" / "setup" / "rheology.py", r"\nLAW = 0\.1185\n", "\nLAW = 0.3\n")
     for stage in ("digitise", "simulate"):
-        change(other / stage / "__init__.py", r"STAGE_NUMBER = \d+", "STAGE_NUMBER = 999")
+        change(other / stage / "__init__.py", r"\nSTAGE_NUMBER = .+", "\nSTAGE_NUMBER = 999")
     study = tiny_lab(lab, GRID)
     call(TREE, "-m", "sealtwin", "robot", "--example", lab / "cell.toml")
     text = (lab / "trial.toml").read_text(encoding="utf-8").split("[readings]")[0]

@@ -8,7 +8,7 @@ import pytest
 from benchmarks import beads, blind_measured, calibration, slot_cases, slumps
 from benchmarks.kept_runs import KeptRuns
 from sealtwin.core.files import read_json
-from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.stage_numbers import PARTS
 
 KEPT = (beads.KEPT, blind_measured.KEPT, calibration.KEPT, slot_cases.KEPT, slumps.KEPT)
 JUDGES = (
@@ -20,7 +20,7 @@ JUDGES = (
 @pytest.mark.parametrize("name", JUDGES)
 def test_a_benchmark_judges_no_results_of_another_solver(name, monkeypatch, capsys):
     """It ends with one sentence, which names the command that computes them anew, and prints no figure."""
-    monkeypatch.setitem(NUMBERS, "simulate", 999)
+    monkeypatch.setitem(PARTS, "simulate", 999)
     monkeypatch.setattr(sys, "argv", [name])
     for module in (slumps, beads):
         module.recorded.cache_clear()
@@ -50,7 +50,7 @@ def test_results_of_another_solver_go_when_new_ones_begin(tmp_path, folder, monk
     kept.require()
     assert content.is_file(), "of this solver: added to"
     assert capsys.readouterr().out == ""
-    monkeypatch.setitem(NUMBERS, "simulate", 999)
+    monkeypatch.setitem(PARTS, "simulate", 999)
     with pytest.raises(SystemExit, match=r"computed by simulate \d+, while .*: 'python -m benchmarks.runs' computes"):
         kept.require()
     kept.begin()
@@ -60,5 +60,5 @@ def test_results_of_another_solver_go_when_new_ones_begin(tmp_path, folder, monk
     content.write_text("level_mm\n-4\n")
     kept.require()
     kept.path.with_suffix(".json").unlink()
-    with pytest.raises(SystemExit, match="computed by digitise unknown, simulate unknown"):
+    with pytest.raises(SystemExit, match="computed by tracing unknown, solids unknown, simulate unknown"):
         kept.require()

@@ -69,7 +69,7 @@ def test_what_failed_is_run_again_on_the_same_code(benchmarks, monkeypatch):
 
 def test_the_page_shows_each_figure_beside_the_one_before(benchmarks):
     facts = {"command": "python good.py", "code": "new", "before": {"slow": 2.5}}
-    found = {"good": facts | measure([str(benchmarks / "good.py")])}
+    found = {"good": facts | {"stage_numbers": dict(NUMBERS)} | measure([str(benchmarks / "good.py")])}
     text = page(found, {"good": "new"})
     assert "**1 of 2 targets met**" in text
     assert "| kept \\| width | <= 2 | 1.5 mm |  | met |" in text

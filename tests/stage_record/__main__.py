@@ -7,13 +7,13 @@ Refuses, with exit code 1 and without writing, while an output moved and its sta
 
 import sys
 
-from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.stage_numbers import PARTS
 from tests.stage_record import record
 
 
 def main() -> int:
     recorded, faults, remade = record.read(), list[str](), dict[str, record.StageRecord]()
-    for stage, number in NUMBERS.items():
+    for stage, number in PARTS.items():
         now, before = record.outputs_of(stage), recorded.get(stage)
         if before is not None and (fault := record.fault_of(stage, before, number, now)):
             faults.append(fault)
@@ -26,7 +26,7 @@ def main() -> int:
         sys.stderr.write("\n".join([*faults, "Nothing was written.", ""]))
         return 1
     if remade:
-        record.write({stage: remade.get(stage) or recorded[stage] for stage in NUMBERS})
+        record.write({stage: remade.get(stage) or recorded[stage] for stage in PARTS})
     return 0
 
 

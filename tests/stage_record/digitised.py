@@ -20,27 +20,26 @@ from tests.stage_record.sampled import Nudge, Outputs, sampled
 ENDS_PX = (20.0, 82.0), (200.0, 80.0)
 
 
-def outputs(nudge: Nudge) -> Outputs:
-    found = {**_traced(nudge), **_solids(nudge)}
-    return {name: sampled(values) for name, values in found.items()}
+def traced(nudge: Nudge) -> Outputs:
+    return {name: sampled(values) for name, values in _walls(nudge).items()}
 
 
-def _traced(nudge: Nudge) -> dict[str, Any]:
+def solids(nudge: Nudge) -> Outputs:
+    return {name: sampled(values) for name, values in {**_solids(nudge), **_path(nudge)}.items()}
+
+
+def _walls(nudge: Nudge) -> dict[str, Any]:
     drawn = with_crack(mortar((220, 160)), [(20, 82), (80, 70), (140, 96), (200, 80)], 18)
     with tempfile.TemporaryDirectory() as place:
         photo = evenly_scaled(write_png(Path(place) / "crack.png", drawn))
     photo = replace(photo, brightness=nudge(photo.brightness).astype(photo.brightness.dtype))
     found = find_path(photo, ENDS_PX)
     outline = trace_outline(photo, found)
-    path = plan_trajectory(outline, NozzlePath(volume_ml=0.3, speed_mm_s=5.0, trim_mm=1.0), 300.0)
     return {
-        "traced: left wall": outline.left_wall_mm,
-        "traced: right wall": outline.right_wall_mm,
-        "traced: width": outline.width_mm,
-        "traced: centreline": outline.centreline_mm,
-        "path: place": path.position_mm,
-        "path: time": path.t_s,
-        "path: flow": path.flow_mm3_s,
+        "left wall": outline.left_wall_mm,
+        "right wall": outline.right_wall_mm,
+        "width": outline.width_mm,
+        "centreline": outline.centreline_mm,
     }
 
 
@@ -55,6 +54,12 @@ def _solids(nudge: Nudge) -> dict[str, Any]:
         found[f"{tilt}: area and volume"] = [mesh.area, mesh.volume]
         found[f"{tilt}: cavity and sections"] = [solid.cavity_volume_mm3, *solid.sections.area_mm2[::40]]
     return found
+
+
+def _path(nudge: Nudge) -> dict[str, Any]:
+    path = NozzlePath(volume_ml=0.3, speed_mm_s=5.0, trim_mm=1.0)
+    planned = plan_trajectory(_nudged(wandering_crack(), nudge), path, 300.0)
+    return {"path: place": planned.position_mm, "path: time": planned.t_s, "path: flow": planned.flow_mm3_s}
 
 
 def _nudged(outline: Outline, nudge: Nudge) -> Outline:

@@ -1,5 +1,7 @@
 """Record of small outputs of each stage beside its number: a test fails if outputs move and the number does not.
 
+``digitise`` is in two parts, as in ``PARTS``.
+
 ``python -m tests.stage_record`` remakes the record. It refuses while an output moved and its stage's number did not.
 
 The tolerance of an output is ``MARGIN`` times what it moves by if every input moves by a rounding of float32. Another
@@ -22,7 +24,8 @@ from tests.stage_record.sampled import Nudge, Outputs
 
 RECORD = Path(__file__).with_name("record.json")
 STAGES: dict[str, Callable[[Nudge], Outputs]] = {
-    "digitise": digitised.outputs,
+    "tracing": digitised.traced,
+    "solids": digitised.solids,
     "simulate": simulated.outputs,
     "validate": validated.outputs,
 }
@@ -119,13 +122,13 @@ def fault_of(stage: str, recorded: StageRecord | None, number: int, now: Outputs
     if recorded is None:
         return f"{stage}: no record. Call 'python -m tests.stage_record'."
     if number < recorded.number:
-        return f"{stage}.STAGE_NUMBER is {number}, and the record is of {recorded.number}: a number never falls."
+        return f"{stage}: its number is {number}, and the record is of {recorded.number}: a number never falls."
     moved = recorded.moved(now)
     if number == recorded.number and moved:
         lines = "\n  ".join(moved)
         return (
-            f"{stage}: {len(moved)} of {len(recorded.outputs)} outputs moved, and {stage}.STAGE_NUMBER is still "
-            f"{number}. If that is meant, write {number + 1} in {stage}/__init__.py, {remake}.\n  {lines}"
+            f"{stage}: {len(moved)} of {len(recorded.outputs)} outputs moved, and its number is still {number}. "
+            f"If that is meant, write {number + 1} in the __init__.py of its stage, {remake}.\n  {lines}"
         )
     return ""
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.stage_numbers import PARTS
 from tests.stage_record import __main__ as command
 from tests.stage_record import record
 from tests.stage_record.record import Recorded, StageRecord
@@ -11,7 +11,7 @@ from tests.stage_record.record import Recorded, StageRecord
 LEVEL = StageRecord(3, {"level": Recorded(np.array([-4.0, -3.9]), 1e-4)})
 
 
-@pytest.mark.parametrize("stage", NUMBERS)
+@pytest.mark.parametrize("stage", PARTS)
 def test_outputs_move_only_with_the_stages_number(stage):
     """Each tolerance is 20 times what a rounding of all inputs does.
 
@@ -21,10 +21,10 @@ def test_outputs_move_only_with_the_stages_number(stage):
     the slope of a tilt by 0.2 %, a t-quantile from 0.975 to 0.974 and the share of a band from 0.95 to 0.949.
     """
     recorded, now = record.read().get(stage), record.outputs_of(stage)
-    fault = record.fault_of(stage, recorded, NUMBERS[stage], now)
+    fault = record.fault_of(stage, recorded, PARTS[stage], now)
     assert not fault, fault
     assert recorded is not None
-    late = record.out_of_date(recorded, NUMBERS[stage], now)
+    late = record.out_of_date(recorded, PARTS[stage], now)
     assert not late, f"{stage}: {late}. Call 'python -m tests.stage_record'."
 
 
@@ -32,7 +32,7 @@ def test_outputs_move_only_with_the_stages_number(stage):
     ("number", "level_mm", "words"),
     [
         (3, [-4.0, -3.90005], ""),
-        (3, [-4.0, -3.899], "1 of 1 outputs moved, and simulate.STAGE_NUMBER is still 3"),
+        (3, [-4.0, -3.899], "1 of 1 outputs moved, and its number is still 3"),
         (3, [-4.0], "1 values, and 2 in the record"),
         (3, [-4.0, np.nan], "1 of 1 outputs moved"),
         (4, [-4.0, -3.899], ""),
@@ -49,7 +49,7 @@ def test_the_command_writes_nothing_while_a_number_lags_behind_its_outputs(tmp_p
     """Once the number is raised it remakes that stage alone, with its tolerances, and then has nothing to do."""
     path, level = tmp_path / "record.json", {"simulate": lambda nudge: {"level": nudge([-4.0, -3.0])}}
     monkeypatch.setattr(record, "STAGES", level)
-    monkeypatch.setattr(command, "NUMBERS", {"simulate": 3})
+    monkeypatch.setattr(command, "PARTS", {"simulate": 3})
     monkeypatch.setattr(record.read, "__defaults__", (path,))
     monkeypatch.setattr(record.write, "__defaults__", (path,))
     record.write({"simulate": LEVEL})
@@ -57,7 +57,7 @@ def test_the_command_writes_nothing_while_a_number_lags_behind_its_outputs(tmp_p
     assert command.main() == 1
     assert "Nothing was written." in capsys.readouterr().err
     assert path.read_bytes() == before
-    monkeypatch.setattr(command, "NUMBERS", {"simulate": 4})
+    monkeypatch.setattr(command, "PARTS", {"simulate": 4})
     assert command.main() == 0
     assert "simulate 4: remade, the record is of number 3, and this is 4" in capsys.readouterr().out
     (remade,) = record.read().values()
