@@ -9,6 +9,7 @@ from sealtwin.core.progress import Progress
 
 OPTIONS = {
     "photo.file": "PHOTO",
+    "photo.data": "--data",
     "mesh.file": "MESH",
     "photo.mm_per_px": "--mm-per-px",
     "photo.scale_is": "--assumed",

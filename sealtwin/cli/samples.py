@@ -11,6 +11,10 @@ from sealtwin.cli.option_names import in_options, options_named
 from sealtwin.cli.trial_answer import run_trial
 from sealtwin.core.errors import InputError
 
+Data = Annotated[
+    Literal["measured", "reconstructed", "synthetic"] | None,
+    option("Origin of the photo, mesh or drawing; left out, every result says that it is not declared."),
+]
 VolumeMl = Annotated[Number, number_option("Sealant to give; default: what fills the crack to its face.")]
 
 
@@ -29,10 +33,7 @@ def import_mesh(
         File,
         option("Centreline, a line x y in mm for each point; default: the middle of the crack's mouth.", "CSV|TXT"),
     ] = None,
-    data: Annotated[
-        Literal["measured", "reconstructed", "synthetic"] | None,
-        option("Origin of the mesh, as every report names it; default: measured."),
-    ] = None,
+    data: Data = None,
     base_mm: Annotated[
         Number, number_option("Depth below the face at which a scan that is open below is closed by a flat underside.")
     ] = None,
@@ -73,6 +74,7 @@ def digitise(
     ],
     out: Out = None,
     depth_mm: Annotated[Text, option("Measured depth, or a CSV of s_mm,depth_mm along the crack.", "MM|CSV")] = None,
+    data: Data = None,
     mm_per_px: Annotated[Number, number_option("Scale.")] = None,
     assumed: Annotated[bool, flag("--assumed", "Mark that scale as assumed in every output.")] = False,
     markers: Annotated[File, option("Markers in the photo, as 'sealtwin markers' writes them.", "TOML")] = None,
@@ -127,6 +129,7 @@ def digitise(
 
         tables = {
             "photo": {
+                "data": data,
                 "mm_per_px": mm_per_px,
                 "scale_is": "assumed" if assumed else None,
                 "markers": board(markers),

@@ -166,6 +166,7 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
         else:
             solid = files.read_json(folder.path / "solid.json")
         result |= {
+            "data": trial.shown_by.data,
             "length_mm": round(outline.length_mm, 3),
             "mean_width_mm": None if path_alone else round(outline.mean_width_mm, 3),
             "width_source": outline.width_source,

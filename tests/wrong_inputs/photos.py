@@ -165,6 +165,28 @@ def _floats(folder: Path) -> None:
 
 CASES: list[WrongInput] = [
     WrongInput(
+        "photo of which nobody says where it comes from",
+        lambda at: write_png(at / "photo.png", _crack()),
+        CLICKED,
+        ("photo: undeclared", "--data"),
+        0,
+    ),
+    WrongInput(
+        "photo of which somebody says where it comes from",
+        lambda at: write_png(at / "photo.png", _crack()),
+        f"{CLICKED} --data reconstructed",
+        ("mm long",),
+        0,
+        ("undeclared",),
+    ),
+    WrongInput(
+        "photos of which nobody says where they come from",
+        lambda at: [write_png(at / f"{name}.png", _crack()) for name in "ab"],
+        "digitise {given} --depth-mm 10 --mm-per-px 0.1 --out {out}",
+        ("2 photos of undeclared origin", "--data"),
+        0,
+    ),
+    WrongInput(
         "mask turned by 180 degrees", partial(_masked, lambda: _paint()[::-1, ::-1]), MASKED, ("--mask", "EXIF")
     ),
     WrongInput("mask mirrored", partial(_masked, lambda: _paint()[::-1]), MASKED, ("--mask", "0%", "mirrored")),
