@@ -198,6 +198,21 @@ CASES: list[WrongInput] = [
         ("--mask", "8 px beside"),
         0,
     ),
+    WrongInput(
+        "mask three times as wide as the crack",
+        partial(_masked, lambda: _paint(41)),
+        MASKED,
+        ("--mask", "4.2 mm", "1.5 mm", "painted too", "--ends"),
+        0,
+    ),
+    WrongInput(
+        "mask of a part of the crack's width",
+        partial(_masked, lambda: _paint(11), light=lambda: _crack(40)),
+        MASKED,
+        ("--mask", "1.2 mm", "3.9 mm", "not painted"),
+        0,
+    ),
+    WrongInput("mask half as wide again", partial(_masked, lambda: _paint(21)), MASKED, ("mm long",), 0, ("painted",)),
     WrongInput("negative", lambda at: write_png(at / "photo.png", 1 - _crack()), CLICKED, ("bright", "--mask")),
     WrongInput("mask of a bright crack", partial(_masked, _paint, light=_bright), MASKED, ("--mask", "--ends")),
     WrongInput(
