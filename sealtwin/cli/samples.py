@@ -224,9 +224,15 @@ def along(text: str, option: str, column: str) -> float | list[list[float]]:
     path = Path(text)
     if path.suffix.lower() not in {".csv", ".txt"}:
         return _number(text, option, f"millimetres, or a CSV with the columns s_mm and {column}")
+    from pydantic import create_model
+
+    from digitise.settings import MOST_STATIONS, Depth, Station, Width
+    from sealtwin.core.settings import Settings, checked
     from validate.readings.samples import named_cells, read_table
     from validate.readings.text_table import number
 
+    values: dict[str, Any] = {"s_mm": (Station, ...), column: ({"depth_mm": Depth, "width_mm": Width}[column], ...)}
+    bounds = create_model("Row", __base__=Settings, **values)
     table = read_table(path, f"{option} takes a number, or a CSV with the columns s_mm and {column}")
     # Between commas a decimal comma may as well set thousands apart.
     mark = "point" if table.separator == "," else None
@@ -235,9 +241,16 @@ def along(text: str, option: str, column: str) -> float | list[list[float]]:
         row = [value for text in cells.values() if (value := number(text, mark)) is not None]
         if len(row) < len(cells):
             raise InputError(f"{place}: {list(cells.values())!r:.80}; s_mm and {column} must both be numbers, in mm.")
+        checked(bounds, path, dict(zip(cells, row, strict=True)), lambda _, place=place: str(place))
+        if rows and row[0] <= rows[-1][0]:
+            raise InputError(f"{place}: s_mm = {row[0]:g} after {rows[-1][0]:g}; list the rows by increasing s_mm.")
         rows.append(row)
     if not rows:
         raise InputError(f"{path}: no rows below its header; give s_mm and {column} in each, in mm.")
+    if len(rows) > MOST_STATIONS:
+        raise InputError(
+            f"{path}: {len(rows)} rows below its header; a table along the crack has at most {MOST_STATIONS}."
+        )
     return rows
 
 
