@@ -100,8 +100,8 @@ def _another_width(photo: Photo, seen: Profiles, width_px: float) -> tuple[str, 
     painted_mm, dark_mm = width_px * photo.mm_per_px, dark_px * photo.mm_per_px
     return (
         f"photo.mask: the paint is {painted_mm:.2g} mm wide ({width_px:.0f} px), and what is dark along it "
-        f"{dark_mm:.2g} mm ({dark_px:.0f} px): {wrong}? The width is the paint's. Paint from wall to wall, or leave the "
-        "mask out and give ends_px",
+        f"{dark_mm:.2g} mm ({dark_px:.0f} px): {wrong}? The width is the paint's. Paint from wall to wall, or leave "
+        "the mask out and give ends_px",
     )
 
 

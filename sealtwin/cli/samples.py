@@ -248,9 +248,7 @@ def along(text: str, option: str, column: str) -> float | list[list[float]]:
     if not rows:
         raise InputError(f"{path}: no rows below its header; give s_mm and {column} in each, in mm.")
     if len(rows) > MOST_STATIONS:
-        raise InputError(
-            f"{path}: {len(rows)} rows below its header; a table along the crack has at most {MOST_STATIONS}."
-        )
+        raise InputError(f"{path}: {len(rows)} rows below its header; at most {MOST_STATIONS} are read.")
     return rows
 
 
