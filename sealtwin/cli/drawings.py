@@ -92,5 +92,5 @@ def import_dxf(
         with of_a_drawing(drawing, out / "trial.toml"):
             trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, data or "undeclared")
             for note in notes:
-                command.say(f"note: {note}")
+                command.warn(f"note: {note}")
             run_trial(command, trial, out / "run", ("digitise",))

@@ -100,6 +100,9 @@ class _Forgotten(Progress):
     def note(self, text: str) -> None:
         self._shown.note(self.clean(text))
 
+    def warn(self, text: str) -> None:
+        self._shown.warn(self.clean(text))
+
     def close(self) -> None:
         self._shown.close()
 

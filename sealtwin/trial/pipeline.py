@@ -88,7 +88,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     work = {"digitise": digitise_stage, "simulate": simulate_stage, "validate": validate_stage}
     redone: list[StageName] = []
     for caution in job.above.cautions:
-        job.progress.note(caution)
+        job.progress.warn(caution)
     for stage in STAGES:
         if stage in stages and stage != "digitise":
             require_solid(job)

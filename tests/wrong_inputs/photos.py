@@ -213,6 +213,14 @@ CASES: list[WrongInput] = [
         0,
     ),
     WrongInput("mask half as wide again", partial(_masked, lambda: _paint(21)), MASKED, ("mm long",), 0, ("painted",)),
+    WrongInput(
+        "a warning with --quiet",
+        partial(_masked, lambda: np.roll(_paint(), 8, 0)),
+        f"{MASKED} --quiet",
+        ("note: --mask", "8 px beside"),
+        0,
+        ("Digitising",),
+    ),
     WrongInput("negative", lambda at: write_png(at / "photo.png", 1 - _crack()), CLICKED, ("bright", "--mask")),
     WrongInput("mask of a bright crack", partial(_masked, _paint, light=_bright), MASKED, ("--mask", "--ends")),
     WrongInput(
