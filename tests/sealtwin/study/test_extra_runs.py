@@ -21,8 +21,8 @@ from sealtwin.trial.job import resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import SPREAD, read_spread
-from tests.pages import leave_out_pages
 from tests.narration import Narration
+from tests.pages import leave_out_pages
 from tests.studies import TRIAL, tiny_lab
 from validate.wording.headline import headline
 
