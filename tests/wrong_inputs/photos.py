@@ -236,6 +236,20 @@ CASES: list[WrongInput] = [
     WrongInput("mask in green", partial(_masked, lambda: _coloured((0, 120, 0))), MASKED, ("(0, 120, 0)",)),
     WrongInput("mask in grey", partial(_masked, lambda: _coloured((120, 120, 120))), MASKED, ("120 of 255",)),
     WrongInput("mask of classes", partial(_masked, _classes), MASKED, ("brightness 120 of 255", "classes")),
+    WrongInput(
+        "mask of 16 bits",
+        partial(_masked, lambda: np.uint16(257) * _paint()),
+        MASKED,
+        ("mask.png", "8 bits per channel", "PNG"),
+        lacks=("JPEG",),
+    ),
+    WrongInput(
+        "mask cut short",
+        lambda at: (_masked(_paint, at), (at / "mask.png").write_bytes((at / "mask.png").read_bytes()[:300])),
+        MASKED,
+        ("mask.png", "the mask is damaged"),
+        lacks=("camera",),
+    ),
     WrongInput("mask exchanged", partial(_masked, lambda: 255 - _paint()), MASKED, ("exchanged",)),
     WrongInput(
         "mask half transparent", partial(_masked, lambda: _with_opacity(100)), MASKED, ("opacity is 100 of 255",)
