@@ -23,8 +23,9 @@ from digitise.walls.side_cracks import find_side_cracks, measure_branches
 from digitise.walls.stretches import MIN_WIDTH_PX, WORTH_SAYING, judge_reach, judge_stretches
 from digitise.walls.thin_crack import FittedWidth, trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, WidthSource, arc_length
+from sealtwin.core.records import Floats, Outline, WidthSource
 from sealtwin.core.solid_figures import Span
 
 RIM = 0.5  # Share of the contrast at which the rim of the paint lies, however blurred

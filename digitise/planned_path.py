@@ -6,9 +6,10 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
-from sealtwin.core.records import Floats, Trajectory, arc_length
+from sealtwin.core.records import Floats, Trajectory
 from sealtwin.core.settings import Settings
 
 BOUNDS = {

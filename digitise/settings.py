@@ -36,9 +36,11 @@ ByShape = Discriminator(lambda value: SEVERAL if isinstance(value, list | tuple)
 """Discriminator of settings that are one number or several, so that an error is about the form given."""
 DEEPEST_MM = 500.0  # Largest depth, more than any sample's; below a tenth of a millimetre a crack is a scratch
 Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]
-DepthStation = tuple[Annotated[float, Field(ge=0, le=10_000)], Depth]  # Arc length, and depth there, in mm
+Station = Annotated[float, Field(ge=0, le=10_000)]  # Arc length from the nozzle's start, in mm
+MOST_STATIONS = 1000  # Rows of a table along the crack
+DepthStation = tuple[Station, Depth]  # Arc length, and depth there, in mm
 Width = Annotated[float, Field(gt=0.005, le=200)]  # Of a crack in mm: no gauge shows less, and no sample is wider
-WidthStation = tuple[Annotated[float, Field(ge=0, le=10_000)], Width]  # Arc length, and width there, in mm
+WidthStation = tuple[Station, Width]  # Arc length, and width there, in mm
 Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
 MeshUnit = Literal["mm", "cm", "m", "inch"]
 MOST_WALLS, MOST_WALL_POINTS = 50, 200  # Stretches of wall drawn by hand, and points of each: more is a mask's work
@@ -126,7 +128,7 @@ class PhotoInput(Settings):
     width_mm: (
         Annotated[
             Annotated[Width, Tag(ONE)]
-            | Annotated[tuple[WidthStation, ...], Field(min_length=1, max_length=1000), Tag(SEVERAL)],
+            | Annotated[tuple[WidthStation, ...], Field(min_length=1, max_length=MOST_STATIONS), Tag(SEVERAL)],
             ByShape,
         ]
         | None
@@ -210,7 +212,7 @@ class CrackShape(Settings):
 
     depth_mm: Annotated[
         Annotated[Depth, Tag(ONE)]
-        | Annotated[tuple[DepthStation, ...], Field(min_length=1, max_length=1000), Tag(SEVERAL)],
+        | Annotated[tuple[DepthStation, ...], Field(min_length=1, max_length=MOST_STATIONS), Tag(SEVERAL)],
         ByShape,
     ]
     """One depth, or a table of [s, depth] along the crack from the nozzle's start: linear between, constant beyond."""

@@ -8,8 +8,9 @@ from scipy.interpolate import splev, splprep
 from digitise.geometry.polyline import at_arc_length
 from digitise.planned_path import PathTable
 from digitise.settings import LARGEST_VOLUME_ML, NozzlePath
+from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory, arc_length, arc_length_at
+from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory
 from sealtwin.core.solid_figures import PathFigures
 
 SHARP_TURN_DEG = 20.0  # Turn at a waypoint where an arm slows down, and lays a lump; winding cracks turn by up to 8

@@ -235,17 +235,7 @@ class Injection:
 
     def remarks_on(self, number: int) -> tuple[str, ...]:
         """Remarks on a fluid, for before the first frame."""
-        remarks = remarks_on(
-            self.fluids[number],
-            self.outline,
-            self.solid,
-            viscosity_pa_s=self._viscosity_pa_s(number),
-            added_mm2_s=1e6 * self._added_m2_s,
-            radius_mm=self.solver.size_mm,
-            lasts_s=self.frames * self.schedule.frame_s,
-            pours_s=len(self.schedule.released) * self.schedule.frame_s,
-        )
-        return tuple(remarks)
+        return tuple(remarks_on(self.fluids[number], self.outline, self.solid, self.solver, self.schedule))
 
     def _d_cm(self, fluid: Fluid) -> float:
         return effective_d_cm(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s)

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import KDTree
 
+from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import NumericalError
-from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid, arc_length_at
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid
 from simulate.settings import SampleSlope
 from simulate.vessel import Mask, cross, vessel_of
 

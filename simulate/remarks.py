@@ -7,7 +7,11 @@ import numpy as np
 
 from sealtwin.core.records import Floats, Outline, Solid
 from sealtwin.core.regime import standing_stress_pa
-from simulate.settings import THICKNESSES, Fluid
+from simulate.settings import THICKNESSES, Fluid, Solver
+from simulate.setup.release_schedule import Schedule, course_of
+from simulate.setup.rheology import CM2_IN_M2, added_viscosity, dynamic_viscosity
+from simulate.setup.signed_distance import CM
+from simulate.setup_checks import solved_as
 
 THIN = 0.1
 """Share of a viscosity that the particles may add to it without a remark: the bar of the channels' flow."""
@@ -28,22 +32,19 @@ AGES = 1000  # Ages at which viscosity and yield stress are taken
 LEAST_PA_S = 1e-6  # Instead of no viscosity at all
 
 
-def remarks_on(
-    fluid: Fluid,
-    outline: Outline,
-    solid: Solid,
-    *,
-    viscosity_pa_s: float,
-    added_mm2_s: float,
-    radius_mm: float,
-    lasts_s: float,
-    pours_s: float,
-) -> Iterator[str]:
-    """Yield what a run cannot show of a fluid.
+def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, schedule: Schedule) -> Iterator[str]:
+    """Yield what a run of particles cannot show of a fluid; ``schedule`` is the plan of its releases.
 
-    ``viscosity_pa_s`` is that of fresh sealant at a shear of 1/s, and ``added_mm2_s`` what particles add to it; the run
-    ``lasts_s``, of which it pours for ``pours_s``.
+    Raises InputError for a fluid that cannot be solved for.
     """
+    solver = solver.for_crack(outline.mean_width_mm)
+    radius_mm, frame_s = solver.size_mm, schedule.frame_s
+    frames = course_of(schedule, fluid, solver.settle_s).frames
+    paste, substeps = solved_as(fluid, solver, frame_s, frames)
+    # Of fresh sealant at a shear of 1/s.
+    viscosity_pa_s = dynamic_viscosity(paste.viscous_weight, fluid.density_kg_m3, 4 * radius_mm * CM, frame_s)
+    added_mm2_s = 1e6 * added_viscosity(radius_mm * CM, frame_s / substeps) / CM2_IN_M2
+    lasts_s, pours_s = frames * frame_s, len(schedule.released) * frame_s
     given = [f"{key} is {value:g}" for key in THICKNESSES if (value := getattr(fluid, key)) is not None]
     viscosity_mm2_s = 1e6 * viscosity_pa_s / fluid.density_kg_m3
     if not fluid.yields and viscosity_mm2_s * THIN < added_mm2_s:

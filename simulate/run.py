@@ -46,11 +46,11 @@ def inject(
     sample = solid, outline, trajectory
     injection = prepare(*sample, [fluid], solver, nozzle, seed=seed, device=device, slope=slope, threads=threads)
     for remark in injection.remarks_on(0):
-        progress.note(f"note: {remark}")
+        progress.warn(f"note: {remark}")
     follow(injection, progress, watchers)
     (run,) = injection.results()
     if run.escaped_particles:
-        progress.note(
+        progress.warn(
             f"FAULT: {run.escaped_particles} particles went through a wall. Do not use this run; please report it."
         )
     return run

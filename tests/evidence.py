@@ -12,7 +12,8 @@ from matplotlib.lines import Line2D
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.records import Bed, DataKind, Floats, Outline, Profile, Run, RunHealth, Solid, arc_length_at
+from sealtwin.core.arc_length import arc_length_at
+from sealtwin.core.records import Bed, DataKind, Floats, Outline, Profile, Run, RunHealth, Solid
 from tests.shapes import straight_slot
 from validate.compare import compare
 from validate.metrics.baselines import flat_levels

@@ -16,7 +16,8 @@ from digitise.crack_path.ridge_filter import support
 from digitise.crack_path.step_costs import CLEAR, NOTHING, cost_of_thin, voted_lines
 from digitise.geometry.polyline import unit
 from digitise.image.raster import Map, blurred, widened
-from sealtwin.core.records import Floats, Integers, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats, Integers
 
 LEAST_SLENDERNESS = 5.0  # Distance of a crack's ends over its width; a hole, and the rim of a stain, have less
 LEAST_JOINT_LENGTH = 0.4  # Share of the picture's diagonal. Over a shorter length a crack is sometimes straight

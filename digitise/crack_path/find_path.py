@@ -16,8 +16,8 @@ from digitise.crack_path.standing_out import unlike_sides
 from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
 from digitise.settings import CHOICE, MOST_RANKED, Pixel
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import arc_length
 
 EDGES_FOUND = (
     "the crack was searched for inside the edges of the sample, which the photo shows; "

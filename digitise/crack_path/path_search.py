@@ -22,8 +22,9 @@ from digitise.crack_path.standing_out import require_dark
 from digitise.image.raster import Map
 from digitise.photo import Photo
 from digitise.settings import Pixel
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Integers, arc_length
+from sealtwin.core.records import Floats, Integers
 
 SURE_RIDGE = 3.5  # Median clearness of a sure crack, in noise: of 1 in 180 paths over plain ground, 95 of 111 cracks
 LEAST_SUPPORT = 1.6  # Least median support, in standard deviations of plain ground: all those 111 had it, 3 of the 180

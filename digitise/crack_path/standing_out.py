@@ -66,14 +66,14 @@ def unlike_sides(photo: Photo, path: CrackPath) -> list[str]:
     ]
 
 
-def band_px(photo: Photo, line_px: Floats, width_px: float) -> float:
-    """Width in px of the dark band around a line, at half of its contrast to the ground far beside it."""
+def band_px(photo: Photo, line_px: Floats, width_px: float, level: float = 0.5) -> float:
+    """Width in px of the dark band around a line, at a share of its contrast to the ground far beside it."""
     seen = profiles_across(photo, line_px, width_px, BAND[0] * width_px + BAND[1])
     light = np.nan_to_num(seen.mean(), nan=np.nanmedian(seen.light))
     profile = np.median(light / np.maximum(np.percentile(light, GROUND, axis=1, keepdims=True), 1e-6), axis=0)
     near = np.flatnonzero(np.abs(seen.offset_px) <= max(width_px / 2, 2.0))
     middle = int(near[np.argmin(profile[near])])
-    bright = np.concatenate([[True], profile >= (1 + profile[middle]) / 2, [True]])
+    bright = np.concatenate([[True], profile >= profile[middle] + level * (1 - profile[middle]), [True]])
     places = np.flatnonzero(bright) - 1
     return float(places[places > middle].min() - places[places < middle].max() - 1)
 

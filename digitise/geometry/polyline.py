@@ -3,7 +3,8 @@
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats
 
 Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
 AT_ONCE = 64  # Segments that are compared with all others at once: a drawing's 100,000 points do not fit in memory

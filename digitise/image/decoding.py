@@ -24,6 +24,7 @@ READABLE = "JPEG, PNG, WEBP, TIFF or BMP"
 MAX_PIXELS = 50_000_000  # Largest photo, twice that of a good camera; it takes 350 MB of memory
 TOO_LARGE = f"more than the {MAX_PIXELS // 1_000_000} million pixels allowed; save it smaller."
 MIN_SIDE_PX = 64
+MASK = "photo.mask"  # Setting of the picture that is no photo: JPEG blurs its two values
 HEIF_BRANDS = (b"hei", b"hev", b"mif", b"msf", b"avi")  # How the brands of HEIC, HEIF and AVIF files begin
 HEIF = (
     "this is HEIC, HEIF or AVIF, which is not read; save it as JPEG at full size (a phone's camera has a setting for "
@@ -90,17 +91,23 @@ def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
 
 @contextmanager
 def opened(path: Path, key: str) -> Iterator[Image.Image]:
-    """Open a picture after checks of its header; errors inside the block become InputErrors."""
+    """Open a picture after checks of its header; errors inside the block become InputErrors.
+
+    ``key`` is the setting that names it: of a mask they ask for another file than of a photo.
+    """
+    what, saved, again = ("mask", "PNG", "export it") if key == MASK else ("photo", "JPEG", "copy it from the camera")
     if path.is_dir():
         raise InputError(f"{path}: is a folder; give {key} as a {READABLE} file.")
     if not path.is_file():
         raise InputError(f"{path}: not found; {key} is relative to the folder of its trial file.")
     size = path.stat().st_size
     if size == 0:
-        raise InputError(f"{path}: the photo is empty (0 bytes); copy it from the camera again.")
+        raise InputError(f"{path}: the {what} is empty (0 bytes); {again} again.")
     if size > LARGEST_FILE_BYTES:
         # Some decoders read the whole file into memory first.
-        raise InputError(f"{path}: {size / 1e6:.0f} MB, more than {LARGEST_FILE_BYTES / 1e6:.0f} MB; save it as JPEG.")
+        raise InputError(
+            f"{path}: {size / 1e6:.0f} MB, more than {LARGEST_FILE_BYTES / 1e6:.0f} MB; save it as {saved}."
+        )
     try:
         # Warnings are about metadata, and about sizes that are checked here. A file without a name, since Pillow maps
         # one with a name into memory, and reads a turned TIFF there by rows as long as the upright picture's.
@@ -109,20 +116,18 @@ def opened(path: Path, key: str) -> Iterator[Image.Image]:
             path.open("rb") as file,
             Image.open(file, formats=FORMATS) as photo,
         ):
-            _check_header(path, photo)
+            _check_header(path, photo, saved)
             yield photo
     except Image.DecompressionBombError:
         raise InputError(f"{path}: {TOO_LARGE}") from None
     except Image.UnidentifiedImageError:
-        raise InputError(f"{path}: {_unknown(path)}") from None
+        raise InputError(f"{path}: {_unknown(path, what, saved)}") from None
     except (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error) as fault:
-        raise InputError(
-            f"{path}: the photo is damaged or cut short ({fault}); copy it from the camera again."
-        ) from None
+        raise InputError(f"{path}: the {what} is damaged or cut short ({fault}); {again} again.") from None
 
 
-def _unknown(path: Path) -> str:
-    """Return what a file is that Pillow does not know, and the remedy."""
+def _unknown(path: Path, what: str, saved: str) -> str:
+    """Return what a file is that Pillow does not know, and the format in which ``what`` is to be saved."""
     if path.suffix.lower() in RAW_ENDINGS:
         return RAW
     with path.open("rb") as file:
@@ -130,8 +135,8 @@ def _unknown(path: Path) -> str:
     if start[4:8] == b"ftyp" and start[8:11] in HEIF_BRANDS:
         return HEIF
     if path.suffix.lower() in (".tif", ".tiff") and (bits := _tiff_values(path)):
-        return f"a TIFF of {bits}, which is not read; save it with 8 bits per channel, for example as JPEG."
-    return f"not a readable photo; save it as {READABLE}."
+        return f"a TIFF of {bits}, which is not read; save it with 8 bits per channel, for example as {saved}."
+    return f"not a readable {what}; save it as {READABLE}."
 
 
 def _tiff_values(path: Path) -> str | None:
@@ -157,7 +162,7 @@ def _inks(path: Path, photo: Image.Image, pixels: NDArray[np.uint8]) -> tuple[st
     return (f"the photo is {unsure}. If dark and light look exchanged in the overlay, save it as RGB JPEG",)
 
 
-def _check_header(path: Path, photo: Image.Image) -> None:
+def _check_header(path: Path, photo: Image.Image, saved: str) -> None:
     if isinstance(photo, TiffImagePlugin.TiffImageFile):
         tags = photo.tag_v2
         # A raw file's first picture is a thumbnail, which a reader of plain TIFF takes for the photo.
@@ -166,7 +171,7 @@ def _check_header(path: Path, photo: Image.Image) -> None:
             raise InputError(f"{path}: {RAW}")
     _check_size(path, *photo.size)
     if photo.mode.startswith(("I", "F")) or ";16" in _stored_as(photo):
-        raise InputError(f"{path}: more than 8 bits per channel; save it with 8, for example as JPEG.")
+        raise InputError(f"{path}: more than 8 bits per channel; save it with 8, for example as {saved}.")
     pages = getattr(photo, "n_frames", 1)
     if photo.format in MULTIPAGE and pages > 1:
         raise InputError(f"{path}: {pages} pages or frames in one file; save the one with the crack alone.")

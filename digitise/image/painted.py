@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import ImageOps
 
-from digitise.image.decoding import opened
+from digitise.image.decoding import MASK, opened
 from sealtwin.core.errors import InputError
 
 PAINTED = 128  # Least brightness, or opacity, of 255 that is painted
@@ -32,7 +32,7 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
     Raises InputError for another size than ``size_px``, the photo's width and height, for more values than two, or a
     mask without a crack.
     """
-    with opened(path, "photo.mask") as picture:
+    with opened(path, MASK) as picture:
         ImageOps.exif_transpose(picture, in_place=True)
         if picture.size != size_px:
             raise InputError(
@@ -57,7 +57,7 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
     if count[between] > OF_PAINT * np.count_nonzero(painted):
         raise InputError(
             f"{path}: {count[between]} px of the mask have the {kind} {between} of 255, which is neither painted nor "
-            f"left out: are these class numbers, or several classes? {REMEDY}"
+            f"left out: are these numbers or several classes, as a labelling program writes them? {REMEDY}"
         )
     return painted
 
@@ -70,7 +70,7 @@ def _refuse_pale(path: Path, shown: NDArray[np.uint8], colours: NDArray[np.uint8
         red, green, blue = colours[int(np.argmax(shown.ravel()))].tolist()
         if not red == green == blue:
             said += f", its brightest colour ({red}, {green}, {blue})"
-        said += ": class numbers, or the colours of classes?"
+        said += ": are these numbers or colours of classes, as a labelling program writes them?"
     else:
         said += "."
     raise InputError(f"{said} {REMEDY}")

@@ -20,10 +20,11 @@ from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.settings import MeshUnit
 from digitise.solid.float_mesh import corners_mm
+from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.plain_files import read_text
-from sealtwin.core.records import Floats, Outline, arc_length, arc_length_at
+from sealtwin.core.records import Floats, Outline
 
 RIVAL = 0.5  # Share of the largest opening's area from which on a second one is ambiguous
 WORTH_SAYING_MM2 = 1.0  # Area of a pit that earns a warning; smaller ones are pores

@@ -8,7 +8,8 @@ from scipy.spatial import KDTree
 
 from digitise.geometry.polyline import Box, unit
 from digitise.mesh_import.rim import Place, dense, fine, first_exit, openings, stretch, within
-from sealtwin.core.records import FACING, Floats, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import FACING, Floats
 from sealtwin.core.solid_figures import EndKind
 
 ACROSS = 20  # Steps along the rim in the length of one width

@@ -21,9 +21,10 @@ from digitise.geometry.polyline import Box, at_arc_length, depth_inside, resampl
 from digitise.mesh_import.mouth_ends import ACROSS, MouthEnd, are_square, end_before, straight_on
 from digitise.mesh_import.rim import dense, fine, stretch
 from digitise.mesh_import.wall_pairs import facing
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import ShapeError
-from sealtwin.core.records import Floats, Integers, arc_length
+from sealtwin.core.records import Floats, Integers
 from sealtwin.core.solid_figures import EndKind
 
 MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow

@@ -6,7 +6,8 @@ A place is the number of an edge, which is that of its first corner, plus the sh
 import numpy as np
 
 from digitise.geometry.polyline import Box, at_arc_length
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats
 
 ON_SIDE_MM = 1e-3  # Distance from the edge of the face within which the mouth's rim is an opening
 Place = float

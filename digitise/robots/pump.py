@@ -21,6 +21,7 @@ BOUNDS = {
 NEEDED = ("asked_mm3_s", "weighed_g", "time_s")
 ROWS = (4, 500)
 LEAST_FLOWS = 2  # Different flows asked for, of which a line is made
+MISTYPED = 5.0  # Flow given over flow asked, either way, from which one of them is in another unit
 LEAST_REPEATS = 2  # Weighings beyond one of each flow: from them the scatter is told
 T_95 = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 """Student's factor of a 95 % interval for one degree of freedom, and more."""
@@ -129,6 +130,13 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
             f"{LEAST_REPEATS} weighings that repeat one, since a single one shows no scatter."
         )
     given = np.array([flow[group].mean() for group in groups])
+    times = float(np.median(given / flows))
+    if not 1 / MISTYPED < times < MISTYPED:
+        raise InputError(
+            f"{path}: by its weighings the pump gives {times:.3g} times the flow that it is asked for, and no pump is "
+            f"off by a factor of {MISTYPED:g}. Check the units: asked_mm3_s in mm³/s, weighed_g in g, time_s in "
+            "seconds and not minutes, density_kg_m3 of the cell's pump in kg/m³."
+        )
     for (asked_before, before), (asked_after, after) in pairwise(zip(flows.tolist(), given.tolist(), strict=True)):
         if after <= before:
             raise InputError(

@@ -10,9 +10,10 @@ import numpy as np
 from digitise.robots.cell import RobotCell, RobotFrame, fit_frame
 from digitise.robots.pump import PumpTable
 from digitise.trajectory import radii_mm
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import TRAJECTORY_COLUMNS
-from sealtwin.core.records import Floats, Trajectory, arc_length
+from sealtwin.core.records import Floats, Trajectory
 
 ROUNDING = 1e-6  # Rounding of trajectory.csv, which has six decimals
 MUCH_GROWTH = 2.0  # Growth of a touch error that earns a warning: 0.2 mm, a good touch by hand, become more than 0.4

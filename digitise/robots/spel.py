@@ -12,7 +12,8 @@ import numpy as np
 from digitise.geometry.polyline import at_arc_length
 from digitise.robots.cell import SPEL_POINTS, Spel
 from digitise.robots.robot_path import Limit, RobotPath, comments, decimal
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats
 
 FEWEST_IN_CURVE, MOST_IN_CURVE = 3, 200
 THINNED_MM = 0.05  # Largest distance of the path from lines between a curve's points: half the default smoothing

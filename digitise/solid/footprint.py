@@ -11,8 +11,9 @@ from digitise.geometry.mesh_topology import open_edges
 from digitise.geometry.polyline import Box, at_arc_length, left_normals, nearest_side, smoothed, unit
 from digitise.geometry.region import PIECE_MM2, box_region, cleaned, traced_region
 from digitise.settings import CrackShape
+from sealtwin.core.arc_length import arc_length, arc_length_at
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, arc_length, arc_length_at
+from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
 
 ON_SIDE_MM = 0.01  # Tolerance of a point on the block's side: the outline's file rounds to a thousandth of it

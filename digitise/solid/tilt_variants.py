@@ -14,7 +14,8 @@ from digitise.geometry.region import pieces
 from digitise.settings import AGAINST_EACH_OTHER, CrackShape, Tilt
 from digitise.solid.footprint import Footprint
 from digitise.solid.wedges import Stretch, tilted_walls, wall_shifts_mm
-from sealtwin.core.records import Floats, Outline, Sections, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats, Outline, Sections
 from sealtwin.core.solid_figures import ClosingDepth
 
 SAMPLES = 32  # Samples of the line across a gap between walls: 0.01 % of a cavity among stones. With 8 it is 0.1 %.

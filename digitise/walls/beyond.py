@@ -12,7 +12,8 @@ from digitise.crack_path.profiles import median_known, profiles_across, row_medi
 from digitise.geometry.polyline import depth_inside, unit
 from digitise.image.raster import blurred, shrunk
 from digitise.photo import Photo
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
 MOST_BEYOND = 0.05  # Share of the traced length that a crack may go on without a word

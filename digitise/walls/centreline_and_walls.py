@@ -23,8 +23,9 @@ from digitise.walls.straightened import (
 )
 from digitise.walls.stretches import MIN_WIDTH_PX, MOST_MISSING
 from digitise.walls.wall_profile import Walls, find_walls
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
 MOST_BLUR = 1 / 5  # Sigma of the blur over the width above which blur decides it, as in an enlarged photo

@@ -11,7 +11,8 @@ from digitise.geometry.polyline import at_arc_length, depth_inside, left_normals
 from digitise.photo import Photo
 from digitise.walls.straightened import Patch, straighten
 from digitise.walls.wall_profile import Walls
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
 STEP_PX = 1.0  # Spacing of stations at a tip, which rounds off within a few pixels

@@ -7,8 +7,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from digitise.geometry import polyline
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
 NEAR = 1.0  # Crack widths from its wall within which a drawn line begins and ends

@@ -18,7 +18,8 @@ from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import Traced, trace
 from digitise.walls.islands import SKIRT_PX, RetouchedPhoto
 from digitise.walls.side_cracks import FoundSideCrack, SideCracks
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats
 
 SideRings = tuple[tuple[Floats, ...], ...]  # Rims of each side crack and its stones; empty without a clear mouth
 STARTS = 3.0  # Half widths from the main crack's wall at which following a side crack's own walls begins

@@ -12,7 +12,8 @@ from digitise.crack_path.hints import CrackPath
 from digitise.geometry.polyline import at_arc_length, depth_inside, resampled
 from digitise.geometry.polyline import unit as toward
 from digitise.photo import Photo
-from sealtwin.core.records import Floats, Outline, PathSource, Trajectory, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats, Outline, PathSource, Trajectory
 
 Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]

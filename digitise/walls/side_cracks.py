@@ -18,7 +18,8 @@ from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import LEAST_WIDTH_PX
 from digitise.walls.islands import Contrast, contrast
 from digitise.walls.straightened import patch_around
-from sealtwin.core.records import Floats, Integers, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats, Integers
 
 WORK_PX = 30.0  # Width of the crack in the searched copy: a side crack of a tenth of it is three pixels wide
 AROUND = 0.5  # Lengths of the path, to either side of it, within which side cracks are searched for

@@ -10,7 +10,8 @@ from digitise.crack_path.darkness import blank_markers
 from digitise.geometry.polyline import Box, depth_inside, left_normals, nearest_side, tangents
 from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats
 
 SPREAD = 0.6  # Crack widths to each side of the line within which no two rays meet
 MOST_OBLIQUE = 8.0  # Greatest cotangent of the angle to the edge, 7 degrees, at which rays follow it

@@ -9,8 +9,9 @@ from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import listed, snap_px
 from digitise.photo import Photo
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
 MIN_WIDTH_PX = 8.0  # Least width between walls: below, blur and threshold decide it more than the crack does

@@ -17,8 +17,9 @@ from digitise.walls.box_fit import fit_box
 from digitise.walls.centreline_and_walls import Traced
 from digitise.walls.ends import PathEnd, judge_end
 from digitise.walls.straightened import Patch, patch_around
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind, Span
 
 STATION_PX, STEP_PX = 1.0, 0.5  # Spacing of stations along the line and of samples across

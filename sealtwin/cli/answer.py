@@ -50,7 +50,7 @@ Device = Annotated[
     str, option("Device of the fluid run; naming a device that is absent is an error.", "auto|cpu|cuda:0")
 ]
 Json = Annotated[bool, flag("--json", "Print one JSON object on stdout, everything else on stderr.")]
-Quiet = Annotated[bool, flag("--quiet", "Print no narration and no progress.")]
+Quiet = Annotated[bool, flag("--quiet", "Print no narration and no progress; warnings are printed.")]
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,10 @@ class Command:
     def say(self, text: str) -> None:
         if not self.quiet:
             print(text, file=sys.stderr)
+
+    def warn(self, text: str) -> None:
+        """Print what may be wrong with the answer, with --quiet too."""
+        print(text, file=sys.stderr)
 
     def reply(self, answer: Answer) -> None:
         """Print the answer; end the command if its exit code is not 0."""

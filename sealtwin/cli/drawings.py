@@ -8,6 +8,7 @@ import typer
 from sealtwin.cli.answer import Answer, Json, Number, Quiet, Text, answering, argument, option
 from sealtwin.cli.drawing_words import of_a_drawing
 from sealtwin.cli.numbers import number_option
+from sealtwin.cli.samples import Data
 from sealtwin.cli.trial_answer import run_trial
 
 LEAST_MM, MOST_MM = 0.1, 500.0
@@ -63,10 +64,7 @@ def import_dxf(
         Literal["mm", "cm", "m", "inch", "foot"] | None,
         option("Unit of the drawing, in place of the one that it states; where it states none, it is not guessed."),
     ] = None,
-    data: Annotated[
-        Literal["measured", "reconstructed", "synthetic"],
-        option("Origin of the drawing, as every report names it."),
-    ] = "reconstructed",
+    data: Data = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -92,7 +90,7 @@ def import_dxf(
         drawn = None if line is None or width_mm is None else (line, width_mm)
         shown_by = {"outline": outline, "walls": walls, "line": drawn}
         with of_a_drawing(drawing, out / "trial.toml"):
-            trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, data)
+            trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, data or "undeclared")
             for note in notes:
-                command.say(f"note: {note}")
+                command.warn(f"note: {note}")
             run_trial(command, trial, out / "run", ("digitise",))

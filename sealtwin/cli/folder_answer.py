@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.cli.answer import BAD_INPUT, BUG, SOME_FAILED, Answer
+from sealtwin.cli.trial_answer import SAY_ORIGIN
 from sealtwin.lab.catalogue import (
     RUN,
     Catalogue,
@@ -20,7 +21,7 @@ from sealtwin.lab.earlier_trials import earlier_trials
 from sealtwin.lab.found_files import TRIAL, Piece, few, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing import PAIRING
-from sealtwin.lab.sample_trials import SampleOutcome
+from sealtwin.lab.sample_outcome import SampleOutcome
 from sealtwin.photos.batch import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
 from validate.readings.understood import OR_ANSWER
@@ -46,6 +47,8 @@ def batch_answer(batch: Batch) -> Answer:
     lines.append(f"{len(batch.done)} of {len(batch.listed)} photos digitised. Look at {sheet}; table: {table}")
     if proposals := sum(row.path_source == "automatic" for row in batch.done):
         lines.append(f"{proposals} cracks were found automatically: these are proposals to be checked.")
+    if undeclared := sum(row.data == "undeclared" for row in batch.done):
+        lines.append(f"{counted(undeclared, 'photo')} of undeclared origin{SAY_ORIGIN}")
     lines += [f"failed: {row.fault}" for row in batch.failed]
     return Answer(batch.content(), lines, batch.exit_code)
 

@@ -9,6 +9,7 @@ from sealtwin.core.progress import Progress
 
 OPTIONS = {
     "photo.file": "PHOTO",
+    "photo.data": "--data",
     "mesh.file": "MESH",
     "photo.mm_per_px": "--mm-per-px",
     "photo.scale_is": "--assumed",
@@ -78,7 +79,7 @@ def _tables_with(key: str) -> list[str]:
 
 
 class OptionProgress(Progress):
-    """Progress whose notes name options."""
+    """Progress whose notes and warnings name options."""
 
     def __init__(self, shown: Progress) -> None:
         self._shown = shown
@@ -86,6 +87,9 @@ class OptionProgress(Progress):
 
     def note(self, text: str) -> None:
         self._shown.note(in_options(text))
+
+    def warn(self, text: str) -> None:
+        self._shown.warn(in_options(text))
 
 
 @contextmanager

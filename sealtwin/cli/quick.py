@@ -55,6 +55,6 @@ def quick(
             text, told = quick_trial(photo, folder, given, caliper)
         write_quick_trial(trial, text)
         run = folder / "run"
-        command.say(f"Assumed, since not given: {', '.join(told)}.")
+        command.warn(f"Assumed, since not given: {', '.join(told)}.")
         command.say(f"Correct it in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
         run_trial(command, trial, run, ALL_STAGES)

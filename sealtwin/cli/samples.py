@@ -11,6 +11,10 @@ from sealtwin.cli.option_names import in_options, options_named
 from sealtwin.cli.trial_answer import run_trial
 from sealtwin.core.errors import InputError
 
+Data = Annotated[
+    Literal["measured", "reconstructed", "synthetic"] | None,
+    option("Origin of the photo, mesh or drawing; left out, every result says that it is not declared."),
+]
 VolumeMl = Annotated[Number, number_option("Sealant to give; default: what fills the crack to its face.")]
 
 
@@ -29,10 +33,7 @@ def import_mesh(
         File,
         option("Centreline, a line x y in mm for each point; default: the middle of the crack's mouth.", "CSV|TXT"),
     ] = None,
-    data: Annotated[
-        Literal["measured", "reconstructed", "synthetic"] | None,
-        option("Origin of the mesh, as every report names it; default: measured."),
-    ] = None,
+    data: Data = None,
     base_mm: Annotated[
         Number, number_option("Depth below the face at which a scan that is open below is closed by a flat underside.")
     ] = None,
@@ -73,6 +74,7 @@ def digitise(
     ],
     out: Out = None,
     depth_mm: Annotated[Text, option("Measured depth, or a CSV of s_mm,depth_mm along the crack.", "MM|CSV")] = None,
+    data: Data = None,
     mm_per_px: Annotated[Number, number_option("Scale.")] = None,
     assumed: Annotated[bool, flag("--assumed", "Mark that scale as assumed in every output.")] = False,
     markers: Annotated[File, option("Markers in the photo, as 'sealtwin markers' writes them.", "TOML")] = None,
@@ -127,6 +129,7 @@ def digitise(
 
         tables = {
             "photo": {
+                "data": data,
                 "mm_per_px": mm_per_px,
                 "scale_is": "assumed" if assumed else None,
                 "markers": board(markers),
@@ -221,9 +224,15 @@ def along(text: str, option: str, column: str) -> float | list[list[float]]:
     path = Path(text)
     if path.suffix.lower() not in {".csv", ".txt"}:
         return _number(text, option, f"millimetres, or a CSV with the columns s_mm and {column}")
+    from pydantic import create_model
+
+    from digitise.settings import MOST_STATIONS, Depth, Station, Width
+    from sealtwin.core.settings import Settings, checked
     from validate.readings.samples import named_cells, read_table
     from validate.readings.text_table import number
 
+    values: dict[str, Any] = {"s_mm": (Station, ...), column: ({"depth_mm": Depth, "width_mm": Width}[column], ...)}
+    bounds = create_model("Row", __base__=Settings, **values)
     table = read_table(path, f"{option} takes a number, or a CSV with the columns s_mm and {column}")
     # Between commas a decimal comma may as well set thousands apart.
     mark = "point" if table.separator == "," else None
@@ -232,9 +241,14 @@ def along(text: str, option: str, column: str) -> float | list[list[float]]:
         row = [value for text in cells.values() if (value := number(text, mark)) is not None]
         if len(row) < len(cells):
             raise InputError(f"{place}: {list(cells.values())!r:.80}; s_mm and {column} must both be numbers, in mm.")
+        checked(bounds, path, dict(zip(cells, row, strict=True)), lambda _, place=place: str(place))
+        if rows and row[0] <= rows[-1][0]:
+            raise InputError(f"{place}: s_mm = {row[0]:g} after {rows[-1][0]:g}; list the rows by increasing s_mm.")
         rows.append(row)
     if not rows:
         raise InputError(f"{path}: no rows below its header; give s_mm and {column} in each, in mm.")
+    if len(rows) > MOST_STATIONS:
+        raise InputError(f"{path}: {len(rows)} rows below its header; at most {MOST_STATIONS} are read.")
     return rows
 
 

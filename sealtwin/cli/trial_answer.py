@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from sealtwin.trial.trial_file import Trial
 
 
+SAY_ORIGIN = ": give --data, or write data in the trial file (measured, reconstructed, synthetic)."
+
+
 def run_trial(
     command: Command,
     file: Path,
@@ -101,6 +104,8 @@ def result_lines(result: dict[str, Any], last: "StageName") -> list[str]:
             weighed = WeighedCavity(**result["weighed"])
             lines.append(f"Cavity by weight ({len(weighed.levels_mm)} steps, 95 %): {weighed}.")
         lines.append(_scale(result))
+        if result["data"] == "undeclared":
+            lines.append(f"Origin of the {'mesh' if result['mm_per_px'] is None else 'photo'}: undeclared{SAY_ORIGIN}")
     if "particles" in result and last != "digitise":
         lines.append(
             f"Fluid: {result['particles']} particles, {result['escaped_particles']} escaped, "

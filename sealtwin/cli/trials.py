@@ -97,9 +97,9 @@ def robot(
         with open_folder(folder, create=False) as run:
             report = write_robot_files(run, cell, asked, out, allow_automatic=allow_automatic)
         for name in report["kept"]:
-            command.say(f"a robot file was edited since it was written; yours is kept as {name}.")
+            command.warn(f"a robot file was edited since it was written; yours is kept as {name}.")
         for warning in report["warnings"]:
-            command.say(f"note: {warning}")
+            command.warn(f"note: {warning}")
         frame = report["frame"]
         lines = [
             *report["other_versions"],

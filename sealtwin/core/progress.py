@@ -37,7 +37,7 @@ class Pace:
 
 
 class Progress(AbstractContextManager["Progress"]):
-    """Base and silent form; stages call ``start``, ``expect``, ``advance`` and ``note`` and never print."""
+    """Base and silent form; stages call ``start``, ``expect``, ``advance``, ``note`` and ``warn`` and never print."""
 
     def start(self, title: str, total: int, done: int = 0) -> None:
         """Begin work of ``total`` equal steps, of which an earlier process did ``done``."""
@@ -50,6 +50,10 @@ class Progress(AbstractContextManager["Progress"]):
 
     def note(self, text: str) -> None:
         """Show one line to the user at once."""
+
+    def warn(self, text: str) -> None:
+        """Show one line on what may be wrong with a result, where narration is left out too."""
+        self.note(text)
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -79,6 +83,13 @@ class _Timed(Progress):
             given_s, at_s = self._expected
             left_s = max(0.0, given_s - (now_s - at_s))
         return "" if left_s is None or done >= self._total else f"about {in_words(left_s)} left"
+
+
+class QuietProgress(Progress):
+    """Warnings alone."""
+
+    def warn(self, text: str) -> None:
+        print(text, file=sys.stderr, flush=True)
 
 
 class PlainProgress(_Timed):
@@ -138,9 +149,9 @@ class RichProgress(_Timed):
 
 
 def progress_for_stderr(quiet: bool) -> Progress:
-    """Return silent progress, a bar or lines, according to ``quiet`` and to the kind of stderr."""
+    """Return progress of warnings alone, a bar or lines, according to ``quiet`` and to the kind of stderr."""
     if quiet:
-        return Progress()
+        return QuietProgress()
     return RichProgress() if sys.stderr.isatty() else PlainProgress()
 
 

@@ -13,7 +13,7 @@ from sealtwin.core.record_files import Amount, Result, read_checked, read_record
 from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.lab.found_files import TRIAL, Role, Said
 from sealtwin.lab.pairing import Decisions
-from sealtwin.lab.sample_trials import KeptFile
+from sealtwin.lab.sample_outcome import KeptFile
 from sealtwin.trial.stage_numbers import NUMBERS
 from validate.readings.samples import sample_key
 

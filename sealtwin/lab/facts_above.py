@@ -44,5 +44,5 @@ def _earlier_trials(job: Job) -> tuple[EarlierTrial, ...]:
         return ()
     found, cautions = earlier_trials(Catalogue(lab), job.source)
     for caution in cautions:
-        job.progress.note(caution)
+        job.progress.warn(caution)
     return found

@@ -31,7 +31,8 @@ from sealtwin.lab.pairing import (
     place_files,
     read_pairing,
 )
-from sealtwin.lab.sample_trials import INPUTS, SampleOutcome, gather, prepare
+from sealtwin.lab.sample_outcome import INPUTS, SampleOutcome
+from sealtwin.lab.sample_trials import gather, prepare
 from sealtwin.photos.batch import OWN
 from sealtwin.trial.trial_file import Trial, folder_name, trial_text
 from validate.readings.samples import sample_key

@@ -16,6 +16,7 @@ from typing import Any
 from sealtwin.lab.note_words import (
     BY_WORD,
     CALLED,
+    NEUTRAL,
     PER,
     SCALE,
     SETTINGS,
@@ -30,7 +31,7 @@ from sealtwin.lab.note_words import (
 from validate.readings.samples import sample_key
 
 SENTENCES = CALLED["sentences"]
-NEUTRAL, SAMPLE, ABBREVIATIONS = (set(SENTENCES[name].split()) for name in ("neutral", "sample", "abbreviations"))
+SAMPLE, ABBREVIATIONS = (set(SENTENCES[name].split()) for name in ("sample", "abbreviations"))
 BEHIND = {key: [normal(word) for word in words.split(",")] for key, words in SENTENCES["behind"].items()}
 OTHER_UNITS = {unit_spelt(unit) for unit in SENTENCES["other_units"].split()}
 ALL_UNITS = OTHER_UNITS.union(*UNITS.values())

@@ -39,6 +39,8 @@ UNITS: dict[str, dict[str, float]] = CALLED["units"]
 """Factors of units to the one with which a setting's name ends."""
 TELLING = ("mm_per_px", "mm_s", "pa_s", "kg_m3", "pa")  # Units that tell a setting from other notes
 PER = frozenset(WORDS["notes"]["per"].split())
+NEUTRAL = frozenset(CALLED["sentences"]["neutral"].split())  # Words that do not change a number beside them, as "ca."
+ABOUT = "~≈"
 NOTHING_BUT_WORDS = re.compile(r"[^\w/]+|_")
 NUMBER = re.compile(r"([-+\u2212]?\d[\d.,' ]*(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 WHOLE = re.compile(r"[-+]?\d+")
@@ -118,7 +120,7 @@ def meaning_of(word: str, name: str, own: Mapping[str, str]) -> WordMeaning | No
 
 def key_of_unit(value: str, unit: str) -> str | None:
     """Return the setting that alone has the unit which stands beside a word that is not known, or its value."""
-    found = NUMBER.fullmatch(value)
+    found = _number_and_unit(value)
     units = {unit_spelt(unit), unit_spelt(found[2])} if found else set[str]()
     return next((one.key for one in SETTINGS.values() if one.unit in TELLING and units & UNITS[one.unit].keys()), None)
 
@@ -132,7 +134,7 @@ def key_like(word: str, value: str, unit: str) -> str | None:
     names = {normal(key.rpartition(".")[2]): key for key in keys} | {w: one.key for w, one in BY_WORD.items()}
     if close := get_close_matches(normal(word), names, n=1, cutoff=ALIKE):
         return names[close[0]]
-    found = NUMBER.fullmatch(value)
+    found = _number_and_unit(value)
     units = {unit_spelt(unit), unit_spelt(found[2])} if found else set[str]()
     return DEPTH if units & UNITS["mm"].keys() else None
 
@@ -157,7 +159,7 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
             if not times:
                 raise ValueError("is no size; write width x height, for example 160 x 40.")
             # "160 x 40 mm" gives the unit once, for both.
-            beside = NUMBER.fullmatch(height)
+            beside = _number_and_unit(height)
             sides = _quantity(meaning, width, unit, beside[2] if beside else ""), _quantity(meaning, height, unit)
             return list(sides)
         case "photo.ends_px":
@@ -206,10 +208,21 @@ def is_unit(text: str) -> bool:
 
 def _quantity(meaning: WordMeaning, text: str, unit: str, beside: str = "") -> float:
     """Return a number in its setting's unit; ``beside`` is the unit where ``text`` holds none."""
-    found = NUMBER.fullmatch(text)
+    found = _number_and_unit(text)
     if found is None:
         raise ValueError("is no number; write for example 16,0 or 16.0.")
     return _scaled(meaning, _plain_number(found[1].strip()), unit, found[2].strip() or beside.strip())
+
+
+def _number_and_unit(text: str) -> re.Match[str] | None:
+    """Match a number and what is behind it; words around them that change nothing are left out, as in a sentence."""
+    words = text.lstrip(f"{ABOUT} ").split(" ")
+    while words and normal(words[0]) in NEUTRAL:
+        del words[0]
+    # "in" is inches, too.
+    while words and normal(words[-1]) in NEUTRAL and not is_unit(words[-1]):
+        del words[-1]
+    return NUMBER.fullmatch(" ".join(words))
 
 
 def _plain_number(text: str) -> float:

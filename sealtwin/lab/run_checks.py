@@ -16,8 +16,10 @@ from sealtwin.lab.catalogue import RUN, Catalogue, CatalogueFault, state_of
 from sealtwin.lab.facts_above import facts_above
 from sealtwin.lab.found_files import TRIAL
 from sealtwin.lab.ingest import Ingested, write_pairing, write_trial
+from sealtwin.lab.note_words import SCALE
 from sealtwin.lab.pairing import PAIRING
-from sealtwin.lab.sample_trials import NEEDED, SCALE, SampleOutcome
+from sealtwin.lab.sample_outcome import SampleOutcome
+from sealtwin.lab.trial_tables import NEEDED
 from sealtwin.photos.batch import Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
@@ -99,6 +101,9 @@ class _Forgotten(Progress):
 
     def note(self, text: str) -> None:
         self._shown.note(self.clean(text))
+
+    def warn(self, text: str) -> None:
+        self._shown.warn(self.clean(text))
 
     def close(self) -> None:
         self._shown.close()

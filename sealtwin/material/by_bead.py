@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from digitise.bead import MIDDLE, BeadOutline, measure_bead
+from digitise.robots.pump import MISTYPED
 from digitise.settings import OnFace, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -27,7 +28,6 @@ SHORTEST = 4.0  # Length as laid over the root of the section, below which the e
 SOURCES = ("density", "mass", "scale", "edge", "surface tension", "law", "section", "speed")
 END = 0.1  # Standard uncertainty of where the nozzle began to give, over the bead's width: ends spread as they like
 BINS = 40  # Of the distance to the edge
-MISTYPED = 5.0  # Flow given over flow asked, either way, from which one of them is in another unit
 BESIDE = 0.5  # Largest distance of the mark from the bead's line, over its width
 BEAD_NOT_FOR = (
     *NOT_FOR,
@@ -131,7 +131,8 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
     if not 1 / MISTYPED < flow / laid.asked_mm3_s < MISTYPED:
         raise InputError(
             f"the bead shows {flow:.3g} mm³/s, and --asked-mm3-s is {laid.asked_mm3_s:g}: no pump is off by a "
-            f"factor of {MISTYPED:g}. Check units of flow (mm³/s), mass (g), density (kg/m³) and speed (mm/s)."
+            f"factor of {MISTYPED:g}. Check the units: --asked-mm3-s in mm³/s, --mass-g in g, --density-kg-m3 in "
+            "kg/m³, --speed-mm-s in mm/s."
         )
     parts = {name: float(told(name)[0].std()) for name in SOURCES[:-2]}
     return BeadEstimate(

@@ -68,6 +68,7 @@ class BatchRow:
     mm_per_px: float | None = None
     scale_source: str = ""
     path_source: str = ""
+    data: str = ""  # Origin of the photo
     crack: int | str | None = None  # Number of the crack that the user chose in the table
     warnings: tuple[str, ...] = ()
     reason: str = ""
@@ -213,9 +214,10 @@ def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
     folder = out / item.name
     try:
         with open_folder(folder, create=True) as opened:
-            run_stages(start_job(item.trial(), item.file.parent, opened, "cpu", Progress()), ("digitise",))
+            trial = item.trial()
+            run_stages(start_job(trial, item.file.parent, opened, "cpu", Progress()), ("digitise",))
         (folder / FAULT).unlink(missing_ok=True)
-        return _done(item, folder)
+        return _done(item, folder, trial.shown_by.data)
     except SealtwinError as fault:
         where = CHOICE if _is_trial(item.file) else f"a 2 in the column crack of {out / CSV}"
         return _failed(item, str(fault).replace(CHOICE, where))
@@ -239,7 +241,7 @@ def _traced(folder: Path) -> str:
     return str(folder / FAULT)
 
 
-def _done(item: PlannedPhoto, folder: Path) -> BatchRow:
+def _done(item: PlannedPhoto, folder: Path, data: str) -> BatchRow:
     with files.understood(folder):
         outline = files.read_json(folder / "outline.json")
         path_alone = outline["width_source"] == "none"
@@ -256,6 +258,7 @@ def _done(item: PlannedPhoto, folder: Path) -> BatchRow:
             mm_per_px=round(outline["mm_per_px"], 5),
             scale_source=outline["scale_source"],
             path_source=outline["path_source"],
+            data=data,
             crack=item.crack,
             warnings=(*outline["warnings"], *solid["warnings"]),
         )

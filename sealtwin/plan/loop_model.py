@@ -10,9 +10,10 @@ import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 
 from sealtwin.core import files
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import Amount, Result, read_record
-from sealtwin.core.records import Floats, Numbers, Trajectory, arc_length
+from sealtwin.core.records import Floats, Numbers, Trajectory
 from sealtwin.plan.loop_step import LoopModel
 from sealtwin.plan.search import Case, areas_of, target_of
 from simulate.settings import Fluid, Nozzle, Solver

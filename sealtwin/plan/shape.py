@@ -7,8 +7,9 @@ import numpy as np
 
 from digitise.robots.cell import RobotCell
 from digitise.robots.pump import PumpTable
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Trajectory, arc_length
+from sealtwin.core.records import Floats, Trajectory
 
 LONGEST_DWELL_S = 5.0  # At each end; what a plan gives there in a longer time has overfilled it
 SHORTEST_S = 1e-6  # Room that a search has, also where a pump has one flow

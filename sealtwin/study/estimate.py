@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import in_words
-from sealtwin.core.records import Trajectory
+from sealtwin.core.records import Outline, Solid, Trajectory
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.trial_file import Trial
 
@@ -77,6 +77,19 @@ def releases_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> "Sched
 
     radius_mm = trial.solver.for_crack(width_mm).size_mm
     return plan_releases(trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed)
+
+
+def remarks_of(
+    trial: Trial, outline: Outline, solid: Solid, trajectory: Trajectory, releases: "Schedule | None" = None
+) -> list[str]:
+    """Return what a run cannot show of its sealant, known before it starts; ``releases`` and errors as ``size_of``."""
+    schedule = releases or releases_of(trial, trajectory, outline.mean_width_mm)
+    if schedule is None:
+        return []
+    from simulate.remarks import remarks_on
+
+    assert trial.fluid is not None, "a study without one is refused"
+    return list(remarks_on(trial.fluid, outline, solid, trial.solver, schedule))
 
 
 def size_of(trial: Trial, trajectory: Trajectory, width_mm: float, releases: "Schedule | None" = None) -> RunSize:

@@ -20,7 +20,7 @@ from sealtwin.core.records import Profile
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.drawn_runs import draw, model_of
-from sealtwin.study.estimate import RunSize, Timing, estimate, size_of
+from sealtwin.study.estimate import RunSize, Timing, estimate, remarks_of, size_of
 from sealtwin.study.moved_inputs import Base, moved_bench, moved_paste, refuse_immovable
 from sealtwin.study.runner import Bench, Computing, compute
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
@@ -29,6 +29,7 @@ from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
 from validate.uncertainty.inputs import RUNS, Effect, InputDraws
 from validate.uncertainty.validation import SizeRuns, Spread, effects_of, two_level_design
+from validate.wording.of_runs import sentences_of_runs
 
 RATIO = 1.3
 """Ratio of neighbouring particle sizes, the least that Celik et al. 2008 recommend: a finer run costs four times as
@@ -97,7 +98,7 @@ def _compute(
     if study_folder.holds_study(folder):
         study_folder.read_plan(folder)  # Imports what an earlier version computed.
         study_folder.remove_temporary_files(folder)
-    runs, largest = _runs(folder, variants, device, inputs)
+    runs, largest, remarks = _runs(folder, variants, device, inputs)
     plan = study_folder.Plan(UNCERTAINTY, runs, len(runs), numbers=numbers_up_to("simulate"))
     runs = study_folder.resume(folder, plan, progress.note, retry=True)
     how = Computing(device, cores() if device == "cpu" else 1)
@@ -105,6 +106,8 @@ def _compute(
     expected = estimate(runs, largest, how.jobs, how.batch, keep_runs=False, timings=timings)
     if expected.runs:
         progress.note(f"Extra runs for the uncertainty: {expected.sentence}")
+        for remark in remarks:
+            progress.warn(f"note: {remark}")
         runs = compute(folder, runs, how, "Extra runs", progress, timings)
     if failed := [run for run in runs if run.state == "failed"]:
         told = "\n".join(f"{_said(run.settings)}: {run.reason}" for run in failed)
@@ -180,16 +183,20 @@ def _same_physics(base: Base, bench: Bench, radius_mm: float, steps: Mapping[str
 
 def _runs(
     folder: Path, variants: Sequence[_Variant], device: str, inputs: Mapping[str, str]
-) -> tuple[list[study_folder.StudyRun], RunSize]:
-    """Return the runs, their samples written. Raises InputError if particles do not fit a crack."""
+) -> tuple[list[study_folder.StudyRun], RunSize, list[str]]:
+    """Return the runs, their samples written, the largest size and remarks on the fluids.
+
+    Raises InputError if particles do not fit a crack.
+    """
     from simulate.setup_checks import check_fit
 
-    runs, sizes = [], []
+    runs, sizes, remarks = [], [], dict[int, list[str]]()
     for number, (moved, trial, bench) in enumerate(variants, start=1):
         assert trial.fluid is not None, "it was run"
         try:
             check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle, trial.sample)
             sizes.append(size_of(trial, bench.trajectory, bench.outline.mean_width_mm))
+            remarks[number] = remarks_of(trial, bench.outline, bench.solid, bench.trajectory)
         except InputError as fault:
             raise InputError(
                 f"{folder}: the extra run with {_said(moved)} cannot be: {fault} Extra runs have particles "
@@ -209,7 +216,8 @@ def _runs(
         key = stage_key(inputs, settings, numbers_up_to("simulate"))
         content = trial.model_dump(mode="json", exclude_none=True)
         runs.append(study_folder.StudyRun(number, key, moved, content, name, key, sizes[-1].work_s))
-    return runs, max(sizes, key=lambda size: (size.particles, size.bytes))
+    largest = max(sizes, key=lambda size: (size.particles, size.bytes))
+    return runs, largest, sentences_of_runs(remarks, len(runs))
 
 
 def _said(settings: Mapping[str, float]) -> str:

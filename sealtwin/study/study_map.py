@@ -109,7 +109,7 @@ def map_study(
         # The fast model has no particles to draw.
         chosen = [held for held in chosen_few(chart) if not done[held.number].fast]
         if chosen and (other := other_numbers(plan.numbers, numbers_up_to("simulate"))):
-            progress.note(f"{folder}: its runs were computed by {other}; those that are drawn may differ from them.")
+            progress.warn(f"{folder}: its runs were computed by {other}; those that are drawn may differ from them.")
         with holding(folder), progress:
             watched = watch_runs(folder, [done[held.number] for held in chosen], device, progress)
         for letter, held, seen in zip(ascii_lowercase, chosen, watched, strict=False):

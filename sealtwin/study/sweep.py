@@ -19,7 +19,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.stage_keys import content_key, other_numbers, stage_key
 from sealtwin.study import study_folder
-from sealtwin.study.estimate import RunSize, estimate, releases_of, require_disk, require_memory, size_of
+from sealtwin.study.estimate import RunSize, estimate, releases_of, remarks_of, require_disk, require_memory, size_of
 from sealtwin.study.runner import INPUTS, MOST_NUMBERS, Computing, compute, read_bench
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
@@ -27,6 +27,7 @@ from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import load_trial
 from validate.metrics.verdict import kept_volume
+from validate.wording.of_runs import sentences_of_runs
 
 BUG, SOME_FAILED = 1, 6
 TABLE = "runs.csv"
@@ -115,12 +116,15 @@ def brought_up_to_date(
     shard, shards = options.shard
     planned = planned[shard - 1 :: shards]
     samples = _digitise(planned, source, folder, progress)
-    runs, largest = _runs(planned, samples, folder, options.device, numbers)
+    runs, largest, remarks = _runs(planned, samples, folder, options.device, numbers)
     plan = replace(plan, runs=runs)
     runs = study_folder.resume(folder, plan, progress.note, retry=options.retry, keep_runs=options.keep_runs)
     expected = estimate(runs, largest, options.jobs, options.batch, keep_runs=options.keep_runs)
     size = f"{largest.particles:,} particles at most" if largest.particles else "the fast model, for screening"
     progress.note(f"{name}: {len(runs)} runs of {size}. {expected.sentence}")
+    if expected.runs:
+        for remark in remarks:
+            progress.warn(f"note: {remark}")
     require_disk(expected, shutil.disk_usage(folder).free, shown(folder))
     if options.scheduler is None:
         require_memory(expected, free_bytes(options.device), options.device, options.batch)
@@ -173,8 +177,11 @@ def _digitise(planned: Sequence[PlannedRun], source: Path, folder: Path, progres
 
 def _runs(
     planned: Sequence[PlannedRun], samples: dict[int, str], folder: Path, device: str, numbers: Mapping[str, int]
-) -> tuple[list[study_folder.StudyRun], RunSize]:
-    """Return the runs with their keys, and the largest size. Raises InputError if settings do not fit a crack."""
+) -> tuple[list[study_folder.StudyRun], RunSize, list[str]]:
+    """Return the runs with their keys, the largest size and remarks on the fluids.
+
+    Raises InputError if settings do not fit a crack.
+    """
     from simulate.setup_checks import check_fit
 
     readings = planned[0].trial.readings
@@ -185,6 +192,7 @@ def _runs(
     runs: list[study_folder.StudyRun] = []
     faults: dict[str, list[int]] = {}
     sizes: list[RunSize] = []
+    remarks: dict[int, list[str]] = {}
     releases: dict[str, Any] = {}
     for run in planned:
         trial, name = run.trial, samples[run.number]
@@ -199,6 +207,8 @@ def _runs(
             if (planned_as := content_key(alike)) not in releases:
                 releases[planned_as] = releases_of(trial, *sample)
             sizes.append(size_of(trial, *sample, releases[planned_as]))
+            crack = bench.outline, bench.solid, bench.trajectory
+            remarks[run.number] = remarks_of(trial, *crack, releases[planned_as])
         except InputError as fault:
             faults.setdefault(str(fault), []).append(run.number)
             continue
@@ -211,7 +221,8 @@ def _runs(
         content = trial.model_dump(mode="json", exclude_none=True)
         runs.append(study_folder.StudyRun(run.number, key, run.settings, content, name, kin, sizes[-1].work_s))
     raise_faults(faults)
-    return runs, max(sizes, key=lambda size: (size.particles, size.bytes))
+    largest = max(sizes, key=lambda size: (size.particles, size.bytes))
+    return runs, largest, sentences_of_runs(remarks, len(runs))
 
 
 def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:

@@ -56,7 +56,7 @@ def bring_up_to_date(job: Job) -> bool:
         warnings = (*warnings, *solid.figures.warnings)
     job.progress.advance(5)
     for warning in warnings:
-        job.progress.note(f"note: {warning}")
+        job.progress.warn(f"note: {warning}")
     wall_time_s = time.monotonic() - began
     facts = {"given": list(inputs), "path_source": outline.path_source}
     job.folder.record("digitise", key, settings, inputs, outputs, wall_time_s, numbers=numbers, **facts)
@@ -74,7 +74,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
 
         imported = import_sample(trial.mesh, job.source)
         for note in imported.notes:
-            job.progress.note(f"note: {note}")
+            job.progress.warn(f"note: {note}")
         return imported.outline, imported.solid, imported.photo
     settings, crack = trial.photo, trial.crack
     if settings is None or (crack is None and not settings.path_only):

@@ -163,7 +163,7 @@ def begin_writing(job: Job, stage: StageName) -> None:
     programs = ("robot",) if stage == "digitise" else ()
     for stale in dict.fromkeys((stage, *programs, "validate")):
         for name in job.folder.clear(stale):
-            job.progress.note(f"{stale}: a file was edited since this stage wrote it; yours is kept as {name}.")
+            job.progress.warn(f"{stale}: a file was edited since this stage wrote it; yours is kept as {name}.")
 
 
 def adopt_trial(job: Job) -> None:
@@ -220,9 +220,9 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
             f"Run {again} for these settings first."
         )
     if other := job.other_numbers(stage):
-        job.progress.note(f"{job.path}: its {stage} files were computed by {other}. {again} computes them anew.")
+        job.progress.warn(f"{job.path}: its {stage} files were computed by {other}. {again} computes them anew.")
     for name in job.folder.edited(stage):
-        job.progress.note(f"{name}: not as {stage} wrote it; it is used as it is now.")
+        job.progress.warn(f"{name}: not as {stage} wrote it; it is used as it is now.")
     return {name: files.sha256(job.path / name) for name in names}
 
 

@@ -25,7 +25,7 @@ name = ""
 
 [photo]
 file = ""
-data = "measured"
+data = "undeclared"  # Nobody said where the photo comes from: "measured", "reconstructed" or "synthetic".
 
 [crack]
 """
@@ -93,7 +93,7 @@ class NewTrial:
         text = "\n".join([text, *map(_from_starter, NEEDED)])
         checked(Trial, self.path, tomllib.loads(text))
         write_bytes(self.path, text.encode("utf-8"))
-        return [*changed, *(f"the starter's [{name}]" for name in NEEDED)]
+        return [*changed, 'data = "undeclared"', *(f"the starter's [{name}]" for name in NEEDED)]
 
     def _refuse_another(self) -> None:
         if self.path.exists():

@@ -88,7 +88,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     work = {"digitise": digitise_stage, "simulate": simulate_stage, "validate": validate_stage}
     redone: list[StageName] = []
     for caution in job.above.cautions:
-        job.progress.note(caution)
+        job.progress.warn(caution)
     for stage in STAGES:
         if stage in stages and stage != "digitise":
             require_solid(job)
@@ -166,6 +166,7 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
         else:
             solid = files.read_json(folder.path / "solid.json")
         result |= {
+            "data": trial.shown_by.data,
             "length_mm": round(outline.length_mm, 3),
             "mean_width_mm": None if path_alone else round(outline.mean_width_mm, 3),
             "width_source": outline.width_source,

@@ -16,7 +16,6 @@ from sealtwin.trial.trial_file import LINE_BREAKING, Trial
 
 Tables = Mapping[str, Mapping[str, Any]]
 ASSUMED = {
-    "photo": ("data",),
     "crack": ("tilt", "wall_angle_deg"),
     "path": ("volume_ml", "trim_mm", "speed_mm_s"),
     "fluid": ("U", "D_cm", "yield_stress_pa", "freeze_after_s"),
@@ -24,7 +23,7 @@ ASSUMED = {
     "nozzle": ("diameter_mm",),
 }
 """Settings that are the starter's where they are not given."""
-NOBODY = "undeclared"  # Origin and role of readings of which nothing was said; such readings validate nothing
+NOBODY = "undeclared"  # Origin of a photo, and origin and role of readings, that nobody said: they validate nothing
 MARK = "# Written by 'sealtwin quick', as it was while its check is "
 """First line of the file, ahead of a hash of the others: what nobody edited may be written anew."""
 HEAD = """\
@@ -46,6 +45,7 @@ def quick_trial(photo: Path, folder: Path, given: Tables, sheet: Path | None) ->
     said = {table: {key: value for key, value in keys.items() if value is not None} for table, keys in given.items()}
     said["photo"] = {"file": _from(folder, photo), **said["photo"]}
     assumed = {table: {key: starter[table][key] for key in keys} for table, keys in ASSUMED.items()}
+    assumed = {"photo": {"data": NOBODY}} | assumed
     if sheet is not None:
         said["readings"] = {"file": _from(folder, sheet)}
         assumed["readings"] = {"data": NOBODY, "role": NOBODY}

@@ -226,7 +226,7 @@ def _fill_fast(job: Job, fluid: Fluid) -> bool:
     if job.folder.is_current("simulate", key):
         return False
     if trial.output.frames_every_s is not None:
-        job.progress.note("note: the fast model has no particles, and writes no frames.")
+        job.progress.warn("note: the fast model has no particles, and writes no frames.")
     began = time.monotonic()
     run, profile = _poured(job, fluid)
     begin_writing(job, "simulate")

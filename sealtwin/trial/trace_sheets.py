@@ -69,7 +69,7 @@ def _opened(path: Path) -> Opened:
         tables = [key for key in Shape.model_fields if isinstance(getattr(loaded.crack, key, None), tuple)]
     else:
         trial, hints, shape = NewTrial(path), Hints(), Shape()
-        settings = PhotoInput(file=Path(path.name), data="measured", mm_per_px=UNSCALED_MM_PER_PX)
+        settings = PhotoInput(file=Path(path.name), data="undeclared", mm_per_px=UNSCALED_MM_PER_PX)
         facts = {"saves_to": f"Writes {trial.path.name} beside the photo, with the starter's sealant."}
         runs, new, tables = True, True, []
     facts |= {"is_new": new, "path_only": bool(settings.path_only), "shape": shape.said(), "tables": tables}

@@ -158,7 +158,7 @@ def sample_trial(kind: Literal["photo", "mesh"], file: Path, tables: Mapping[str
     content: dict[str, Any] = {"crack": {}} if kind == "photo" and "crack" in tables else {}
     for table, settings in tables.items():
         content[table] = {name: value for name, value in settings.items() if value is not None}
-    content[kind] = {"file": file.name, "data": "measured", **content.get(kind, {})}
+    content[kind] = {"file": file.name, "data": "undeclared", **content.get(kind, {})}
     content["name"] = LINE_BREAKING.sub("-", file.stem)[:80].strip() or kind
     return checked(Trial, file, content)
 

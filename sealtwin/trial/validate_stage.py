@@ -107,7 +107,7 @@ def bring_up_to_date(job: Job) -> bool:
         gained_mm = gained_level_mm(run, profile, outline, solid, ratio)
         prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm)
         if prediction is None:
-            job.progress.note(
+            job.progress.warn(
                 f"warning: {SPREAD}: each particle size was run once and no input was moved, so that the predicted "
                 f"level has no band. Remove it, and 'sealtwin validate {run_folder} --uncertainty' makes the runs."
             )
@@ -143,7 +143,7 @@ def read_spread(job: Job) -> "Spread | None":
     if UNCERTAINTY not in job.folder.finished() or job.folder.settings_of(UNCERTAINTY) != varied_settings(job.trial):
         return None
     if other := other_numbers(job.folder.numbers_of(UNCERTAINTY), job.numbers("validate")):
-        job.progress.note(
+        job.progress.warn(
             f"{job.path / SPREAD}: left out, since its extra runs were computed by {other}. "
             f"'sealtwin validate {job.path} --uncertainty' computes them anew."
         )
@@ -178,7 +178,7 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
 def note_doubts(job: Job, readings: Profile) -> None:
     """Say what the sheet may not have meant."""
     for doubt in readings.doubts:
-        job.progress.note(f"warning: {doubt}")
+        job.progress.warn(f"warning: {doubt}")
 
 
 def sheet_of(job: Job) -> ReadingsSheet | None:

@@ -12,7 +12,8 @@ import numpy as np
 import warp as wp
 from scipy.spatial import KDTree
 
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats
 from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import MoversList, State
 from simulate.kernels import coarse_pressure as device_code

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg.lapack import dptsv  # pyright: ignore[reportAttributeAccessIssue]
 
-from sealtwin.core.records import Floats, Outline, Solid, Trajectory, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats, Outline, Solid, Trajectory
 from simulate.settings import LEVEL, SampleSlope
 from simulate.slot.flux import Conduits, HerschelBulkley, conduits
 from simulate.slot.mound import crown_mm, mound_mm2

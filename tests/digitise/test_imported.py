@@ -20,9 +20,10 @@ from digitise.solid.footprint import lay_out
 from digitise.solid.tilt_variants import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from digitise.walls.overlay import draw_overlay
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_solid, write_solid
-from sealtwin.core.records import FaceLabel, Floats, Outline, Solid, arc_length
+from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
 from tests.meshes import Mesh, block, box, mesh_of, sheet, slotted, soup, turned
 from tests.shapes import CLOSED, OPEN, closed_crack, straight_slot, wandering_crack
 from tests.slots import block_around, strip, zigzag

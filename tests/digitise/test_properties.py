@@ -16,8 +16,9 @@ from digitise.photo import load_photo
 from digitise.settings import NozzlePath, PhotoInput, Pixel
 from digitise.trajectory import plan_trajectory
 from fixtures.generate.specimen import Recipe, Specimen, make_specimen
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.coverage import coverage
-from sealtwin.core.records import Floats, Outline, Trajectory, arc_length
+from sealtwin.core.records import Floats, Outline, Trajectory
 from tests.pictures import SMALL_FACE, distance_to, mortar, rms, write_png
 
 SIZE_PX = (600, 420)

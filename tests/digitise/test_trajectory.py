@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory, smooth_centreline, volume_warnings
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_trajectory, write_trajectory
-from sealtwin.core.records import Outline, Sections, Trajectory, arc_length
+from sealtwin.core.records import Outline, Sections, Trajectory
 from tests.shapes import arc_slot, cut_crack, mirrored, reversed_path, straight_slot, wandering_crack
 
 PAPER = NozzlePath(volume_ml=4.8)

@@ -107,7 +107,14 @@ def test_a_photo_gets_a_trial_beside_it(trial, browser):
     assert json.loads(answer.stdout) == {
         "version": 1,
         "saved": str(written),
-        "changed": ["ends_px", "mm_per_px", "depth_mm", "the starter's [fluid]", "the starter's [solver]"],
+        "changed": [
+            "ends_px",
+            "mm_per_px",
+            "depth_mm",
+            'data = "undeclared"',
+            "the starter's [fluid]",
+            "the starter's [solver]",
+        ],
     }
     new = load_trial(written)
     assert new.photo is not None

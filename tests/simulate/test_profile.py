@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import NumericalError
-from sealtwin.core.records import FaceLabel, Outline, Run, RunHealth, Sections, Solid, arc_length_at
+from sealtwin.core.records import FaceLabel, Outline, Run, RunHealth, Sections, Solid
 from sealtwin.core.solid_figures import SolidFigures
 from simulate.profile import half_spacing_mm, measure_profile, volume_ratio
 from tests.shapes import level_floor

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sealtwin.core.records import Floats, arc_length_at
+from sealtwin.core.arc_length import arc_length_at
+from sealtwin.core.records import Floats
 from simulate.fluid.coarse_pressure import map_arc_length
 from tests.shapes import arc_slot, straight_slot
 

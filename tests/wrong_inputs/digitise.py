@@ -98,6 +98,13 @@ OF_A_MESH = ("mesh.up", "--up", "drawing.obj", "Mesh", "Trace it again", "R2010"
 DRAWINGS = [
     WrongInput("frame of a spline-fit line", drawing(framed), ALONG, ("the drawn line is 41.2 mm long",), 0),
     WrongInput(
+        "drawing of which nobody says where it comes from",
+        drawing(lambda _, space: ring(space)),
+        DRAWN,
+        ("undeclared", "--data"),
+        0,
+    ),
+    WrongInput(
         "two cracks on one layer",
         drawing(lambda _, space: (ring(space), ring(space, at=(0, 20)))),
         DRAWN,
@@ -294,6 +301,13 @@ def imported(name: str) -> str:
 SIDE_ARM = box((60.0, 22.0, -10.0), (62.0, 32.0, 1.0))
 OF_A_LIBRARY = ("charset_normalizer", "unmatched data", "codec")
 MESHES = [
+    WrongInput(
+        "mesh of which nobody says where it comes from",
+        mesh("m.stl", as_stl),
+        imported("m.stl"),
+        ("mesh: undeclared", "--data"),
+        0,
+    ),
     WrongInput(
         "bytes after the last triangle",
         mesh("m.stl", lambda shape: as_stl(shape) + b"abc"),

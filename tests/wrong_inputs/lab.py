@@ -118,6 +118,24 @@ CASES: list[WrongInput] = [
     _asked("max. Tiefe 9 mm", "9 mm"),
     _asked(OTHERS, "100 kPa; 54 cP; 3 mm; 12 deg; 400 mm3/s"),
     _asked("Zustand: halb trocken", "Zustand: halb trocken"),
+    *(
+        WrongInput(
+            f"the cell {cell!r} of a note is read",
+            _files(N3_notes__csv=f"Tiefe;{cell}\nBediener;M\n"),
+            INGEST,
+            names,
+            code,
+        )
+        for cell, names, code in (
+            ("ca. 9 mm", ("crack.depth_mm = 9.0",), 0),
+            ("~9 mm", ("crack.depth_mm = 9.0",), 0),
+            ("etwa 0,9 cm gemessen", ("crack.depth_mm = 9.0",), 0),
+            ("ca. 0.5 in", ("crack.depth_mm = 12.7",), 0),
+            ("max. 9 mm", ("N3_notes.csv, line 1", "'max. 9 mm'"), SOME_FAILED),
+            ("9 mm ± 1", ("N3_notes.csv, line 1", "'9 mm ± 1'"), SOME_FAILED),
+            ("ca. 9", ("N3_notes.csv, line 1", "'ca. 9' has no unit"), SOME_FAILED),
+        )
+    ),
     WrongInput(
         "a note that names another sample too",
         _with_note("N3: Tiefe 9 mm. N4: Tiefe 14 mm", samples=(3, 4)),

@@ -165,6 +165,28 @@ def _floats(folder: Path) -> None:
 
 CASES: list[WrongInput] = [
     WrongInput(
+        "photo of which nobody says where it comes from",
+        lambda at: write_png(at / "photo.png", _crack()),
+        CLICKED,
+        ("photo: undeclared", "--data"),
+        0,
+    ),
+    WrongInput(
+        "photo of which somebody says where it comes from",
+        lambda at: write_png(at / "photo.png", _crack()),
+        f"{CLICKED} --data reconstructed",
+        ("mm long",),
+        0,
+        ("undeclared",),
+    ),
+    WrongInput(
+        "photos of which nobody says where they come from",
+        lambda at: [write_png(at / f"{name}.png", _crack()) for name in "ab"],
+        "digitise {given} --depth-mm 10 --mm-per-px 0.1 --out {out}",
+        ("2 photos of undeclared origin", "--data"),
+        0,
+    ),
+    WrongInput(
         "mask turned by 180 degrees", partial(_masked, lambda: _paint()[::-1, ::-1]), MASKED, ("--mask", "EXIF")
     ),
     WrongInput("mask mirrored", partial(_masked, lambda: _paint()[::-1]), MASKED, ("--mask", "0%", "mirrored")),
@@ -175,6 +197,29 @@ CASES: list[WrongInput] = [
         MASKED,
         ("--mask", "8 px beside"),
         0,
+    ),
+    WrongInput(
+        "mask three times as wide as the crack",
+        partial(_masked, lambda: _paint(41)),
+        MASKED,
+        ("--mask", "4.2 mm", "1.5 mm", "painted too", "--ends"),
+        0,
+    ),
+    WrongInput(
+        "mask of a part of the crack's width",
+        partial(_masked, lambda: _paint(11), light=lambda: _crack(40)),
+        MASKED,
+        ("--mask", "1.2 mm", "3.9 mm", "not painted"),
+        0,
+    ),
+    WrongInput("mask half as wide again", partial(_masked, lambda: _paint(21)), MASKED, ("mm long",), 0, ("painted",)),
+    WrongInput(
+        "a warning with --quiet",
+        partial(_masked, lambda: np.roll(_paint(), 8, 0)),
+        f"{MASKED} --quiet",
+        ("note: --mask", "8 px beside"),
+        0,
+        ("Digitising",),
     ),
     WrongInput("negative", lambda at: write_png(at / "photo.png", 1 - _crack()), CLICKED, ("bright", "--mask")),
     WrongInput("mask of a bright crack", partial(_masked, _paint, light=_bright), MASKED, ("--mask", "--ends")),
@@ -191,6 +236,20 @@ CASES: list[WrongInput] = [
     WrongInput("mask in green", partial(_masked, lambda: _coloured((0, 120, 0))), MASKED, ("(0, 120, 0)",)),
     WrongInput("mask in grey", partial(_masked, lambda: _coloured((120, 120, 120))), MASKED, ("120 of 255",)),
     WrongInput("mask of classes", partial(_masked, _classes), MASKED, ("brightness 120 of 255", "classes")),
+    WrongInput(
+        "mask of 16 bits",
+        partial(_masked, lambda: np.uint16(257) * _paint()),
+        MASKED,
+        ("mask.png", "8 bits per channel", "PNG"),
+        lacks=("JPEG",),
+    ),
+    WrongInput(
+        "mask cut short",
+        lambda at: (_masked(_paint, at), (at / "mask.png").write_bytes((at / "mask.png").read_bytes()[:300])),
+        MASKED,
+        ("mask.png", "the mask is damaged"),
+        lacks=("camera",),
+    ),
     WrongInput("mask exchanged", partial(_masked, lambda: 255 - _paint()), MASKED, ("exchanged",)),
     WrongInput(
         "mask half transparent", partial(_masked, lambda: _with_opacity(100)), MASKED, ("opacity is 100 of 255",)

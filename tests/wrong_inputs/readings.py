@@ -192,9 +192,16 @@ FORMULA = 'table:formula="of:=1-1"'
 TWINS = {f"{unicodedata.normalize(form, 'P01 Größe')}.csv": under("s_mm;depth_mm") for form in ("NFC", "NFD")}
 
 
-def depths(folder: Path) -> None:
-    write_photo(folder / "P01.png")
-    (folder / "depths.csv").write_text("s_mm;depth_mm;Einheit\n0;8;mm\n9;0.3;inch\n", encoding="utf-8")
+def along_the_crack(name: str, rows: str, *named: str, quantity: str = "depth") -> WrongInput:
+    """A table of depths or widths along the crack, under its header."""
+
+    def make(folder: Path) -> None:
+        write_photo(folder / "P01.png")
+        (folder / "along.csv").write_text(f"s_mm;{quantity}_mm{rows}", encoding="utf-8")
+
+    depth = "" if quantity == "depth" else "--depth-mm 8 "
+    command = f"digitise {{given}}/P01.png --mm-per-px 0.1 {depth}--{quantity}-mm {{given}}/along.csv --out {{out}}"
+    return WrongInput(name, make, command, ("along.csv", *named), lacks=("P01.png",))
 
 
 CASES: list[WrongInput] = [
@@ -280,12 +287,16 @@ CASES: list[WrongInput] = [
         '["B"]',
     ),
     # Sisters.
-    WrongInput(
-        "a depth in inches",
-        depths,
-        "digitise {given}/P01.png --mm-per-px 0.1 --depth-mm {given}/depths.csv --out {out}",
-        ("depths.csv", "line 3", "column depth_mm", "0.3", "'inch'"),
+    along_the_crack(
+        "a depth in inches", ";Einheit\n0;8;mm\n9;0.3;inch\n", "line 3", "column depth_mm", "0.3", "'inch'"
     ),
+    along_the_crack("depths out of order", "\n0;8\n44;9\n10;9\n", "line 4", "s_mm = 10 after 44"),
+    along_the_crack("two depths at one place", "\n0;8\n0;9\n", "line 3", "s_mm = 0 after 0"),
+    along_the_crack("a depth in µm", "\n0;8\n10;9000\n", "line 3", "depth_mm = 9000", "500"),
+    along_the_crack("a depth before the start", "\n-3;8\n10;9\n", "line 2", "s_mm = -3"),
+    along_the_crack("widths out of order", "\n5;2\n3;2\n", "line 3", "s_mm = 3 after 5", quantity="width"),
+    along_the_crack("a width of nothing", "\n5;0\n", "line 2", "width_mm = 0", quantity="width"),
+    along_the_crack("depths of a scan", "\n" + "".join(f"{row};8\n" for row in range(1001)), "1001 rows", "1000"),
     # What a lab leaves.
     lab("twins by Unicode", TWINS, "2 files", "look alike"),
     lab("a file that iCloud keeps", {".P01.csv.icloud": "bplist00"}, "P01.csv", "iCloud"),

@@ -13,7 +13,8 @@ from manifold3d import CrossSection, Manifold, Mesh64
 from scipy.ndimage import uniform_filter1d
 from skimage.segmentation import watershed
 
-from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid, arc_length_at
+from sealtwin.core.arc_length import arc_length_at
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from validate.metrics.cell_areas import cell_areas
 
 ACROSS, LARGEST_MM = 8, 0.125  # Cells across the crack's mean width, and their largest size if they are not too many

@@ -73,7 +73,7 @@ def read_worksheets(path: Path, content: bytes) -> list[Worksheet]:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             size_bytes = archive.getinfo(CONTENT).file_size
             if size_bytes > LARGEST_CONTENT_BYTES:
-                found = f"unpacks to {size_bytes:,} bytes; at most {LARGEST_CONTENT_BYTES:,} are read."
+                found = f"unpacks to {size_bytes / 1e6:.0f} MB; at most {LARGEST_CONTENT_BYTES / 1e6:.0f} MB are read."
                 raise refuse(Place(path), found, "Take other tables out of it, or save it as CSV.")
             root = fromstring(archive.read(CONTENT))
         hidden, struck, flat = set[str](), set[str](), set[str]()

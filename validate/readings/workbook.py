@@ -105,7 +105,8 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> list[Workshee
         entries = zipfile.ZipFile(io.BytesIO(content)).infolist()
     unpacked_bytes = sum(entry.file_size for entry in entries)
     if unpacked_bytes > LARGEST_UNPACKED_BYTES:
-        found = f"an archive that unpacks to {unpacked_bytes:,} bytes; at most {LARGEST_UNPACKED_BYTES:,} are read."
+        limit = f"at most {LARGEST_UNPACKED_BYTES / 1e6:.0f} MB are read."
+        found = f"a workbook that unpacks to {unpacked_bytes / 1e6:.0f} MB; {limit}"
         raise refuse(Place(path), found, "Take pictures and other tables out of it, or save it as CSV.")
     if not any(entry.filename == "[Content_Types].xml" for entry in entries):
         raise refuse(Place(path), "a zip of another program's format, and no XLSX.", SAVE_AGAIN)

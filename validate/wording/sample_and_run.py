@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.core.records import Outline, RunHealth, Solid, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Outline, RunHealth, Solid
 from sealtwin.core.regime import SURFACE_TENSION_N_M, regime_of
 from sealtwin.core.solid_figures import Span
 from validate.report_input import Evidence

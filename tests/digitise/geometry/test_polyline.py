@@ -13,7 +13,7 @@ from digitise.geometry.polyline import (
     smoothed,
     without_loops,
 )
-from sealtwin.core.records import arc_length
+from sealtwin.core.arc_length import arc_length
 
 
 def test_left_is_left_of_travel_with_y_up():

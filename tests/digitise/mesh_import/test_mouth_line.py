@@ -5,8 +5,9 @@ import pytest
 from manifold3d import CrossSection, FillRule
 
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.records import Floats
 from tests.shapes import CLOSED, CUT, OPEN
 from tests.slots import oblique, straight, strip, zigzag
 

@@ -11,7 +11,8 @@ from digitise.geometry.mesh_topology import check_mesh
 from digitise.settings import CrackShape, Tilt
 from digitise.solid.build_solid import build_solid
 from digitise.solid.footprint import lay_floor
-from sealtwin.core.records import FaceLabel, Floats, Outline, Solid, arc_length_at
+from sealtwin.core.arc_length import arc_length_at
+from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
 from tests.digitise.test_solid import TILTS, distances
 from tests.shapes import CLOSED, CUT, OPEN, arc_slot, straight_slot, wandering_crack
 

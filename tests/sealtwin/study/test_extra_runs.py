@@ -21,6 +21,7 @@ from sealtwin.trial.job import resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import SPREAD, read_spread
+from tests.narration import Narration
 from tests.pages import leave_out_pages
 from tests.studies import TRIAL, tiny_lab
 from validate.wording.headline import headline
@@ -52,7 +53,11 @@ def varied(run_folder, tmp_path_factory) -> Path:
     shutil.copytree(run_folder, folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(extra_runs, "cores", lambda: 0)
-        assert _vary(folder)
+        told = Narration()
+        assert _vary(folder, told)
+        (remark,) = [note for note in told.notes if note.startswith("note: ")]
+        assert "fluid.U is " in remark, "as of the trial's own run"
+        assert " runs, with the numbers of run 1: " in remark
     return folder
 
 
@@ -62,9 +67,9 @@ def here(monkeypatch):
     monkeypatch.setattr(extra_runs, "cores", lambda: 0)
 
 
-def _vary(path: Path) -> bool:
+def _vary(path: Path, progress: Progress | None = None) -> bool:
     with open_folder(path, create=False) as folder:
-        return vary(resume_job(folder, "cpu", Progress()))
+        return vary(resume_job(folder, "cpu", progress or Progress()))
 
 
 def _spread(path: Path):

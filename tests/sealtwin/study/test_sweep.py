@@ -366,6 +366,19 @@ def test_a_sweep_says_first_what_it_will_take_and_dry_runs_leave_it_at_that(lab,
     assert "GB of memory" in estimate
     assert "on disk" in estimate
     assert report["states"]["waiting"] == 4
+    thin, viscous = [note for note in told.notes if "fluid.U is " in note]
+    assert thin.startswith("note: 2 of 4 runs: fluid.U is 3: ")
+    assert viscous.startswith("note: 2 of 4 runs: fluid.U is 300: without a yield stress")
+    again = Narration()
+    sweep(lab, tmp_path / "out", HERE, again)
+    assert viscous in again.notes
+
+
+def test_a_finished_sweep_repeats_no_remark_on_what_runs_begin_with(lab, unbroken, tmp_path):
+    shutil.copytree(unbroken, tmp_path / "out")
+    told = Narration()
+    sweep(lab, tmp_path / "out", HERE, told)
+    assert not [note for note in told.notes if "fluid.U" in note]
 
 
 def test_particles_are_kept_on_request_also_of_runs_that_are_done(lab, unbroken, tmp_path):

@@ -201,7 +201,7 @@ def test_a_photo_gets_a_trial_of_its_own_name(tmp_path):
     assert trial.name == 'crack "7"'
     assert trial.photo is not None
     assert trial.crack is not None
-    assert (trial.photo.file.name, trial.photo.data, trial.crack.depth_mm) == (photo.name, "measured", 16.0)
+    assert (trial.photo.file.name, trial.photo.data, trial.crack.depth_mm) == (photo.name, "undeclared", 16.0)
     assert Hints.of(trial.photo) == TRACED
     assert "# Traced on the page" in new.path.read_text()
 

@@ -1,0 +1,45 @@
+"""Arc length along an open polyline."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+STRETCH = 16  # Segments of a polyline whose nearest points are looked for together
+
+
+def arc_length(points_mm: Floats) -> Floats:
+    """Distance along an open polyline from its first point, (n,)."""
+    steps = np.linalg.norm(np.diff(points_mm, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def arc_length_at(points_mm: Floats, polyline_mm: Floats) -> Floats:
+    """Arc length of the nearest point of a polyline, (n,); beyond its ends the polyline runs on straight.
+
+    One pass over the segments, each with the points to which a segment of its stretch may be nearest.
+    """
+    begins_mm, steps = arc_length(polyline_mm), np.diff(polyline_mm, axis=0)
+    last = len(steps) - 1
+    stretches = [slice(first, min(first + STRETCH, last + 1)) for first in range(0, last + 1, STRETCH)]
+    middle_mm = np.array([polyline_mm[(part.start + part.stop) // 2] for part in stretches])
+    corners = zip(stretches, middle_mm, strict=True)
+    reach_mm = [np.hypot(*(polyline_mm[part.start : part.stop + 1] - middle).T).max() for part, middle in corners]
+    away_mm = np.hypot(*(points_mm[:, None] - middle_mm).transpose(2, 0, 1))
+    near = away_mm - reach_mm <= (away_mm + reach_mm).min(axis=1, initial=np.inf, keepdims=True)
+    near[:, [0, -1]] = True
+    nearest = np.full(len(points_mm), np.inf)
+    s_mm = np.zeros(len(points_mm))
+    for part, these in zip(stretches, map(np.flatnonzero, near.T), strict=True):
+        for index in range(part.start, part.stop):
+            step = steps[index]
+            length_mm = np.hypot(*step)
+            if length_mm == 0:
+                continue
+            offset = points_mm[these] - polyline_mm[index]
+            least, most = -np.inf if index == 0 else 0.0, np.inf if index == last else 1.0
+            along = np.clip(offset @ step / length_mm**2, least, most)
+            distance = ((offset - along[:, None] * step) ** 2).sum(axis=1)
+            closer = distance < nearest[these]
+            nearest[these[closer]] = distance[closer]
+            s_mm[these[closer]] = begins_mm[index] + along[closer] * length_mm
+    return s_mm

@@ -1,0 +1,86 @@
+"""One sample: its files, what was written about it, and what became of it."""
+
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path, PurePath
+from textwrap import shorten
+from typing import Any, Literal
+
+from sealtwin.core.records import ReadColumn
+from sealtwin.lab.found_files import Role
+from sealtwin.lab.notes import Note
+from sealtwin.lab.pairing import SampleFiles
+from sealtwin.trial.trial_file import Trial
+
+INPUTS = Path("inputs")
+LONGEST_QUESTION = 900  # Letters of a cell of the pairing file
+
+
+@dataclass(frozen=True)
+class KeptFile:
+    """A file of the lab's, and how it is kept."""
+
+    role: Role
+    original: str  # Original path, relative to the lab's folder
+    kept_as: str  # Path of the identical copy in the trial's folder
+    sha256: str
+    size_bytes: int
+
+
+@dataclass
+class SampleOutcome:
+    """A sample as it was found, and what became of it; it becomes a trial only without faults."""
+
+    sample: SampleFiles
+    fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
+    raw: list[KeptFile] = field(default_factory=list)
+    note: Note = field(default_factory=Note)
+    faults: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    settings: Trial | None = None  # Those that could be checked; None where they cannot be used
+    stand_ins: frozenset[str] = frozenset()  # Settings that nobody said and something else stands in for
+    dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
+    columns: dict[Role, tuple[ReadColumn, ...]] = field(default_factory=dict)  # Columns of its sheets as understood
+    asked: dict[PurePath, list[str]] = field(default_factory=dict)  # Questions for the pairing file, by its files
+    trial: str | None = None  # Folder of its trial; in a dry run there is none yet
+    revision: int | None = None
+
+    def ask(self, sentences: Iterable[str]) -> None:
+        """Ask for an answer in the pairing file: beside the file that a sentence begins with, or else the photo."""
+        sample = self.sample
+        for sentence in sentences:
+            named = (file for file in sample.files.values() if sentence.startswith(str(file)))
+            said = self.asked.setdefault(next(named, sample.files["photo"]), [])
+            if (cell := shorten(sentence, LONGEST_QUESTION, placeholder="...")) not in said:
+                said.append(cell)
+
+    @property
+    def hashes(self) -> dict[Role, str]:
+        """Hashes of the files by role; of a sheet that others share, only of what is this sample's."""
+        part = self.sample.part
+        return {
+            raw.role: part.sha256 if part and raw.role == "readings" else raw.sha256
+            for raw in self.raw
+            if raw.role != "text"
+        }
+
+    @property
+    def content(self) -> str:
+        """Hash of what was measured and of what was said about it: equal where nothing has changed."""
+        said: dict[str, Any] = {key: entry.value for key, entry in sorted(self.note.entries.items())}
+        if of_fill := self.sample.answers.get("fill"):
+            said["of_fill"] = dict(of_fill)
+        return hashlib.sha256(json.dumps([said, self.hashes], sort_keys=True, default=str).encode()).hexdigest()
+
+
+def kept_as(role: str, file: PurePath) -> str:
+    """Return the file's name in the trial's folder by its role, since a lab's names may be anything or equal."""
+    return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
+
+
+def note_of(outcome: SampleOutcome) -> str:
+    """Return the name of the sample's note, or the one that it would get."""
+    note, photo = outcome.sample.files.get("note"), outcome.sample.files["photo"]
+    return str(note or photo.with_name(f"{photo.stem}_notes.toml"))
