@@ -96,14 +96,14 @@ REPORTS = {
             "a DXF that ends in the middle, without a word, is a smaller drawing to all that read it",
             third_files.dxf_cut_short,
             f"{ALONG} --units mm",
-            (refused("a.dxf", "cut short|truncat|ends early|ends before|incomplete|eof|its end"),),
+            (refused("a.dxf", "cut short|truncat|ends early|ends before|incomplete|eof|its end|missing endsec"),),
         ),
         Report(
             "OSGeo/gdal/issues/3636",
             "the width of a wide polyline is lost",
             third_files.dxf_wide_line,
             f"{ALONG} --units mm",
-            (warned("4 mm|4.0 mm|4.00 mm"), refused("a.dxf", "4 mm|4.0 mm|4.00 mm")),
+            (warned("4 mm|4.0 mm|4.00 mm|pen width"), refused("a.dxf", "4 mm|4.0 mm|4.00 mm")),
         ),
     ),
     "sheets": (
@@ -126,7 +126,7 @@ REPORTS = {
             "a quote that is not closed swallows all rows behind it, without a word",
             files.text("a.csv", "s_mm,level_mm,note", "5,-2.0,", '10,-2.1,"left edge', "15,-2.2,", "20,-2.3,"),
             LEVELS("a.csv"),
-            (has_levels((-2.0, -2.1, -2.2, -2.3)), refused("a.csv", "quot|line 3|row 3")),
+            (has_levels((-2.0, -2.1, -2.2, -2.3)), refused("a.csv", "quot|line 3|row 3|unexpected end")),
         ),
         Report(
             "pyexcel/pyexcel/issues/138",

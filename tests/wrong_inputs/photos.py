@@ -163,7 +163,38 @@ def _floats(folder: Path) -> None:
     cv2.imwrite(str(folder / "photo.tif"), np.dstack([_crack().astype(np.float32)] * 3))
 
 
+def _scan(folder: Path, name: str, stated: Callable[[], dict[str, Any]]) -> None:
+    """A picture whose file states twice as many dots across as down."""
+    values = np.rint(255 * np.clip(_crack(), 0, 1)).astype(np.uint8)
+    Image.fromarray(values).resize((SIZE_PX[0], SIZE_PX[1] // 2)).save(folder / name, **stated())
+
+
+def _exif_resolution() -> dict[str, Any]:
+    exif = Image.Exif()
+    exif[282], exif[283] = 254.0, 127.0
+    return {"exif": exif}
+
+
+SCANS: tuple[tuple[str, Callable[[], dict[str, Any]]], ...] = (
+    ("photo.tif", lambda: {"resolution_unit": 2, "x_resolution": 254.0, "y_resolution": 127.0}),
+    ("photo.tiff", lambda: {"resolution_unit": 1, "x_resolution": 2.0, "y_resolution": 1.0}),
+    ("photo.jpg", lambda: {"dpi": (254, 127)}),
+    ("photo.jpeg", _exif_resolution),
+    ("photo.png", lambda: {"dpi": (254, 127)}),
+    ("photo.bmp", lambda: {"dpi": (254, 127)}),
+    ("photo.webp", _exif_resolution),
+)
+
 CASES: list[WrongInput] = [
+    *(
+        WrongInput(
+            f"pixels that are not square: {name}",
+            partial(_scan, name=name, stated=stated),
+            CLICKED.replace("photo.png", name),
+            (name, "not square"),
+        )
+        for name, stated in SCANS
+    ),
     WrongInput(
         "mask turned by 180 degrees", partial(_masked, lambda: _paint()[::-1, ::-1]), MASKED, ("--mask", "EXIF")
     ),
