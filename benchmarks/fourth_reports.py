@@ -23,7 +23,6 @@ from benchmarks.report_checks import (
 )
 
 ALONG = f"import-dxf a.dxf --line CENTRELINE {LINE}"
-MASKED = f"digitise photo.png --mask {{}} {SCALED}".format
 LEVELS = 'st.read_readings("{}").level_mm'.format
 
 
@@ -62,21 +61,21 @@ REPORTS = {
             "arahusky/Tensorflow-Segmentation/issues/11",
             "a mask that was saved as JPEG holds all values",
             fourth_files.mask_as_jpeg,
-            MASKED("mask.jpg"),
+            f"digitise photo.png --mask mask.jpg {SCALED}",
             (right(WIDTH, 2.1, 0.2), refused("mask.jpg", "jpeg|between|brightness")),
         ),
         Report(
             "mantasu/glasses-detector/issues/22",
             "a mask comes out with width and height exchanged",
             fourth_files.mask_of_transposed_shape,
-            MASKED("mask.png"),
+            f"digitise photo.png --mask mask.png {SCALED}",
             (refused("mask.png", "300 x 500"),),
         ),
         Report(
             "oxipng/oxipng/pull/470",
             "a transparent grey that no pixel has makes a mask black and transparent",
             fourth_files.mask_with_an_unused_clear_grey,
-            MASKED("mask.png"),
+            f"digitise photo.png --mask mask.png {SCALED}",
             (right(WIDTH, 2.1, 0.2),),
         ),
     ),
