@@ -24,6 +24,7 @@ HOLLOW, HOLE_DARK = 0.5, 0.8
 """Least area of an outline's holes over that of its paint, and largest light in them over that outside."""
 SLENDER = 5.0  # Least length over width of paint whose place is compared with the photo's
 ASIDE, LEAST_ASIDE_PX, MUCH_DARKER = 0.35, 3.0, 0.08  # Widths, and px, that sound paint is aside; gain of light there
+THIRDS_OF = 9  # Stretches of a line whose thirds are compared by themselves
 AROUND = 8  # Cells around an outline whose light is compared
 
 
@@ -67,23 +68,40 @@ def judge_paint(
 
 
 def _shifted(seen: Profiles, width_px: float) -> tuple[str, ...]:
-    """Return a warning if the darkest band as wide as the paint is beside it, by more than a third of its width."""
+    """Return a warning if the darkest band as wide as the paint is beside it, by more than a third of its width.
+
+    It is so along the whole line, or along a third of one: paint that crosses the band is on both sides of it.
+    """
     if len(seen.line_px) < SLENDER * width_px:
         return ()
     shares = seen.mean() / np.maximum(row_medians(seen.mean()), 1e-6)[:, None]
+    where = "along the paint,"
+    aside_px = _aside_px(shares, seen.offset_px, width_px)
+    if not aside_px and len(shares) >= THIRDS_OF:
+        thirds_px = [_aside_px(third, seen.offset_px, width_px) for third in np.array_split(shares, 3)]
+        farthest = int(np.argmax(thirds_px))
+        aside_px = thirds_px[farthest]
+        x, y = seen.line_px[(2 * farthest + 1) * len(seen.line_px) // 6]
+        where = f"along a third of the paint, about ({x:.0f}, {y:.0f}),"
+    if not aside_px:
+        return ()
+    return (
+        f"photo.mask: the darkest band {where} which is {width_px:.0f} px wide, is {aside_px} px beside it: "
+        "is the mask shifted or turned against the photo?",
+    )
+
+
+def _aside_px(shares: Floats, offset_px: Floats, width_px: float) -> int:
+    """Return how far the darkest band as wide as the paint is from it; 0 if that is near, or hardly darker."""
     profile = np.array([median_known(column) for column in shares.T])
     reach = int(width_px + LEAST_BESIDE_PX / 2)
     asides_px = np.arange(-reach, reach + 1)
-    light = np.array([profile[np.abs(seen.offset_px - aside_px) <= width_px / 2].mean() for aside_px in asides_px])
+    light = np.array([profile[np.abs(offset_px - aside_px) <= width_px / 2].mean() for aside_px in asides_px])
     if not np.isfinite(light).all():
-        return ()
+        return 0
     aside_px, own = int(abs(asides_px[light.argmin()])), float(light[reach])
-    if aside_px <= max(ASIDE * width_px, LEAST_ASIDE_PX) or light.min() > own - MUCH_DARKER:
-        return ()
-    return (
-        f"photo.mask: the darkest band along the paint, which is {width_px:.0f} px wide, is {aside_px} px beside it: "
-        "is the mask shifted against the photo?",
-    )
+    near = aside_px <= max(ASIDE * width_px, LEAST_ASIDE_PX) or light.min() > own - MUCH_DARKER
+    return 0 if near else aside_px
 
 
 def require_filled(photo: Photo, region: NDArray[np.bool_], light: Map) -> None:

@@ -36,6 +36,14 @@ def _masked(mask: Callable[[], np.ndarray], folder: Path, light: Callable[[], Fl
     Image.fromarray(mask()).save(folder / "mask.png")
 
 
+def _across() -> np.ndarray:
+    """Paint that is below the crack at its left end and above it at its right."""
+    paint = np.zeros(SIZE_PX[::-1], dtype=np.uint8)
+    beside = np.add(CRACK, [(0, 12), (0, 6), (0, -7), (0, -12)])
+    cv2.polylines(paint, [beside.astype(np.int32)], False, 255, 14)
+    return paint
+
+
 def _bright() -> Floats:
     ground = mortar(SIZE_PX)
     return np.where(_paint() > 0, 0.9, ground)
@@ -207,6 +215,7 @@ CASES: list[WrongInput] = [
         ("--mask", "8 px beside"),
         0,
     ),
+    WrongInput("mask across the crack", partial(_masked, _across), MASKED, ("--mask", "beside", "turned"), 0),
     WrongInput("negative", lambda at: write_png(at / "photo.png", 1 - _crack()), CLICKED, ("bright", "--mask")),
     WrongInput("mask of a bright crack", partial(_masked, _paint, light=_bright), MASKED, ("--mask", "--ends")),
     WrongInput(
