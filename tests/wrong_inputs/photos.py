@@ -215,6 +215,13 @@ CASES: list[WrongInput] = [
         ("--mask", "8 px beside"),
         0,
     ),
+    WrongInput(
+        "option given twice",
+        lambda at: write_png(at / "photo.png", _crack()),
+        f"{CLICKED} --depth-mm 12",
+        ("--depth-mm", "2 times"),
+        2,
+    ),
     WrongInput("mask across the crack", partial(_masked, _across), MASKED, ("--mask", "beside", "turned"), 0),
     WrongInput("negative", lambda at: write_png(at / "photo.png", 1 - _crack()), CLICKED, ("bright", "--mask")),
     WrongInput("mask of a bright crack", partial(_masked, _paint, light=_bright), MASKED, ("--mask", "--ends")),

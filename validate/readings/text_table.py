@@ -98,6 +98,9 @@ def decimals_of(text: str) -> int:
 def read_delimited(path: Path, content: bytes, separator: Separator | None) -> SheetGrid:
     """Return the rows of a text file. Raises SheetFaults where it is no table."""
     text, encoding = decoded(path, content)
+    if "\0" in text:
+        where = Place(path, row=1 + text[: text.index("\0")].count("\n"))
+        raise refuse(where, "NUL bytes, as a logger leaves that lost its power.", "Delete them, and see what is lost.")
     stated = SEPARATOR_LINE.match(text)
     if stated is not None:
         text = text[stated.end() :]
