@@ -8,13 +8,20 @@ word is wrong, and so is a traceback.
 """
 
 import argparse
+from collections.abc import Sequence
 
 from benchmarks import fifth_reports, first_reports, fourth_reports, second_reports, sixth_reports, third_reports
-from benchmarks.report_checks import judge
-from benchmarks.table import Row, leave
+from benchmarks.report_checks import Report, judge
+from benchmarks.table import Row, finish
 
-MODULES = (first_reports, second_reports, third_reports, fourth_reports, fifth_reports, sixth_reports)
-DRAWS = tuple(module.REPORTS for module in MODULES)
+DRAWS = {
+    "first": first_reports.REPORTS,
+    "second": second_reports.REPORTS,
+    "third": third_reports.REPORTS,
+    "fourth": fourth_reports.REPORTS,
+    "fifth": fifth_reports.REPORTS,
+    "sixth": sixth_reports.REPORTS,
+}
 """By kind; each draw was made after the faults that the one before it showed were mended."""
 
 
@@ -23,13 +30,20 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", metavar="KIND|WORD", help="kinds, or parts of addresses")
     asked = parser.parse_args()
     rows = []
-    for kind, reports in (pair for draw in DRAWS for pair in draw.items()):
-        for report in reports:
-            if asked.only is None or any(word == kind or word in report.address for word in asked.only):
-                line, sound = judge(report)
-                print(f"{'sound' if sound else 'WRONG':<6}{kind} {report.address}: {line}", flush=True)
-                rows.append(Row(report.address, float(sound), "", 1, 1))
-    leave(rows)
+    for name, draw in DRAWS.items():
+        chosen = [(kind, one) for kind, reports in draw.items() for one in reports if _asked(asked.only, kind, one)]
+        sound = 0
+        for kind, report in chosen:
+            line, is_sound = judge(report)
+            print(f"{'sound' if is_sound else 'WRONG':<6}{kind} {report.address}: {line}", flush=True)
+            sound += is_sound
+        if chosen:
+            rows.append(Row(f"reports of the {name} draw, sound", sound, "", len(chosen), len(chosen)))
+    finish(rows)
+
+
+def _asked(words: Sequence[str] | None, kind: str, report: Report) -> bool:
+    return words is None or any(word == kind or word in report.address for word in words)
 
 
 if __name__ == "__main__":

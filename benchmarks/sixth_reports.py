@@ -170,7 +170,7 @@ REPORTS = {
             "points of a path that hardly differ end in an internal error",
             sixth_files.path_of_near_twins,
             f"digitise trial.toml {TO}",
-            (right(LENGTH, 12.3, 1), refused("plan.csv", "row|line"), warned("plan.csv")),
+            (right(LENGTH, 14.2, 0.5), refused("plan.csv", "row|line"), warned("plan.csv")),
         ),
         Report(
             "SheetJS/sheetjs/issues/1852",

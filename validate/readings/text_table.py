@@ -38,6 +38,7 @@ BYTE_ORDER_MARKS = (
 )
 SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNORECASE)
 """First line such as "sep=;", which states the separator for Excel."""
+LOST_LINE = re.compile(r"^\0+\s*$", re.MULTILINE)
 ZEROS = 0.5
 """Share of zeros above which bytes are the high ones of UTF-16: nearly all are zero in the scripts of Europe."""
 
@@ -98,8 +99,8 @@ def decimals_of(text: str) -> int:
 def read_delimited(path: Path, content: bytes, separator: Separator | None) -> SheetGrid:
     """Return the rows of a text file. Raises SheetFaults where it is no table."""
     text, encoding = decoded(path, content)
-    if "\0" in text:
-        where = Place(path, row=1 + text[: text.index("\0")].count("\n"))
+    if (lost := LOST_LINE.search(text)) is not None:
+        where = Place(path, row=1 + text.count("\n", 0, lost.start()))
         raise refuse(where, "NUL bytes, as a logger leaves that lost its power.", "Delete them, and see what is lost.")
     stated = SEPARATOR_LINE.match(text)
     if stated is not None:
