@@ -1,13 +1,11 @@
 """Files of the forms that public reports describe, each made in a folder by code: no foreign content is in them."""
 
-import csv
 import json
 import os
 import struct
 import subprocess
 import sys
 import zipfile
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -26,9 +24,6 @@ CRACK_MM = 44.12
 """Length of that crack at 0.1 mm per pixel, with its round ends."""
 WIDTH_PX = 20
 LONG_SLOT_MM3 = 60.0 * 4.0 * 10.0
-
-
-# Photos and masks
 
 
 def photo(folder: Path, name: str = "photo.png", width_px: int = WIDTH_PX) -> Path:
@@ -88,10 +83,7 @@ def turned_tiff(folder: Path) -> None:
     upright.transpose(Image.Transpose.ROTATE_90).save(folder / "photo.tif", tiffinfo={274: 6})
 
 
-# Drawings
-
-
-def _drawing(version: str = "R2010", encoding: str = "utf8") -> tuple[Any, Any]:
+def new_drawing(version: str = "R2010", encoding: str = "utf8") -> tuple[Any, Any]:
     from ezdxf.filemanagement import new
 
     drawing = new(version)
@@ -102,7 +94,7 @@ def _drawing(version: str = "R2010", encoding: str = "utf8") -> tuple[Any, Any]:
 
 def dxf_reversed_ellipse(folder: Path) -> None:
     """A line of 30 mm, and a quarter of an ellipse from its end whose normal points away from the viewer."""
-    drawing, space = _drawing()
+    drawing, space = new_drawing()
     here = {"layer": "CENTRELINE"}
     space.add_line((0, 0), (30, 0), dxfattribs=here)
     # With the normal -z the parameter runs clockwise: from (50, 10) to (30, 0).
@@ -117,7 +109,7 @@ QUARTER_ELLIPSE_MM = 24.22
 
 def dxf_codepage(folder: Path) -> None:
     """R2000 in cp1252, a layer with an accent."""
-    drawing, space = _drawing("R2000", "cp1252")
+    drawing, space = new_drawing("R2000", "cp1252")
     drawing.layers.add("Repère")
     space.add_lwpolyline([(0, 0), (60, 0)], dxfattribs={"layer": "Repère"})
     drawing.saveas(folder / "a.dxf")
@@ -127,7 +119,7 @@ WEIGHT = 5.0
 
 
 def dxf_rational_spline(folder: Path) -> None:
-    drawing, space = _drawing()
+    drawing, space = new_drawing()
     points = [(30, 0, 0), (30, 30, 0), (0, 30, 0)]
     space.add_rational_spline(
         points, [1, WEIGHT, 1], degree=2, knots=[0, 0, 0, 1, 1, 1], dxfattribs={"layer": "CENTRELINE"}
@@ -149,7 +141,7 @@ RING_KNOTS = [0.0] * 3 + [float(knot) for knot in range(len(RING) - 2)] + [float
 
 def dxf_periodic_spline(folder: Path) -> None:
     """A closed cubic that is marked periodic and has no weights; it ends at its first control point."""
-    drawing, space = _drawing()
+    drawing, space = new_drawing()
     spline = space.add_open_spline([(x, y, 0.0) for x, y in RING], 3, RING_KNOTS, dxfattribs={"layer": "OUTLINE"})
     spline.dxf.flags = 11
     drawing.saveas(folder / "a.dxf")
@@ -165,16 +157,13 @@ def ring_mm2() -> float:
 
 def dxf_with_dimensions(folder: Path) -> None:
     """An outline of 60 x 4 mm, and on the same layer its dimension, a text and a leader's point."""
-    drawing, space = _drawing()
+    drawing, space = new_drawing()
     here = {"layer": "OUTLINE"}
     space.add_lwpolyline([(0, 0), (60, 0), (60, 4), (0, 4)], close=True, dxfattribs=here)
     space.add_linear_dim(base=(0, 12), p1=(0, 4), p2=(60, 4), dxfattribs=here).render()
     space.add_text("Riss 4", dxfattribs=here | {"insert": (10, 20)})
     space.add_point((0, 0), dxfattribs=here)
     drawing.saveas(folder / "a.dxf")
-
-
-# Meshes
 
 
 def obj_of_polygons(folder: Path) -> None:
@@ -202,7 +191,7 @@ def obj_of_polygons(folder: Path) -> None:
     (folder / "block.obj").write_text("\n".join(lines) + "\n")
 
 
-def _slotted() -> Any:
+def slotted_mesh() -> Any:
     import trimesh
 
     from tests.meshes import mesh_of, slotted
@@ -216,13 +205,13 @@ def glb_mirrored(folder: Path) -> None:
     import trimesh
 
     scene = trimesh.Scene()
-    scene.add_geometry(_slotted(), transform=np.diag([-1.0, 1.0, 1.0, 1.0]))
+    scene.add_geometry(slotted_mesh(), transform=np.diag([-1.0, 1.0, 1.0, 1.0]))
     scene.export(folder / "block.glb")
 
 
 def glb_y_up(folder: Path) -> None:
     """Metres and y upward, as the format has it and exporters convert to."""
-    mesh = _slotted()
+    mesh = slotted_mesh()
     x, y, z = mesh.vertices.T / 1000
     mesh.vertices = np.column_stack([x, z, -y])
     mesh.export(folder / "block.glb")
@@ -230,7 +219,7 @@ def glb_y_up(folder: Path) -> None:
 
 def three_mf_in_cm(folder: Path) -> None:
     """A 3MF that states centimetres, its block 10 x 4 x 2 of them."""
-    mesh = _slotted()
+    mesh = slotted_mesh()
     vertices = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in mesh.vertices / 10)
     triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces)
     head = '<?xml version="1.0" encoding="UTF-8"?>'
@@ -257,7 +246,7 @@ def three_mf_in_cm(folder: Path) -> None:
 
 def ply_cut_short(folder: Path) -> None:
     """A binary PLY that ends three faces before its header's count."""
-    mesh = _slotted()
+    mesh = slotted_mesh()
     header = (
         f"ply\nformat binary_little_endian 1.0\nelement vertex {len(mesh.vertices)}\nproperty float x\n"
         f"property float y\nproperty float z\nelement face {len(mesh.faces)}\nproperty list uchar int vertex_indices\n"
@@ -266,9 +255,6 @@ def ply_cut_short(folder: Path) -> None:
     points = mesh.vertices.astype("<f4").tobytes()
     faces = b"".join(struct.pack("<Biii", 3, *face) for face in mesh.faces[:-3])
     (folder / "block.ply").write_bytes(header.encode() + points + faces)
-
-
-# Sheets
 
 
 def text(name: str, *lines: str) -> Maker:
@@ -295,21 +281,19 @@ def percent_cells(folder: Path) -> None:
     book.save(folder / "P01.xlsx")
 
 
-# A lab's folder with its notes
-
 ENDS_ROW = "ends,40 101 160 98\n"
 
 
 def lab(folder: Path, notes: Mapping[str, str], samples: Sequence[str] = ("P01",), defaults: str = DEFAULTS) -> None:
     for sample in samples:
-        _small_crack(folder / f"{sample}.png", int(sample[1:]))
+        small_crack(folder / f"{sample}.png", int(sample[1:]))
         write_sheet(folder / f"{sample}.csv", Hand(), S_MM, levels_mm(sample))
     for name, content in notes.items():
         (folder / name).write_text(content, encoding="utf-8")
     (folder / "lab.toml").write_text(defaults, encoding="utf-8")
 
 
-def _small_crack(path: Path, seed: int = 1) -> None:
+def small_crack(path: Path, seed: int = 1) -> None:
     """12 mm long and 2 mm wide at 0.1 mm per pixel."""
     crack_px = [(40, 101), (80, 97), (120, 103), (160, 98)]
     write_png(path, with_crack(mortar((200, 200), seed=seed), crack_px, 20))
@@ -339,39 +323,36 @@ def dangling_link(folder: Path) -> None:
     (folder / "P02.png").symlink_to("/nowhere/P02.png")
 
 
-# Processes
-
-
-def _trial(folder: Path) -> Path:
-    _small_crack(folder / "crack.png")
+def small_trial(folder: Path) -> Path:
+    small_crack(folder / "crack.png")
     trial = folder / "trial.toml"
     trial.write_text(TRIAL.split("[readings]")[0], encoding="utf-8")
     return trial
 
 
-def _sealtwin(folder: Path, command: str) -> None:
+def sealtwin(folder: Path, command: str) -> None:
     words = [sys.executable, "-m", "sealtwin", *command.split()]
     subprocess.run(words, cwd=folder, check=True, capture_output=True)
 
 
 def trial_by_notepad(folder: Path) -> None:
     """UTF-8 with a byte order mark, and CRLF."""
-    trial = _trial(folder)
+    trial = small_trial(folder)
     lines = trial.read_text(encoding="utf-8").replace("\n", "\r\n")
     trial.write_bytes(b"\xef\xbb\xbf" + lines.encode())
 
 
 def manifest_emptied(folder: Path) -> None:
     """A run folder whose manifest has no bytes, as a power cut leaves a file that was just written."""
-    _trial(folder)
-    _sealtwin(folder, "digitise trial.toml --out run")
+    small_trial(folder)
+    sealtwin(folder, "digitise trial.toml --out run")
     os.truncate(folder / "run" / "manifest.json", 0)
 
 
 def lock_of_another(folder: Path) -> None:
     """A lock file that a killed process left, with a number that another process has now."""
-    _trial(folder)
-    _sealtwin(folder, "digitise trial.toml --out run")
+    small_trial(folder)
+    sealtwin(folder, "digitise trial.toml --out run")
     lock = folder / "run" / ".lock"
     lock.unlink(missing_ok=True)
     lock.write_text(f"{os.getpid()}\n")
@@ -383,15 +364,12 @@ def photo_replaced_in_its_time(folder: Path) -> None:
 
     path = folder / "photo.tif"
     Image.fromarray(grey()).save(path)
-    _sealtwin(folder, "digitise photo.tif --depth-mm 10 --mm-per-px 0.1 --ends 40,150 460,160 --out run")
+    sealtwin(folder, "digitise photo.tif --depth-mm 10 --mm-per-px 0.1 --ends 40,150 460,160 --out run")
     before = path.stat()
     Image.fromarray(grey(30)).save(path)
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
     if path.stat().st_size != before.st_size:
         raise ValueError("the photos differ in size")
-
-
-# Rheometers
 
 
 def flow_curve(*rows: str, header: str = "shear_rate_per_s,stress_pa") -> Maker:
@@ -406,15 +384,12 @@ SATURATED = [f"{rate},{min(12 + 1.5 * rate, 60):g}" for rate in RATES]
 """12 Pa and 1.5 Pa s by a transducer that shows 60 Pa at most."""
 
 
-# Robots
-
-
 def robot_cell(points_mm: Sequence[Sequence[float]], samples_mm: Sequence[Sequence[float]], more: str = "") -> Maker:
     """Return a function that makes a digitised run and a cell file with those taught points."""
 
     def make(folder: Path) -> None:
         photo(folder)
-        _sealtwin(folder, "digitise photo.png --depth-mm 10 --mm-per-px 0.1 --ends 40,150 460,160 --out run")
+        sealtwin(folder, "digitise photo.png --depth-mm 10 --mm-per-px 0.1 --ends 40,150 460,160 --out run")
         taught = "".join(
             f"[[taught]]\nsample_mm = {json.dumps(list(sample))}\nrobot_mm = {json.dumps(list(point))}\n"
             for sample, point in zip(samples_mm, points_mm, strict=True)
@@ -461,184 +436,3 @@ SWAPPED = tuple((y, x, z) for x, y, z in CORNERS)
 NEARLY_IN_LINE = ((0, 0), (50, 0), (25, 1))
 ALMOST_ONE_LINE = ((250, -80, 55), (250, -30, 55), (249, -55, 55.05))
 """The third point 1 mm beside the line of the others, and touched 0.05 mm too high: the frame tilts by 2.9 degrees."""
-
-
-# Drawn after the first forty: photos and masks
-
-
-def planar_tiff(folder: Path) -> None:
-    """Colour whose planes lie one behind the other, each of another brightness."""
-    import tifffile
-
-    planes = np.stack([grey(), 0.9 * grey(), 0.75 * grey()]).astype(np.uint8)
-    tifffile.imwrite(folder / "photo.tif", planes, photometric="rgb", planarconfig="separate")
-
-
-def tiled_tiff(folder: Path) -> None:
-    """Tiles of 128 px in a picture of 500 x 300 px: those at two edges are not full."""
-    import tifffile
-
-    tifffile.imwrite(folder / "photo.tif", np.stack([grey()] * 3, axis=-1), photometric="rgb", tile=(128, 128))
-
-
-def mask_of_white_zero(folder: Path) -> None:
-    """A mask in a TIFF whose 0 is white, by its tag 262."""
-    import tifffile
-
-    photo(folder)
-    tifffile.imwrite(folder / "mask.tif", 255 - painted(), photometric="miniswhite")
-
-
-ADAM7 = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
-"""First column and row, and steps, of each pass."""
-
-
-def _grey_png(path: Path, values: np.ndarray, bits: int, interlaced: bool = False) -> None:
-    """Write a grey PNG of any depth, by its specification."""
-
-    def rows_of(part: np.ndarray) -> bytes:
-        if bits == 16:
-            packed = part.astype(">u2").view(np.uint8).reshape(len(part), -1)
-        else:
-            of_value = np.unpackbits(part.astype(np.uint8)[..., None], axis=-1)[..., 8 - bits :]
-            packed = np.packbits(of_value.reshape(len(part), -1), axis=1)
-        return b"".join(b"\0" + row.tobytes() for row in packed)
-
-    def chunk(name: bytes, body: bytes) -> bytes:
-        return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
-
-    passes = ADAM7 if interlaced else ((0, 0, 1, 1),)
-    content = b"".join(rows_of(values[y::down, x::right]) for x, y, right, down in passes)
-    height, width = values.shape
-    head = struct.pack(">IIBBBBB", width, height, bits, 0, 0, 0, int(interlaced))
-    chunks = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(content)) + chunk(b"IEND", b"")
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunks)
-
-
-def interlaced_of_16_bits(folder: Path) -> None:
-    _grey_png(folder / "photo.png", grey().astype(np.uint16) * 257, 16, interlaced=True)
-
-
-def mask_of_2_bits(folder: Path) -> None:
-    photo(folder)
-    _grey_png(folder / "mask.png", painted() // 85, 2)
-
-
-def turned_webp(folder: Path) -> None:
-    from PIL import Image
-
-    tags = Image.Exif()
-    tags[274] = 6
-    stored = Image.fromarray(grey()).convert("RGB").transpose(Image.Transpose.ROTATE_90)
-    stored.save(folder / "photo.webp", lossless=True, exif=tags.tobytes())
-
-
-def size_of_before(folder: Path) -> None:
-    """A photo made smaller, whose EXIF still has the size and the orientation's default of the camera's."""
-    from PIL import Image
-
-    tags = Image.Exif()
-    tags[274] = 1
-    tags.get_ifd(34665).update({40962: 4000, 40963: 2400, 41989: 26})
-    Image.fromarray(grey()).convert("RGB").save(folder / "photo.jpg", quality=95, exif=tags.tobytes())
-
-
-def cmyk_by_adobe(folder: Path) -> None:
-    """A JPEG in CMYK with Adobe's marker, its inks inverted as Adobe has it."""
-    from PIL import Image
-
-    Image.fromarray(grey()).convert("RGB").convert("CMYK").save(folder / "photo.jpg", quality=95)
-
-
-def mask_by_transparency(folder: Path) -> None:
-    """White all over; what is painted is what is not transparent."""
-    from PIL import Image
-
-    photo(folder)
-    white = np.full((*painted().shape, 3), 255, dtype=np.uint8)
-    Image.fromarray(np.dstack([white, painted()])).save(folder / "mask.png")
-
-
-# Drawn after the first forty: tables, meshes, drawings
-
-
-def photo_and_depths(*rows: str) -> Maker:
-    def make(folder: Path) -> None:
-        photo(folder)
-        text("depths.csv", "s_mm,depth_mm", *rows)(folder)
-
-    return make
-
-
-def aged_material(*rows: str) -> Maker:
-    """Return a function that makes a trial whose fluid is a table over age."""
-
-    def make(folder: Path) -> None:
-        trial = _trial(folder)
-        fluid = "U = 30.0\nD_cm = 0.3\n"
-        told = trial.read_text(encoding="utf-8").replace(fluid, 'curve = "material.csv"\n')
-        trial.write_text(told, encoding="utf-8")
-        text("material.csv", "age_s,viscosity_pa_s,yield_stress_pa", *rows)(folder)
-
-    return make
-
-
-PAUSE_S = 2.0
-
-
-def path_with_a_pause(folder: Path) -> None:
-    """The path of a digitised crack, as a planned one in which the nozzle stands still for 2 s, without flow."""
-    trial = _trial(folder)
-    _sealtwin(folder, "digitise trial.toml --out before")
-    names = ["t_s", "x_mm", "y_mm", "z_mm", "flow_mm3_s"]
-    with (folder / "before" / "trajectory.csv").open(encoding="utf-8", newline="") as file:
-        rows = [{name: float(row[name]) for name in names} for row in csv.DictReader(file)]
-    half = len(rows) // 2
-    late = [{**row, "t_s": row["t_s"] + PAUSE_S} for row in rows[half:]]
-    rows = [*rows[:half], {**rows[half], "flow_mm3_s": 0.0}, *late]
-    text("plan.csv", ",".join(names), *(",".join(f"{row[name]:.6f}" for name in names) for row in rows))(folder)
-    told = trial.read_text(encoding="utf-8")
-    path = "volume_ml = 0.08\nspeed_mm_s = 20\ntrim_mm = 1\n"
-    trial.write_text(told.replace(path, 'plan = "plan.csv"\n'), encoding="utf-8")
-
-
-def stl_with_flat_triangles(folder: Path) -> None:
-    """An edge cut in two on one of its sides; a triangle without area joins the two halves to the other side."""
-    import trimesh
-
-    mesh = _slotted()
-    a, b, c = mesh.faces[0]
-    middle = len(mesh.vertices)
-    vertices = np.vstack([mesh.vertices, (mesh.vertices[a] + mesh.vertices[b]) / 2])
-    faces = np.vstack([mesh.faces[1:], [(a, middle, c), (middle, b, c), (a, b, middle)]])
-    trimesh.Trimesh(vertices, faces, process=False).export(folder / "block.stl")
-
-
-BULGED = [(0, 0, 0), (60, 0, 1), (60, 4, 0), (0, 4, 0)]
-BULGED_MM3 = 10 * (240 + 2 * np.pi)
-"""60 x 4 mm with half a circle at the far end, 10 mm deep."""
-
-
-def dxf_mirrored_block(folder: Path) -> None:
-    """That outline in a block that is inserted mirrored."""
-    drawing, space = _drawing()
-    here = {"layer": "OUTLINE"}
-    block = drawing.blocks.new("RISS")
-    block.add_lwpolyline(BULGED, format="xyb", close=True, dxfattribs=here)
-    space.add_blockref("RISS", (100, 0), dxfattribs=here | {"xscale": -1, "yscale": 1})
-    drawing.saveas(folder / "a.dxf")
-
-
-def dxf_drawn_twice(folder: Path) -> None:
-    """An outline of 60 x 4 mm, and its copy upon itself."""
-    drawing, space = _drawing()
-    for _ in range(2):
-        space.add_lwpolyline([(0, 0), (60, 0), (60, 4), (0, 4)], close=True, dxfattribs={"layer": "OUTLINE"})
-    drawing.saveas(folder / "a.dxf")
-
-
-TWICE_UP = [f"{rate},{20 + 2 * rate:g}" for rate in RATES] + [f"{rate},{12 + 1.5 * rate:g}" for rate in RATES]
-"""Two ways up, one behind the other: 20 Pa in the first, 12 Pa in the second."""
-FOUR_CORNERS = (*SAMPLE_CORNERS, (50, 30))
-ONE_TOO_HIGH = (*CORNERS, (220, -30, 60))
-"""The fourth point touched 5 mm above the face."""

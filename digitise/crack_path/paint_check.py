@@ -27,6 +27,7 @@ HOLLOW, HOLE_DARK = 0.5, 0.8
 """Least area of an outline's holes over that of its paint, and largest light in them over that outside."""
 SLENDER = 5.0  # Least length over width of paint whose place is compared with the photo's
 ASIDE, LEAST_ASIDE_PX, MUCH_DARKER = 0.35, 3.0, 0.08  # Widths, and px, that sound paint is aside; gain of light there
+THIRDS_OF = 9  # Stretches of a line whose thirds are compared by themselves
 NEARLY_DARK, NEARLY_GROUND = 0.25, 0.75  # Shares of the contrast between which a broken edge or a shadow may be
 AROUND = 8  # Cells around an outline whose light is compared
 
@@ -71,22 +72,40 @@ def judge_paint(
 
 
 def _shifted(seen: Profiles, width_px: float) -> tuple[str, ...]:
-    """Return a warning if the darkest band as wide as the paint is beside it, by more than a third of its width."""
+    """Return a warning if the darkest band as wide as the paint is beside it, by more than a third of its width.
+
+    It is so along the whole line, or along a third of one: paint that crosses the band is on both sides of it.
+    """
     if len(seen.line_px) < SLENDER * width_px:
         return ()
-    profile = _usual(seen)
-    reach = int(width_px + LEAST_BESIDE_PX / 2)
-    asides_px = np.arange(-reach, reach + 1)
-    light = np.array([profile[np.abs(seen.offset_px - aside_px) <= width_px / 2].mean() for aside_px in asides_px])
-    if not np.isfinite(light).all():
-        return ()
-    aside_px, own = int(abs(asides_px[light.argmin()])), float(light[reach])
-    if aside_px <= max(ASIDE * width_px, LEAST_ASIDE_PX) or light.min() > own - MUCH_DARKER:
+    shares = _shares(seen)
+    where = "along the paint,"
+    aside_px = _aside_px(shares, seen.offset_px, width_px)
+    if not aside_px and len(shares) >= THIRDS_OF:
+        thirds_px = [_aside_px(third, seen.offset_px, width_px) for third in np.array_split(shares, 3)]
+        farthest = int(np.argmax(thirds_px))
+        aside_px = thirds_px[farthest]
+        x, y = seen.line_px[(2 * farthest + 1) * len(seen.line_px) // 6]
+        where = f"along a third of the paint, about ({x:.0f}, {y:.0f}),"
+    if not aside_px:
         return ()
     return (
-        f"photo.mask: the darkest band along the paint, which is {width_px:.0f} px wide, is {aside_px} px beside it: "
-        "is the mask shifted against the photo?",
+        f"photo.mask: the darkest band {where} which is {width_px:.0f} px wide, is {aside_px} px beside it: "
+        "is the mask shifted or turned against the photo?",
     )
+
+
+def _aside_px(shares: Floats, offset_px: Floats, width_px: float) -> int:
+    """Return how far the darkest band as wide as the paint is from it; 0 if that is near, or hardly darker."""
+    profile = _usual(shares)
+    reach = int(width_px + LEAST_BESIDE_PX / 2)
+    asides_px = np.arange(-reach, reach + 1)
+    light = np.array([profile[np.abs(offset_px - aside_px) <= width_px / 2].mean() for aside_px in asides_px])
+    if not np.isfinite(light).all():
+        return 0
+    aside_px, own = int(abs(asides_px[light.argmin()])), float(light[reach])
+    near = aside_px <= max(ASIDE * width_px, LEAST_ASIDE_PX) or light.min() > own - MUCH_DARKER
+    return 0 if near else aside_px
 
 
 def _another_width(photo: Photo, seen: Profiles, width_px: float) -> tuple[str, ...]:
@@ -107,7 +126,7 @@ def _another_width(photo: Photo, seen: Profiles, width_px: float) -> tuple[str, 
 
 def _dark_px(seen: Profiles, width_px: float, level: float) -> float:
     """Width in px of what is dark under the paint, at a share of its contrast to what lies just beside the paint."""
-    light, offset_px = _usual(seen), seen.offset_px
+    light, offset_px = _usual(_shares(seen)), seen.offset_px
     beside = (np.abs(offset_px) > width_px / 2 + RIM_PX) & (np.abs(offset_px) < width_px + LEAST_BESIDE_PX)
     painted = np.abs(offset_px) <= width_px / 2
     middle = int(np.argmin(np.where(painted & np.isfinite(light), light, np.inf)))
@@ -117,9 +136,13 @@ def _dark_px(seen: Profiles, width_px: float, level: float) -> float:
     return float(bright[bright > middle].min(initial=len(light)) - bright[bright < middle].max(initial=-1) - 1)
 
 
-def _usual(seen: Profiles) -> Floats:
-    """Median light at each distance from the line, over that of its stretch, (m,)."""
-    shares = seen.mean() / np.maximum(row_medians(seen.mean()), 1e-6)[:, None]
+def _shares(seen: Profiles) -> Floats:
+    """Light over the median of its stretch, (n, m)."""
+    return seen.mean() / np.maximum(row_medians(seen.mean()), 1e-6)[:, None]
+
+
+def _usual(shares: Floats) -> Floats:
+    """Median at each distance from the line, (m,)."""
     return np.array([median_known(column) for column in shares.T])
 
 

@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,9 @@ BITS_PER_SAMPLE, SAMPLE_FORMAT, FLOATS = 258, 339, 3  # TIFF tags of a channel's
 SUBFILE_TYPE, SUB_PICTURES, DNG_VERSION = 254, 330, 50706  # TIFF tags that tell a raw file from a photo
 FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))  # Of 35 mm film, to which EXIF refers a focal length (CIPA DCG-001)
 FOCAL_IN_35_MM, EXIF_WIDTH, EXIF_HEIGHT = 0xA405, 0xA002, 0xA003
+X_RESOLUTION, Y_RESOLUTION = 282, 283
+RESOLUTIONS = ("dpi", "resolution", "aspect", "jfif_density")  # Pillow's names for dots per length, across and down
+SQUARE = 0.01  # Largest relative difference of a square pixel's sides; programs round to whole dots
 MULTIPAGE = ("TIFF", "PNG", "WEBP")  # A second picture is another page or frame; in a phone's JPEG it is a preview
 
 
@@ -68,6 +72,7 @@ class Pixels(Decoded):
 def read_photo(path: Path, key: str = "photo.file") -> Decoded:
     """Read a whole, single 8-bit photo, upright by its EXIF; ``key`` is the setting that names it in an InputError."""
     with opened(path, key) as photo:
+        _require_square(path, photo)
         focal_px = _focal_px(photo)
         ImageOps.exif_transpose(photo, in_place=True)
         shown, remarks = as_displayed(photo)
@@ -182,6 +187,18 @@ def _check_size(name: Path | str, width: int, height: int) -> None:
         raise InputError(f"{name}: {width} x {height} pixels, {TOO_LARGE}")
     if min(width, height) < MIN_SIDE_PX:
         raise InputError(f"{name}: {width} x {height} pixels; each side needs {MIN_SIDE_PX} or more.")
+
+
+def _require_square(path: Path, photo: Image.Image) -> None:
+    """Raise InputError if the file states pixels that are higher or wider than a square, as some scans have."""
+    exif = photo.getexif()
+    for pair in (*map(photo.info.get, RESOLUTIONS), (exif.get(X_RESOLUTION), exif.get(Y_RESOLUTION))):
+        across, down = (float(side) if isinstance(side, Real) else 0.0 for side in pair or (0, 0))
+        if across > 0 and down > 0 and abs(across / down - 1) > SQUARE:
+            raise InputError(
+                f"{path}: its pixels are not square by its file ({across:g} dots across to {down:g} down), and a scale "
+                "is for square ones; resample it to one resolution, or delete that statement if it is wrong."
+            )
 
 
 def _stored_as(photo: Image.Image) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from sealtwin.core.errors import SealtwinError, naming
 from sealtwin.packages_check import foreign_package
@@ -114,6 +114,18 @@ class Commands(TyperGroup):
             if as_json:
                 print(_as_error(fault.format_message(), fault.exit_code))
             raise
+
+
+class OnceEach(TyperCommand):
+    """Command that takes an option once, unless it is a list; Click would take the last value without a word."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        for option in given:
+            one = isinstance(option, TyperOption) and not (option.multiple or option.is_flag)
+            if one and given.count(option) > 1:
+                ctx.fail(f"{option.opts[0]} is given {given.count(option)} times; give it once")
+        return super().parse_args(ctx, args)
 
 
 @contextmanager

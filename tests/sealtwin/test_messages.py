@@ -92,7 +92,8 @@ def test_with_options_the_notes_name_options_and_with_a_trial_settings(photo, tm
 @pytest.mark.parametrize("option", ["--mm-per-px", "--depth-mm", "--volume-ml", "--edge-fraction"])
 def test_a_decimal_comma_is_read_and_half_a_number_is_not(photo, tmp_path, option):
     values = {"--mm-per-px": "0,1", "--depth-mm": "5,5", "--volume-ml": "1,5", "--edge-fraction": "0,5"}
-    given = [*PHOTO, "--ends", "40,150", "460,140", "--out", tmp_path / "run"]
+    others = [word for at in (0, 2) if PHOTO[at] != option for word in PHOTO[at : at + 2]]
+    given = [*others, "--ends", "40,150", "460,140", "--out", tmp_path / "run"]
     assert _sealtwin("digitise", photo, *given, option, values[option]).exit_code == 0
     for odd in ("1_0", "nan", "1e999", "\u0663", "1,000", "0x1", ""):
         answer = _sealtwin("digitise", photo, *given, option, odd)

@@ -12,7 +12,7 @@ from sealtwin.trial.starter_files import TRIAL
 from tests.pages import leave_out_pages
 from tests.studies import READINGS, tiny_lab
 
-GIVEN = ("--depth-mm", "8", "--mm-per-px", "0,4", "--ends", "40,101", "160,98", "--device", "cpu")
+GIVEN = {"--depth-mm": ["8"], "--mm-per-px": ["0,4"], "--ends": ["40,101", "160,98"], "--device": ["cpu"]}
 
 
 @pytest.fixture
@@ -24,7 +24,9 @@ def lab(tmp_path, monkeypatch):
 
 
 def _quick(lab, *more):
-    return CliRunner().invoke(app, ["quick", str(lab / "crack.png"), *GIVEN, "--out", str(lab / "out"), *more])
+    """Run with the options of ``GIVEN``, of which ``more`` may replace one."""
+    given = [word for name, values in GIVEN.items() if name not in more for word in (name, *values)]
+    return CliRunner().invoke(app, ["quick", str(lab / "crack.png"), *given, "--out", str(lab / "out"), *more])
 
 
 def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):

@@ -36,6 +36,14 @@ def _masked(mask: Callable[[], np.ndarray], folder: Path, light: Callable[[], Fl
     Image.fromarray(mask()).save(folder / "mask.png")
 
 
+def _across() -> np.ndarray:
+    """Paint that is below the crack at its left end and above it at its right."""
+    paint = np.zeros(SIZE_PX[::-1], dtype=np.uint8)
+    beside = np.add(CRACK, [(0, 12), (0, 6), (0, -7), (0, -12)])
+    cv2.polylines(paint, [beside.astype(np.int32)], False, 255, 14)
+    return paint
+
+
 def _bright() -> Floats:
     ground = mortar(SIZE_PX)
     return np.where(_paint() > 0, 0.9, ground)
@@ -163,7 +171,38 @@ def _floats(folder: Path) -> None:
     cv2.imwrite(str(folder / "photo.tif"), np.dstack([_crack().astype(np.float32)] * 3))
 
 
+def _scan(folder: Path, name: str, stated: Callable[[], dict[str, Any]]) -> None:
+    """A picture whose file states twice as many dots across as down."""
+    values = np.rint(255 * np.clip(_crack(), 0, 1)).astype(np.uint8)
+    Image.fromarray(values).resize((SIZE_PX[0], SIZE_PX[1] // 2)).save(folder / name, **stated())
+
+
+def _exif_resolution() -> dict[str, Any]:
+    exif = Image.Exif()
+    exif[282], exif[283] = 254.0, 127.0
+    return {"exif": exif}
+
+
+SCANS: tuple[tuple[str, Callable[[], dict[str, Any]]], ...] = (
+    ("photo.tif", lambda: {"resolution_unit": 2, "x_resolution": 254.0, "y_resolution": 127.0}),
+    ("photo.tiff", lambda: {"resolution_unit": 1, "x_resolution": 2.0, "y_resolution": 1.0}),
+    ("photo.jpg", lambda: {"dpi": (254, 127)}),
+    ("photo.jpeg", _exif_resolution),
+    ("photo.png", lambda: {"dpi": (254, 127)}),
+    ("photo.bmp", lambda: {"dpi": (254, 127)}),
+    ("photo.webp", _exif_resolution),
+)
+
 CASES: list[WrongInput] = [
+    *(
+        WrongInput(
+            f"pixels that are not square: {name}",
+            partial(_scan, name=name, stated=stated),
+            CLICKED.replace("photo.png", name),
+            (name, "not square"),
+        )
+        for name, stated in SCANS
+    ),
     WrongInput(
         "photo of which nobody says where it comes from",
         lambda at: write_png(at / "photo.png", _crack()),
@@ -221,6 +260,14 @@ CASES: list[WrongInput] = [
         0,
         ("Digitising",),
     ),
+    WrongInput(
+        "option given twice",
+        lambda at: write_png(at / "photo.png", _crack()),
+        f"{CLICKED} --depth-mm 12",
+        ("--depth-mm", "2 times"),
+        2,
+    ),
+    WrongInput("mask across the crack", partial(_masked, _across), MASKED, ("--mask", "beside", "turned"), 0),
     WrongInput("negative", lambda at: write_png(at / "photo.png", 1 - _crack()), CLICKED, ("bright", "--mask")),
     WrongInput("mask of a bright crack", partial(_masked, _paint, light=_bright), MASKED, ("--mask", "--ends")),
     WrongInput(

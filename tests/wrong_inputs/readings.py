@@ -287,6 +287,18 @@ CASES: list[WrongInput] = [
         '["B"]',
     ),
     # Sisters.
+    sheet(
+        "a quotation mark that does not close",
+        's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,\n',
+        "line 2",
+        "quotation",
+    ),
+    sheet(
+        "a quotation mark that closes in another row",
+        's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,edge"\n10,1.2,\n',
+        "line 4",
+        "quotation",
+    ),
     along_the_crack(
         "a depth in inches", ";Einheit\n0;8;mm\n9;0.3;inch\n", "line 3", "column depth_mm", "0.3", "'inch'"
     ),

@@ -1,5 +1,6 @@
 """Screens for readings that may not be what was meant. Each yields doubts with their cells; none changes a value."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -11,13 +12,15 @@ from sealtwin.core.records import Floats
 from validate.readings.sheet import letters
 
 Ints = NDArray[np.int64]
-Kind = Literal["zero", "sign slip", "scatter", "mean row", "mean column", "copy", "sign", "unit", "datum", "direction"]
+OfCell = Literal["zero", "sign slip", "code"]
+Kind = OfCell | Literal["scatter", "mean row", "mean column", "copy", "sign", "unit", "datum", "direction"]
 
 MEDIAN_OF_SPREADS = {2: 0.674, 3: 0.833, 4: 0.888, 5: 0.916}
 """Median of the standard deviation of so many normal readings, over that of one."""
 LEAST_SPREAD_MM = 0.02  # Limit of a digital caliper's error, below which no hand repeats a reading
 ZERO_FAR, ZERO_FAR_MM = 4.2, 1.0
 """Distance from its peers at which 0.00 is no reading of theirs: in standard deviations, and at least in mm."""
+NINES = re.compile(r"9{2,}(\.9+)?|9\.9{2,}")  # A number that programs write for a missing reading, without its sign
 DEEP_MM, DEEP_AT_END_MM = 1.5, 4.0  # Level among which a station of zeros, or of the other sign, stands out
 SLIP_FAR, SLIP_NEAR = 8.0, 4.0
 """A slip is so many standard deviations from its peers, and its opposite within so many."""
@@ -107,16 +110,16 @@ def spread_mm(readings_mm: Floats) -> float:
 def doubtful_cells(cells: ReadCells) -> Iterator[tuple[Doubt, NDArray[np.bool_]]]:
     """Yield doubts on single readings, and on those of whole stations, each with a mask of its reading, (n, r)."""
     read = ~np.isnan(cells.readings_mm)
-    of_stations: list[tuple[tuple[int, int], Literal["zero", "sign slip"]]] = [
+    of_stations: list[tuple[tuple[int, int], OfCell]] = [
         ((i, int(j)), kind) for i, kind in _odd_stations(cells) for j in np.flatnonzero(read[i])
     ]
-    for (i, j), kind in (*sorted(_odd_readings(cells).items()), *of_stations):
+    for (i, j), kind in (*sorted((_odd_readings(cells) | _codes(cells)).items()), *of_stations):
         mask = np.zeros_like(read)
         mask[i, j] = True
         yield _on_cell(cells, kind, i, j), mask
 
 
-def _on_cell(cells: ReadCells, kind: Literal["zero", "sign slip"], i: int, j: int) -> Doubt:
+def _on_cell(cells: ReadCells, kind: OfCell, i: int, j: int) -> Doubt:
     row, column = int(cells.rows[i, j]), int(cells.columns[j])
     beside_mm, peers = np.delete(cells.readings_mm[i], j), "others here"
     if not np.nan_to_num(beside_mm).any():
@@ -124,7 +127,7 @@ def _on_cell(cells: ReadCells, kind: Literal["zero", "sign slip"], i: int, j: in
         peers = "neighbours"
     shown = " and ".join(f"{one:.4g}" for one in beside_mm if not np.isnan(one))
     value = f"{cells.readings_mm[i, j]:g} mm at s = {cells.s_mm[i]:g} mm"
-    may, remedy = ("0 may stand for a missing reading", "Clear it")
+    may, remedy = (f"{cells.readings_mm[i, j]:g} may stand for a missing reading", "Clear it")
     if kind == "sign slip":
         may, remedy = "its sign may have slipped", "Correct it"
     return Doubt(kind, row, column, (cell_name(row, column),), f"{value} among {shown} mm ({peers}): {may}.", remedy)
@@ -134,10 +137,10 @@ def cell_name(row: int, column: int) -> str:
     return f"{letters(column)}{row}"
 
 
-def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], Literal["zero", "sign slip"]]:
+def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
     """Return the cells that are 0, or of the opposite sign, among the repeats of their own station."""
     values_mm, stations_mm, one_mm = cells.readings_mm, cells.stations_mm, spread_mm(cells.readings_mm)
-    odd: dict[tuple[int, int], Literal["zero", "sign slip"]] = {}
+    odd: dict[tuple[int, int], OfCell] = {}
     mixed = (values_mm >= 0).any(axis=1) & (values_mm <= 0).any(axis=1)
     for i in np.flatnonzero(mixed).tolist():
         row_mm = values_mm[i]
@@ -163,13 +166,25 @@ def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], Literal["zero", "si
     return odd
 
 
+def _codes(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
+    """Return the cells of nothing but nines that are farther from all others than these are from each other."""
+    values_mm = cells.readings_mm
+    nines = np.array([[NINES.fullmatch(f"{abs(value):.8g}") is not None for value in row] for row in values_mm])
+    others_mm = values_mm[~nines & ~np.isnan(values_mm)]
+    if not len(others_mm):
+        return {}
+    low_mm, high_mm = others_mm.min(), others_mm.max()
+    far = np.maximum(low_mm - values_mm, values_mm - high_mm) > max(ZERO_FAR_MM, high_mm - low_mm)
+    return {(int(i), int(j)): "code" for i, j in np.argwhere(nines & far)}
+
+
 def expected_mm(stations_mm: Floats, i: int, otherwise: float) -> float:
     """Return the mean of the stations beside one, or ``otherwise``."""
     beside = [stations_mm[k] for k in (i - 1, i + 1) if 0 <= k < len(stations_mm) and not np.isnan(stations_mm[k])]
     return float(np.mean(beside)) if beside else otherwise
 
 
-def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, Literal["zero", "sign slip"]]]:
+def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, OfCell]]:
     """Yield stations whose readings are all 0, or all of the opposite sign, among deep neighbours."""
     middle_mm, one_mm = cells.stations_mm, spread_mm(cells.readings_mm)
     known = np.flatnonzero(~np.isnan(middle_mm))

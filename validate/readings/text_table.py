@@ -38,6 +38,7 @@ BYTE_ORDER_MARKS = (
 )
 SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNORECASE)
 """First line such as "sep=;", which states the separator for Excel."""
+LOST_LINE = re.compile(r"^\0+\s*$", re.MULTILINE)
 ZEROS = 0.5
 """Share of zeros above which bytes are the high ones of UTF-16: nearly all are zero in the scripts of Europe."""
 
@@ -98,6 +99,9 @@ def decimals_of(text: str) -> int:
 def read_delimited(path: Path, content: bytes, separator: Separator | None) -> SheetGrid:
     """Return the rows of a text file. Raises SheetFaults where it is no table."""
     text, encoding = decoded(path, content)
+    if (lost := LOST_LINE.search(text)) is not None:
+        where = Place(path, row=1 + text.count("\n", 0, lost.start()))
+        raise refuse(where, "NUL bytes, as a logger leaves that lost its power.", "Delete them, and see what is lost.")
     stated = SEPARATOR_LINE.match(text)
     if stated is not None:
         text = text[stated.end() :]
@@ -107,6 +111,12 @@ def read_delimited(path: Path, content: bytes, separator: Separator | None) -> S
     except csv.Error as fault:
         raise refuse(Place(path), f"no CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
     skipped = 0 if stated is None else 1
+    if quoted := next((number for number, fields in lines if any(_holds_rows(field, mark) for field in fields)), None):
+        raise refuse(
+            Place(path, row=skipped + quoted),
+            "here a quotation mark closes that opened in a line above, and what is quoted holds rows of numbers.",
+            "Delete both marks, or the line breaks between them.",
+        )
     # Lines may end with a million separators, below which no column holds anything.
     width = max((_width(fields) for _, fields in lines), default=0)
     rows = tuple(SheetRow(skipped + number, tuple(map(SheetCell, fields[:width]))) for number, fields in lines)
@@ -150,6 +160,21 @@ def _likeliest(text: str) -> str:
 
 
 def _fields(text: str, mark: str) -> list[tuple[int, list[str]]]:
-    """Return numbers and fields of the lines that hold anything. Raises csv.Error."""
+    """Return numbers and fields of the lines that hold anything. Raises csv.Error, which names where its row begins."""
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=mark, strict=True)
-    return [(reader.line_num, [field.strip() for field in row]) for row in reader if any(map(str.strip, row))]
+    lines, begins = [], 1
+    try:
+        for row in reader:
+            if any(map(str.strip, row)):
+                lines.append((reader.line_num, [field.strip() for field in row]))
+            begins = reader.line_num + 1
+    except csv.Error as fault:
+        raise csv.Error(f"{fault}: is a quotation mark of line {begins} not closed?") from fault
+    return lines
+
+
+def _holds_rows(field: str, mark: str) -> bool:
+    """Return whether a quoted field has a line of two numbers or more behind its first."""
+    return any(
+        sum(number(part.strip(), None) is not None for part in line.split(mark)) > 1 for line in field.splitlines()[1:]
+    )

@@ -74,6 +74,12 @@ def test_zero_among_deep_readings_is_named_and_stays(written):
     assert doubts(path, "C4") == ([], ())
 
 
+@pytest.mark.parametrize(("value", "cells"), [(-999, ["C4"]), (99.99, ["C4"]), (-9.99, [])])
+def test_a_code_for_a_missing_reading_is_named(written, value, cells):
+    """Without a depth, by which the first two are refused."""
+    assert doubts(written(changed(2, 2, value)), depth_mm=None)[0] == cells
+
+
 def test_two_zeros_of_three_are_both_named(written):
     table = changed(2, 2, 0.0)
     table[2, 3] = 0.0
