@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from warp.utils import array_scan, radix_sort_pairs
+from warp.utils import array_scan
 
 from sealtwin.core.records import Floats
 from simulate.fluid.launcher import Launcher
@@ -20,10 +20,10 @@ MOST_ROOM = int(BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16
 SPARE = 16  # Entries past the last one that a loop over sixteen points at a time may read
 
 
-def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: bool) -> Any:
-    """Empty neighbour lists of at most ``rows`` movers, ``packed`` for a CPU's loops."""
+def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: bool, lanes: int = 1) -> Any:
+    """Empty neighbour lists of at most ``rows`` movers, ``packed`` for a CPU's loops; ``lanes`` threads share a row."""
     lists = Neighbours()
-    lists.room = int(packed)
+    lists.room, lists.lanes = int(packed), lanes
     lists.lacking = wp.zeros(1, dtype=int, device=device)
     for name in ("fluid_at", "fluid_count", "wall_at", "wall_count"):
         setattr(lists, name, wp.zeros(rows, dtype=int, device=device))
@@ -34,7 +34,6 @@ def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: 
 
 def make_room(lists: Any, sixteens: int) -> None:
     """Give the lists empty stores; where they are packed, with room for so many sixteens of entries in a block."""
-    rows, device = len(lists.fluid_count), lists.fluid_count.device
     if lists.room:
         lists.room = sixteens
     lists.lacking.zero_()
@@ -42,20 +41,19 @@ def make_room(lists: Any, sixteens: int) -> None:
     if lists.room:
         lists.wall = _windows(lists.store, (lists.fluid.shape[0], WALL_NEIGHBOURS), (16, 1))
     else:
-        lists.wall_store = wp.zeros(WALL_NEIGHBOURS * rows, dtype=int, device=device)
-        lists.wall = _windows(lists.wall_store, (rows, WALL_NEIGHBOURS), (1, rows))
+        lists.wall_store, lists.wall = pairs_of(lists, WALL_NEIGHBOURS, int)
 
 
 def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
     """A store with a value for each entry of the lists, and its windows of ``slots`` values, in two dimensions.
 
-    Where they are packed a window begins at every sixteenth entry. A GPU reads one slot of many rows at once: there
-    each row has a window, whose slots are far apart.
+    Where they are packed a window begins at every sixteenth entry. On a GPU each row has a window of its own: threads
+    that share a row read its slots at once, others one slot of many rows, whose slots are then far apart.
     """
     rows, device = len(lists.fluid_count), lists.fluid_count.device
     if not lists.room:
         store = wp.zeros(slots * rows, dtype=dtype, device=device)
-        return store, _windows(store, (rows, slots), (1, rows))
+        return store, _windows(store, (rows, slots), (slots, 1) if lists.lanes > 1 else (1, rows))
     sixteens = -(-rows // int(BLOCK)) * lists.room
     # The last windows reach beyond the last block.
     store = wp.zeros(16 * sixteens + slots, dtype=dtype, device=device)
@@ -91,7 +89,6 @@ class CellGrid:
         count = np.maximum(np.ceil((high - low) / size).astype(int), 1)
         in_all = runs * int(count.prod())
         self._in_order = device == "cpu" if in_order is None else in_order
-        self._bits = in_all.bit_length()  # Bits of a cell's number. To sort by all 32 would be twice the work.
         self.cells = cells = device_code.CellArrays()
         cells.corner = wp.vec3(*low)
         cells.size = size
@@ -100,30 +97,32 @@ class CellGrid:
         # One cell more for points left out, and one end more than cells.
         cells.start = wp.zeros(in_all + 2, dtype=int, device=device)
         cells.x, cells.y, cells.z = (wp.zeros(points + SPARE, dtype=float, device=device) for _ in range(3))
-        # A sort by keys needs as much room again.
-        room = points if self._in_order else 2 * points
-        cells.number = wp.zeros(room + SPARE, dtype=int, device=device)
-        self._cell = wp.zeros(room, dtype=int, device=device)
+        cells.number = wp.zeros(points + SPARE, dtype=int, device=device)
+        cell, rank = (wp.zeros(points, dtype=int, device=device) for _ in range(2))
         if self._in_order:
             them = in_order_code.Points()
-            them.runs, them.position, them.status, them.cell = runs, position, status, self._cell
-            them.rank = wp.zeros(points, dtype=int, device=device)
+            them.runs, them.position, them.status, them.cell, them.rank = runs, position, status, cell, rank
             self._sort = launcher.bind(in_order_code.sort_in_order, them, cells)
         else:
-            self._counts = wp.zeros(in_all + 2, dtype=int, device=device)
-            counted = (self._cell, cells.number, self._counts)
-            self._count = launcher.bind_first(device_code.count_in_cells, cells, runs, position, status, *counted)
-            sorted_to = (cells.x, cells.y, cells.z)
-            self._gather = launcher.bind_first(device_code.gather, cells.number, position, *sorted_to)
+            self._sorting = sorting = device_code.Sorting()
+            sorting.cell, sorting.rank = cell, rank
+            sorting.count = wp.zeros(in_all + 2, dtype=int, device=device)
+            sorting.number = wp.zeros(points, dtype=int, device=device)
+            self._count = launcher.bind_first(device_code.count_in_cells, cells, position, status, sorting)
+            self._bring_together = launcher.bind_first(device_code.bring_together, cells, sorting)
+            self._put_in_order = launcher.bind_first(device_code.put_in_order, position, sorting, cells)
 
     def fill(self, count: int) -> None:
-        """Sort the first ``count`` points; the order within a cell is theirs, on any device."""
+        """Sort the first ``count`` points; the order within a cell is theirs, on any device.
+
+        On a CPU the points left out follow; on a GPU what follows is left by an earlier order.
+        """
         if self._in_order:
             # One slice, however many threads there are.
             self._sort(count, each=0.0)
             return
-        self._counts.zero_()
+        self._sorting.count.zero_()
         self._count(count)
-        array_scan(self._counts, self.cells.start, inclusive=False)
-        radix_sort_pairs(self._cell, self.cells.number, count, end_bit=self._bits)
-        self._gather(count)
+        array_scan(self._sorting.count, self.cells.start, inclusive=False)
+        self._bring_together(count)
+        self._put_in_order(count)

@@ -33,7 +33,7 @@ AT_ONCE = 0.5
 """Share taken out at once of the compression that the last substep left. With all of it a surface that was hit never
 calms: 1 to 2 cm/s persist where 0.7 are left.
 """
-LANES = 256  # Threads that share a run's nodes on a GPU: a block of Warp's
+LANES = 256  # Threads that share a run's nodes on a GPU: a block
 
 
 class CoarsePressure:
@@ -76,7 +76,7 @@ class CoarsePressure:
         self._sum_excess = launcher.bind_whole(device_code.sum_excess, rows, movers.movers, nodes, coarse)
         constants = (lanes, SWEEPS, OVERSHOOT, LEAST_WEIGHT, AT_ONCE)
         self._solve_first, self._solve_again = (
-            launcher.bind_whole(device_code.solve, (state.runs, lanes), nodes, summed, *constants)
+            launcher.bind_blocks(device_code.solve, state.runs, LANES, nodes, summed, *constants)
             for summed in (True, False)
         )
         self._change_multipliers = [

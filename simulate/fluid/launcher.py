@@ -12,6 +12,7 @@ from simulate.kernels.status import Span
 
 _Answer = SimpleQueue[BaseException | None]
 _Tasks = SimpleQueue[tuple[Sequence[Any], _Answer] | None]
+BLOCK = 64  # Threads of a GPU's block: with 256 the rows of one run lie on ten of its processors
 LEAST_SLICE = 3000  # Rows of a slice, at least: handing a smaller one to a thread takes longer than the slice
 
 
@@ -22,21 +23,27 @@ class Launcher:
     over takes some 50 us on a virtual machine.
     """
 
-    def __init__(self, device: str, threads: int = 1) -> None:
-        self.device, self._threads = device, threads
+    def __init__(self, device: str, threads: int = 1, lanes: int = 1) -> None:
+        """``lanes`` is the number of threads of a GPU that share a row, where a kernel lets them."""
+        self.device, self._threads, self.lanes = device, threads, lanes
         self._helpers = [_Helper() for _ in range(threads - 1)]
         self.kernels = 0  # Number of launches so far; scans and sorts of Warp's own library are not counted
 
-    def bind(self, kernel: Any, *inputs: object) -> "RowLaunch":
+    def bind(self, kernel: Any, *inputs: object, shared: bool = False) -> "RowLaunch":
         """A launch over rows; the kernel's first argument is the ``Span`` of a slice's rows, the rest are ``inputs``.
 
         One thread of a CPU takes all rows of a slice, in a loop within the kernel: to read the arguments anew for each
         row takes up to a third of a kernel's time.
 
+        Each row of a kernel whose rows are ``shared`` has as many threads as the launcher has lanes.
+
         The arrays among ``inputs`` may be written to later, but not replaced. A struct's may be, until a frame is
         recorded: a launch reads the struct anew.
         """
-        return RowLaunch(self, [self._record(kernel, 1, [Span(), *inputs]) for _ in range(self._threads)], inputs)
+        lanes = self.lanes if shared else 1
+        width = lanes if lanes > 1 else None
+        commands = [self._record(kernel, 1, [Span(), *inputs], width) for _ in range(self._threads)]
+        return RowLaunch(self, commands, inputs, lanes)
 
     def bind_whole(self, kernel: Any, dim: int | tuple[int, ...], *inputs: object) -> Callable[[], None]:
         """A launch over all of ``dim`` in one piece, for kernels without rows."""
@@ -88,9 +95,9 @@ class Launcher:
                     _launch_all(commands)
 
     def _bind_all(
-        self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object], lanes: int | None = None
+        self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object], width: int | None = None
     ) -> Any:
-        command = self._record(kernel, dim, inputs, lanes)
+        command = self._record(kernel, dim, inputs, width)
 
         # Warp's command keeps addresses only: the default argument keeps the arrays.
         def launch(_inputs: object = inputs) -> None:
@@ -100,16 +107,17 @@ class Launcher:
         return launch
 
     def _record(
-        self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object], lanes: int | None = None
+        self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object], width: int | None = None
     ) -> Any:
-        return wp.launch(kernel, dim, inputs=list(inputs), device=self.device, record_cmd=True, block_dim=lanes)
+        width = width or (1 if self.device == "cpu" else BLOCK)
+        return wp.launch(kernel, dim, inputs=list(inputs), device=self.device, record_cmd=True, block_dim=width)
 
 
 class RowLaunch:
     """A kernel with its arguments, one recorded command for each slice."""
 
-    def __init__(self, launcher: Launcher, commands: list[Any], inputs: object) -> None:
-        self._launcher, self.commands = launcher, commands
+    def __init__(self, launcher: Launcher, commands: list[Any], inputs: object, lanes: int) -> None:
+        self._launcher, self.commands, self._lanes = launcher, commands, lanes
         self._slices = [(0, 0)] * len(commands)
         # Warp's commands keep the addresses of arrays, not the arrays.
         self._inputs = inputs
@@ -127,7 +135,7 @@ class RowLaunch:
             span.begin, span.end = begin, end
             span.step = 1 if self._launcher.device == "cpu" else end - begin
             command.set_param_at_index(0, span)
-            command.set_dim(span.step)
+            command.set_dim(span.step * self._lanes)
             self._slices[part] = begin, end
         return command
 

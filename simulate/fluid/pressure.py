@@ -72,17 +72,17 @@ class Pressure:
         moving = (movers.movers, state.particles)
         around = (*moving, lists, smoothing)
         if coarse:
-            self.measure_terms = launcher.bind(pairs.measure_terms, *around, coarse.rows)
+            self.measure_terms = launcher.bind(pairs.measure_terms, *around, coarse.rows, shared=True)
             """Densities and volumes; multipliers are the coarse level's."""
         limits = (LONGEST_CORRECTION * smoothing.support, scheme.frozen_answer)
         walls = (barrier.clearance, barrier.grid)
         self._densities = [
-            launcher.bind(pairs.measure_density, *around, effort, number) for number in range(self._most)
+            launcher.bind(pairs.measure_density, *around, effort, number, shared=True) for number in range(self._most)
         ]
         self._corrections, self._shifts = {}, {}
         for iteration in (CARRIED_OVER, *range(self._most)):
             part = (effort, iteration)
-            self._corrections[iteration] = launcher.bind(pairs.correct, *around, *limits, *part)
+            self._corrections[iteration] = launcher.bind(pairs.correct, *around, *limits, *part, shared=True)
             self._shifts[iteration] = launcher.bind(pressure.shift, *moving, *part, *walls)
 
     def solve(self, rows: int) -> None:

@@ -5,7 +5,7 @@ that the last substep left (one lagged Picard pass), and the same between the fl
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -85,13 +85,14 @@ class Viscosity:
             setattr(self._search, name, wp.zeros(runs, dtype=float, device=device))
         for name in ("warm", "iterations", "unsolved"):
             setattr(self._search, name, wp.zeros(runs, dtype=int, device=device))
+        self._search.left = wp.zeros((runs, int(device_code.CHUNKS)), dtype=float, device=device)
         self._search.partial = wp.zeros((runs, int(device_code.CHUNKS)), dtype=device_code.Sums, device=device)
         self._search.more = wp.zeros(1, dtype=int, device=device)
         self._other: Any = None  # What explicit passes write to
 
         fresh = (FRESH_SHEAR, frame_s)
         self.measure_shear = launcher.bind(
-            pairs.measure_shear, *self._moving, lists, support, paste, *fresh, self.system
+            pairs.measure_shear, *self._moving, lists, support, paste, *fresh, self.system, shared=True
         )
         """Measure the shear before a substep replaces the velocities that the last one left."""
         self.bind_weights(lists)
@@ -126,28 +127,36 @@ class Viscosity:
     def bind_weights(self, lists: Any) -> None:
         """Take the pairs' weights and the walls' drag from ``lists``."""
         self._lists = lists
+        around = (*self._moving, lists, self._support)
         self.weigh_pairs = self._launcher.bind(
-            self._pairs.weigh_pairs, *self._moving, lists, self._support, self._paste, self.system, self._search
+            self._pairs.weigh_pairs, *around, self._paste, self.system, self._search, shared=True
         )
         """The matrix, and the residuals of the velocity without viscosity and of the guess."""
 
     def bind_search(self, in_blocks: bool) -> None:
         """``in_blocks`` says that blocks of threads add up, as on a GPU, and not one thread for each part."""
         self._in_blocks = in_blocks
-        search, system = self._search, self.system
+        movers, particles, system, search = *self._moving, self.system, self._search
         # The kernels of both have the same names.
         code = block_code if in_blocks else device_code
         by_parts, by_runs = self._bind_by_parts, self._bind_by_runs
-        self.apply_matrix = self._launcher.bind(self._pairs.apply_matrix, *self._moving, self._lists, system, search)
-        self._sum_residuals = by_parts(code.sum_residuals, *self._moving, system, search)
-        self._start = by_parts(code.start_search, *self._moving, system, search)
-        self._sum_curvature = by_parts(code.sum_curvature, self._moving[0], search)
-        self._advance = by_parts(code.advance_search, *self._moving, system, search)
-        self._sum_left = by_parts(code.sum_left, self._moving[0], search)
-        self._shift_all = by_parts(code.shift_all, *self._moving, search)
-        self._begin = by_runs(code.begin_search, OF_THE_RIGHT, OF_THE_CHANGE, ITERATIONS_AT_MOST, search)
-        self._find_length = by_runs(code.find_length, search)
-        self._find_turn = by_runs(code.find_turn, ITERATIONS_AT_MOST, search)
+        moving, goals = (movers, particles, system, search), (OF_THE_RIGHT, OF_THE_CHANGE, ITERATIONS_AT_MOST)
+        self.apply_matrix = self._launcher.bind(
+            self._pairs.apply_matrix, movers, particles, self._lists, system, search, shared=True
+        )
+        if in_blocks:
+            begin, find_length = [by_parts(code.start_search, *goals, *moving)], []
+        else:
+            begin = [by_runs(device_code.begin_search, *goals, search), by_parts(code.start_search, *moving)]
+            find_length = [by_runs(device_code.find_length, search)]
+        self._begin = [by_parts(code.sum_residuals, *moving), *begin]
+        self._step = [
+            by_parts(code.sum_curvature, movers, search),
+            *find_length,
+            by_parts(code.advance_search, *moving),
+            by_runs(code.find_turn, ITERATIONS_AT_MOST, search),
+        ]
+        self._end = [by_parts(code.sum_left, movers, search), by_parts(code.shift_all, movers, particles, search)]
 
     def _bind_by_parts(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
         """A launch over the parts of all runs, which takes the number of rows."""
@@ -158,11 +167,13 @@ class Viscosity:
         launch = self._launcher.bind(kernel, *inputs)
         return lambda rows: launch(parts, rows / parts)
 
-    def _bind_by_runs(self, kernel: Any, *inputs: object) -> Callable[[], None]:
+    def _bind_by_runs(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
         runs = self._state.runs
         if self._in_blocks:
-            return self._launcher.bind_blocks(kernel, runs, block_code.LANES, *inputs)
-        return self._launcher.bind_whole(kernel, runs, *inputs)
+            launch = self._launcher.bind_blocks(kernel, runs, block_code.LANES, *inputs)
+        else:
+            launch = self._launcher.bind_whole(kernel, runs, *inputs)
+        return lambda rows: launch()
 
     def solve_implicit(self, rows: int) -> None:
         """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run's is solved.
@@ -170,12 +181,9 @@ class Viscosity:
         The device itself decides on the next iteration, so that a recorded solve takes as many as any other.
         """
         self.weigh_pairs(rows)
-        self._sum_residuals(rows)
-        self._begin()
-        self._start(rows)
+        _launch_all(self._begin, rows)
         wp.capture_while(self._search.more, self._iterate, rows=rows)
-        self._sum_left(rows)
-        self._shift_all(rows)
+        _launch_all(self._end, rows)
 
     def iterations(self) -> Any:
         """Number of iterations that the last solve took, by run."""
@@ -183,10 +191,7 @@ class Viscosity:
 
     def _iterate(self, rows: int) -> None:
         self.apply_matrix(rows)
-        self._sum_curvature(rows)
-        self._find_length()
-        self._advance(rows)
-        self._find_turn()
+        _launch_all(self._step, rows)
 
     def pass_explicit(self, rows: int) -> int:
         """Eq. 5 as printed, v - (A / q) v, in the fewest passes that are stable; returns their number."""
@@ -211,4 +216,9 @@ class Viscosity:
         """One of q passes; stable up to a largest diagonal of A of about 1.95 q."""
         kernel = self._pairs.pass_velocity
         inputs = (self._lists, self._support, self._paste, self.system, passes, before, after)
-        self._launcher.bind(kernel, *self._moving, *inputs)(rows)
+        self._launcher.bind(kernel, *self._moving, *inputs, shared=True)(rows)
+
+
+def _launch_all(launches: Sequence[Callable[[int], None]], rows: int) -> None:
+    for launch in launches:
+        launch(rows)

@@ -27,6 +27,16 @@ class CellArrays:
     number: wp.array[int]
 
 
+@wp.struct
+class Sorting:
+    """Arrays of a GPU's sort by cell."""
+
+    cell: wp.array[int]  # By point
+    rank: wp.array[int]  # Number of points of the cell that were counted before it; by point
+    count: wp.array[int]  # Number of points of each cell
+    number: wp.array[int]  # Points sorted by cell alone
+
+
 @wp.func
 def cells_per_run(cells: CellArrays):
     return cells.count[0] * cells.count[1] * cells.count[2]
@@ -49,36 +59,51 @@ def cell_of(cells: CellArrays, x: wp.vec4):
 @wp.kernel
 def count_in_cells(
     cells: CellArrays,
-    runs: int,
     position: wp.array[wp.vec4],
     status: wp.array[int],
-    cell: wp.array[int],  # out
-    number: wp.array[int],  # out: of the points, in their order
-    count: wp.array[int],  # out
+    sorting: Sorting,  # out: cell, rank and count
 ):
-    """Cell of each point, one past the last for points that are absent, and the number of points of each cell."""
+    """Cell of each point, -1 for points that are absent, and the number of points of each cell."""
     i = wp.tid()
-    key = runs * cells_per_run(cells)
+    sorting.cell[i] = -1
     if status[i] <= FROZEN:
         key = cell_of(cells, position[i]) + i // cells.points_per_run * cells_per_run(cells)
-    cell[i] = key
-    number[i] = i
-    wp.atomic_add(count, key, 1)
+        sorting.cell[i] = key
+        sorting.rank[i] = wp.atomic_add(sorting.count, key, 1)
 
 
 @wp.kernel
-def gather(
-    number: wp.array[int],
-    position: wp.array[wp.vec4],
-    x: wp.array[float],  # out
-    y: wp.array[float],  # out
-    z: wp.array[float],  # out
+def bring_together(
+    cells: CellArrays,
+    sorting: Sorting,  # out: number
 ):
-    k = wp.tid()
-    here = position[number[k]]
-    x[k] = here[0]
-    y[k] = here[1]
-    z[k] = here[2]
+    """The points of each cell one behind the other, in an order of chance."""
+    i = wp.tid()
+    key = sorting.cell[i]
+    if key >= 0:
+        sorting.number[cells.start[key] + sorting.rank[i]] = i
+
+
+@wp.kernel
+def put_in_order(
+    position: wp.array[wp.vec4],
+    sorting: Sorting,
+    cells: CellArrays,  # out: x, y, z and number
+):
+    """Each point behind those of its cell that come before it."""
+    i = wp.tid()
+    key = sorting.cell[i]
+    if key < 0:
+        return
+    at = cells.start[key]
+    for k in range(cells.start[key], cells.start[key + 1]):
+        if sorting.number[k] < i:
+            at += 1
+    here = position[i]
+    cells.x[at] = here[0]
+    cells.y[at] = here[1]
+    cells.z[at] = here[2]
+    cells.number[at] = i
 
 
 @wp.func

@@ -54,6 +54,7 @@ class Search:
     direction: wp.array[wp.vec3]
     pull: wp.array[wp.vec3]  # The matrix times the direction
     partial: wp.array2d[Sums]  # Sums of each part of a run
+    left: wp.array2d[float]  # On a GPU: square of the new residual of each part
     error: wp.array[float]
     length: wp.array[float]  # How far to go along the direction
     turn: wp.array[float]  # Share of the last direction in the next one
@@ -129,6 +130,12 @@ def whole_sum(search: Search, run: int):
 
 
 @wp.func
+def begins_at_guess(squares: Sums):
+    """1 if the guess is nearer than the velocity without viscosity; 0 for a guess that is no number."""
+    return wp.where(squares[2] < squares[1], 1, 0)
+
+
+@wp.func
 def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_the_change: float, at_most: int):
     """Choose where to begin, and the goal: shares of the right side, and of the residual of no viscosity at all."""
     # Stiff sealant that moves as a whole has a residual of rounding alone: of velocities times the matrix, whose size
@@ -136,8 +143,7 @@ def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_t
     rounded = ROUNDINGS * UNIT_ROUNDOFF * squares[4]
     change = wp.max(of_the_change * of_the_change * squares[1], rounded * rounded / wp.max(squares[0], 1.0e-30))
     search.goal[run] = wp.min(of_the_right * of_the_right * squares[0], change)
-    # False for a guess that is no number.
-    search.warm[run] = wp.where(squares[2] < squares[1], 1, 0)
+    search.warm[run] = begins_at_guess(squares)
     search.error[run] = wp.where(squares[2] < squares[1], squares[2], squares[1])
     search.holds[run] = squares[3]
     search.turn[run] = 0.0
@@ -218,16 +224,24 @@ def is_solved(search: Search, run: int):
 
 
 @wp.func
-def set_length(search: Search, run: int, along: float):
-    """The step to the least energy along the next direction."""
+def way_of(search: Search, run: int, along: float):
+    """The step to the least energy along the next direction, and the last direction's share in that one."""
     curvature = along
-    if search.turn[run] > 0.0:
-        curvature -= search.turn[run] * search.error[run] / search.length[run]
+    turn = search.turn[run]
+    if turn > 0.0:
+        curvature -= turn * search.error[run] / search.length[run]
         # Where rounding takes what is left of the difference, the search begins anew.
         if curvature < ROUNDS * along:
-            search.turn[run] = 0.0
+            turn = 0.0
             curvature = along
-    search.length[run] = search.error[run] / wp.max(curvature, 1.0e-30)
+    return wp.vec2(search.error[run] / wp.max(curvature, 1.0e-30), turn)
+
+
+@wp.func
+def set_way(search: Search, run: int, along: float):
+    way = way_of(search, run, along)
+    search.length[run] = way[0]
+    search.turn[run] = way[1]
 
 
 @run_kernel
@@ -235,7 +249,7 @@ def find_length(search: Search):
     run = wp.tid()
     if is_solved(search, run):
         return
-    set_length(search, run, whole_sum(search, run)[0])
+    set_way(search, run, whole_sum(search, run)[0])
 
 
 @wp.func

@@ -1,8 +1,9 @@
 """The kernels of ``conjugate_gradients`` for a GPU: a block of threads adds up each part of a run, or all its parts.
 
-Same names and meaning. A block's threads take every so many rows each, and their sums are added up as a tile, in an
-order that depends on the block's width alone: the bits are the same each time, and in any company. With one thread to a
-block, as on a CPU, they are those of ``conjugate_gradients``.
+Same names and meaning, but without two launches by run: each block adds up the parts of its run instead. A block's
+threads take every so many rows each, and their sums are added up as a tile, in an order that depends on the block's
+width alone: the bits are the same each time, and in any company. With one thread to a block, as on a CPU, they are
+those of ``conjugate_gradients``.
 """
 
 import warp as wp
@@ -14,14 +15,16 @@ from simulate.kernels.conjugate_gradients import (
     System,
     advance_row,
     begin_run,
+    begins_at_guess,
     is_solved,
     rows_of,
-    set_length,
     set_turn,
+    set_way,
     shift_of,
     shift_row,
     squares_of,
     start_row,
+    way_of,
 )
 from simulate.kernels.status import Movers, Particles
 
@@ -65,23 +68,21 @@ def sum_residuals(
 
 
 @wp.kernel
-def begin_search(
+def start_search(
     of_the_right: float,
     of_the_change: float,
     at_most: int,
-    search: Search,  # out: all scalars
+    movers: Movers,
+    particles: Particles,
+    system: System,
+    search: Search,  # out: all scalars too, which no block reads
 ):
-    run, lane = wp.tid()
-    squares = whole_sum(search, run, lane)
-    if lane == 0:
-        begin_run(search, run, squares, of_the_right, of_the_change, at_most)
-
-
-@wp.kernel
-def start_search(movers: Movers, particles: Particles, system: System, search: Search):
     part, lane = wp.tid()
     rows = rows_of(movers, part)
-    warm = search.warm[part // CHUNKS]
+    squares = whole_sum(search, part // CHUNKS, lane)
+    if part % CHUNKS + lane == 0:
+        begin_run(search, part // CHUNKS, squares, of_the_right, of_the_change, at_most)
+    warm = begins_at_guess(squares)
     for row in range(rows[0] + lane, rows[1], wp.block_dim()):
         start_row(movers, particles, system, search, row, warm)
 
@@ -104,28 +105,24 @@ def sum_curvature(
 
 
 @wp.kernel
-def find_length(search: Search):
-    run, lane = wp.tid()
-    if is_solved(search, run):
-        return
-    along = whole_sum(search, run, lane)[0]
-    if lane == 0:
-        set_length(search, run, along)
-
-
-@wp.kernel
-def advance_search(movers: Movers, particles: Particles, system: System, search: Search):
+def advance_search(
+    movers: Movers,
+    particles: Particles,
+    system: System,
+    search: Search,  # out: left, and the vectors; all blocks read the sums and the scalars
+):
     part, lane = wp.tid()
     run = part // CHUNKS
     if is_solved(search, run):
         return
     rows = rows_of(movers, part)
-    length = search.length[run]
-    turn = search.turn[run]
+    way = way_of(search, run, whole_sum(search, run, lane)[0])
     own = float(0.0)
     for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-        own += advance_row(movers, particles, system, search, row, length, turn)
-    keep_sum(search, part, lane, Sums(own, 0.0, 0.0, 0.0, 0.0))
+        own += advance_row(movers, particles, system, search, row, way[0], way[1])
+    total = wp.tile_sum(wp.tile(own))[0]
+    if lane == 0:
+        search.left[run, part % CHUNKS] = total
 
 
 @wp.kernel
@@ -136,9 +133,14 @@ def find_turn(
     run, lane = wp.tid()
     if is_solved(search, run):
         return
+    along = whole_sum(search, run, lane)[0]
+    own = float(0.0)
+    for chunk in range(lane, CHUNKS, wp.block_dim()):
+        own += search.left[run, chunk]
     # The sum waits for all threads: none of them asks above for what one of them writes below.
-    error = whole_sum(search, run, lane)[0]
+    error = wp.tile_sum(wp.tile(own))[0]
     if lane == 0:
+        set_way(search, run, along)
         set_turn(search, run, error, at_most)
 
 

@@ -6,19 +6,20 @@
 import warp as wp
 
 from simulate.kernels.cells import NEARLY_ONE, CellArrays, beside, cell_along, cells_per_run
+from simulate.kernels.lanes import count_marks, lane, lanes
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.status import Movers
 
 wp.set_module_options({"enable_backward": False})
 
-ROWS = wp.constant(1)  # Rows that a thread lists
+ROWS = wp.constant(1)  # Rows that are listed together
 
 
 @wp.func
 def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.array2d[int], row: int):
     """List the points of a run's cells that are nearer than a cell's size, ``self`` apart; returns their number.
 
-    Points beyond the row's last slot are only counted.
+    Points beyond the row's last slot are only counted. Their order is the same for any number of lanes.
     """
     reach = cells.size
     count = cells.count
@@ -35,12 +36,18 @@ def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.ar
                 line = base + count[0] * (bb + count[1] * cc)
                 low = cells.start[line + wp.max(a - 1, 0)]
                 high = cells.start[line + wp.min(a + 2, count[0])]
-                for k in range(low, high):
-                    offset = wp.vec3(cells.x[k] - here[0], cells.y[k] - here[1], cells.z[k] - here[2])
-                    if wp.length_sq(offset) < reach * reach and cells.number[k] != self:
-                        if found < listed.shape[1]:
-                            listed[row, found] = cells.number[k]
-                        found += 1
+                for first in range(low, high, lanes()):
+                    k = first + lane()
+                    is_near = int(0)
+                    if k < high:
+                        offset = wp.vec3(cells.x[k] - here[0], cells.y[k] - here[1], cells.z[k] - here[2])
+                        if wp.length_sq(offset) < reach * reach and cells.number[k] != self:
+                            is_near = 1
+                    marks = count_marks(is_near)
+                    slot = found + marks[0]
+                    if is_near == 1 and slot < listed.shape[1]:
+                        listed[row, slot] = cells.number[k]
+                    found += marks[1]
     return found
 
 
@@ -58,7 +65,10 @@ def list_rows(
     for row in range(first, last):
         i = movers.particle[row]
         here = position[i]
-        near.fluid_at[row] = row
-        near.wall_at[row] = row
-        near.fluid_count[row] = collect(cells, i // cells.points_per_run, here, i, near.fluid, row)
-        near.wall_count[row] = collect(wall_cells, 0, here, -1, near.wall, row)
+        fluid = collect(cells, i // cells.points_per_run, here, i, near.fluid, row)
+        wall = collect(wall_cells, 0, here, -1, near.wall, row)
+        if lane() == 0:
+            near.fluid_at[row] = row
+            near.wall_at[row] = row
+            near.fluid_count[row] = fluid
+            near.wall_count[row] = wall

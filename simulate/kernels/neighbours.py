@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from simulate.kernels.cells import CellArrays
+from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.status import Movers, Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
@@ -32,6 +33,7 @@ class Neighbours:
     wall_at: wp.array[int]
     wall_count: wp.array[int]
     room: int
+    lanes: int  # Threads of a GPU that share a row
     lacking: wp.array[int]  # 1 once a block has too little room for what was found
     wall_particle: wp.array[wp.vec4]  # Position of each wall particle, and the share of the surface that it stands for
 
@@ -62,11 +64,13 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
 
         The cells of both are the same; a list that is too short is a fault.
         """
-        for first in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        for first in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
             if first % block > 0:
                 continue
             last = wp.min(first + block, movers.count[0])
             list_rows(first, last, movers, cells, wall_cells, particles.position, near)
+            if lane() > 0:
+                continue
             for row in range(first, last):
                 i = movers.particle[row]
                 if cut(near.fluid_count, row, near.fluid.shape[1]):

@@ -2,11 +2,13 @@
 
 These are the equations, for any device. ``pair_sums_cpu`` has the same sums for CPUs, many neighbours at a time;
 tests compare the two. A list's ``row`` is its window in the store of all lists, of which the first ``count`` entries
-count; the rest is padding.
+count; the rest is padding. Of the threads that share a row each takes every so many
+entries, and all get the sum.
 """
 
 import warp as wp
 
+from simulate.kernels.lanes import lane, lanes, over_lanes
 from simulate.kernels.status import RESTS
 
 wp.set_module_options({"enable_backward": False})
@@ -51,7 +53,7 @@ def sum_density(
     position: wp.array[wp.vec4], listed: wp.array2d[int], row: int, count: int, here: wp.vec4, support: float
 ):
     sums = DensitySums()
-    for slot in range(count):
+    for slot in range(lane(), count, lanes()):
         other = position[listed[row, slot]]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         squared = wp.length_sq(offset)
@@ -62,7 +64,7 @@ def sum_density(
         sums[2] += slope * offset[1]
         sums[3] += slope * offset[2]
         sums[4] += slope * slope * squared
-    return sums
+    return over_lanes(sums)
 
 
 @wp.func
@@ -75,7 +77,7 @@ def sum_walls(
     support: float,
 ):
     sums = WallSums()
-    for slot in range(count):
+    for slot in range(lane(), count, lanes()):
         other = wall[listed[row, slot]]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         squared = wp.length_sq(offset)
@@ -85,7 +87,7 @@ def sum_walls(
         sums[1] += slope * offset[0]
         sums[2] += slope * offset[1]
         sums[3] += slope * offset[2]
-    return sums
+    return over_lanes(sums)
 
 
 @wp.func
@@ -100,14 +102,14 @@ def sum_correction(
 ):
     """Sum of (lambda_i + lambda_j) (h - r)^2 times the unit offset; a particle at rest answers with ``resting``."""
     total = wp.vec3(0.0)
-    for slot in range(count):
+    for slot in range(lane(), count, lanes()):
         other = position[listed[row, slot]]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         answer = other[3]
         if answer == RESTS:
             answer = resting
         total += (here[3] + answer) * spike(support, wp.length(offset)) * offset
-    return total
+    return over_lanes(total)
 
 
 @wp.func
@@ -158,7 +160,7 @@ def sum_gradient(
 ):
     """The sums of a linear fit to the velocities around a particle, each pair by its weight in the viscosity."""
     sums = GradientSums()
-    for slot in range(count):
+    for slot in range(lane(), count, lanes()):
         j = listed[row, slot]
         other = position[j]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
@@ -173,7 +175,7 @@ def sum_gradient(
         for a in range(3):
             for b in range(3):
                 sums[6 + 3 * a + b] += weight * apart[a] * offset[b]
-    return sums
+    return over_lanes(sums)
 
 
 @wp.func
@@ -198,7 +200,7 @@ def couple(
     Returns the sums of a particle's own block of the matrix, and of its products with two vectors, not rounded.
     """
     sums = CoupleSums()
-    for slot in range(count):
+    for slot in range(lane(), count, lanes()):
         j = listed[row, slot]
         other = position[j]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
@@ -221,7 +223,7 @@ def couple(
         for axis in range(3):
             sums[7 + axis] += still * link[axis]
             sums[10 + axis] += moved * link[axis]
-    return sums
+    return over_lanes(sums)
 
 
 @wp.func
@@ -242,7 +244,7 @@ def sum_printed(
     Two viscosities make one by their harmonic mean.
     """
     sums = wp.vec4(0.0)
-    for slot in range(count):
+    for slot in range(lane(), count, lanes()):
         j = listed[row, slot]
         other = position[j]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
@@ -251,7 +253,7 @@ def sum_printed(
         weight = theirs[0] * mean * gauss(wp.length_sq(offset), support)
         apart = weight * (moves - velocity[j])
         sums += wp.vec4(apart[0], apart[1], apart[2], weight)
-    return sums
+    return over_lanes(sums)
 
 
 @wp.func
@@ -265,7 +267,7 @@ def sum_drag(
 ):
     """Sum of D in Eq. 5, share times Gaussian over the wall particles; and what holds a fluid that sticks to them."""
     sums = DragSums()
-    for slot in range(count):
+    for slot in range(lane(), count, lanes()):
         other = wall[listed[row, slot]]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         squared = wp.length_sq(offset)
@@ -276,7 +278,7 @@ def sum_drag(
         sums[3] += far * offset[0]
         sums[4] += far * offset[1]
         sums[5] += far * offset[2]
-    return sums
+    return over_lanes(sums)
 
 
 @wp.func
@@ -290,7 +292,7 @@ def sum_pulled(
 ):
     """Sum of the links times the velocities' difference along them; those of particles at rest are zero."""
     total = wp.vec3(0.0)
-    for slot in range(count):
+    for slot in range(lane(), count, lanes()):
         link = wp.vec3(links[row, slot])
         total += wp.dot(own - vector[listed[row, slot]], link) * link
-    return total
+    return over_lanes(total)

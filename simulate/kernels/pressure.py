@@ -20,6 +20,7 @@ from simulate.kernels.distance import (
     near_free,
     slide,
 )
+from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, Span, bring_to_rest, end_of
@@ -293,13 +294,15 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
 
         Where nothing is carried over, lambda_i is the paper's: that of an iteration, which begins at zero.
         """
-        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
             i = movers.particle[row]
             run = i // particles.per_run
             if not takes_part(effort, run, iteration):
                 continue
             here = particles.position[i]
             it = constrain(kernel, neighbours, particles.position, particles.swelling[run], row, here)
+            if lane() > 0:
+                continue
             particles.density[i] = it.density
             particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
             before = particles.pressed[i][3]
@@ -322,12 +325,14 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         Walls answer a multiplier, but not its gradient: a particle beside them feels only the part of that gradient
         that its fluid neighbours make, and so takes a larger share of its nodes' multipliers.
         """
-        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
             i = movers.particle[row]
             here = particles.position[i]
             it = constrain(
                 kernel, neighbours, particles.position, particles.swelling[i // particles.per_run], row, here
             )
+            if lane() > 0:
+                continue
             particles.density[i] = it.density
             particles.volume_and_viscosity[i] = wp.vec2(it.volume, particles.volume_and_viscosity[i][1])
             particles.pressed[i] = wp.vec4(it.wall_slope[0], it.wall_slope[1], it.wall_slope[2], 0.0)
@@ -355,7 +360,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         A particle at rest cannot give way: it answers with the particle's own multiplier or, as in the paper, with
         none, and is then half as hard as it should be.
         """
-        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
             i = movers.particle[row]
             run = i // particles.per_run
             if not takes_part(effort, run, iteration):
@@ -377,6 +382,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
             squared = wp.length_sq(step)
             if squared > longest * longest:
                 step *= longest / wp.sqrt(squared)
-            effort.correction[row] = step
+            if lane() == 0:
+                effort.correction[row] = step
 
     return PressureKernels(measure_density, measure_terms, correct)

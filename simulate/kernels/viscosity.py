@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from simulate.kernels.conjugate_gradients import Search, Symmetric, System, is_solved
+from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import DragSums, GradientSums
 from simulate.kernels.status import Movers, Particles, Span, end_of
@@ -110,7 +111,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
 
         gamma^2 is the rate at which a viscosity of 1 dissipates, in pairs and at walls.
         """
-        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
             i = movers.particle[row]
             near = neighbours
             run = i // particles.per_run
@@ -133,6 +134,8 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
                 )
                 gamma = shear_of(sums, walls, own, particles.volume_and_viscosity[i][0], support)
                 at_wall = wp.length(own) * walls[1] / wp.max(walls[2], 1.0e-20)
+            if lane() > 0:
+                continue
             system.shear[i] = gamma
             aged = paste.by_age[run, wp.min(age, paste.by_age.shape[1] - 1)]
             tau = wp.min(aged[1] + paste.stiffens_by[run] * (float(age) * frame_s), paste.yields_at_most[run])
@@ -154,7 +157,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         search: Search,  # out: residual of the velocity without viscosity, and in ``product`` that of the guess
     ):
         """The link of each pair, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
-        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
             i = movers.particle[row]
             near = neighbours
             here = particles.position[i]
@@ -176,6 +179,8 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
                 system.links,
             )
             walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
+            if lane() > 0:
+                continue
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
             system.drag[row] = drag
             # A pair pulls along one of three directions.
@@ -198,13 +203,15 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         search: Search,  # out: product and curvature
     ):
         """(I + A) of backward Euler on Eq. 5, times the scaled residual."""
-        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
             i = movers.particle[row]
             if wp.static(skips_solved) and is_solved(search, i // particles.per_run):
                 continue
             near = neighbours
             vector = particles.scaled_residual
             pulled = sum_pulled(vector, system.links, near.fluid, near.fluid_at[row], near.fluid_count[row], vector[i])
+            if lane() > 0:
+                continue
             product = (1.0 + system.drag[row]) * vector[i] + pulled
             search.product[row] = product
             search.curvature[row] = wp.dot(vector[i], product)
@@ -223,7 +230,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         after: wp.array[wp.vec3],  # out
     ):
         """One of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W."""
-        for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
             i = movers.particle[row]
             near = neighbours
             here = particles.position[i]
@@ -241,6 +248,8 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
                 support,
             )
             walls = sum_drag(near.wall_particle, near.wall, near.wall_at[row], near.wall_count[row], here, support)
+            if lane() > 0:
+                continue
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
             system.drag[row] = drag
             system.held[row] = drag + pulled[3]

@@ -108,10 +108,27 @@ def test_a_cpu_sorts_into_cells_as_a_gpu_does(runs):
             np.zeros(3), np.ones(3), 0.25, place, fate, Launcher("cpu", threads=2), runs=runs, in_order=in_order
         )
         grid.fill(many)
-        columns = (grid.cells.number, grid.cells.x, grid.cells.y, grid.cells.z)
-        found.append([grid.cells.start.numpy(), *(column.numpy()[:many] for column in columns)])
+        columns, present = (grid.cells.number, grid.cells.x, grid.cells.y, grid.cells.z), grid.cells.start.numpy()[-2]
+        found.append([grid.cells.start.numpy()[:-1], *(column.numpy()[:present] for column in columns)])
     assert all(map(np.array_equal, *found))
     assert len(np.unique(found[0][0])) > 50 * runs
+
+
+def test_a_gpu_lists_no_mover_twice_once_others_are_gone():
+    """Behind those that are present its order has what an earlier one left, which is listed past the last mover."""
+    place = np.pad(np.random.default_rng(6).uniform(0, 1, (200, 3)), ((0, 0), (0, 1)))
+    state = State(
+        Schedule(place[:, :3], 0 * place[:, :3], np.zeros(200, dtype=int), np.array([200]), 0.01, 200, 1.0), "cpu"
+    )
+    position, launcher = wp.array(place, dtype=wp.vec4, device="cpu"), Launcher("cpu")
+    grid = CellGrid(np.zeros(3), np.ones(3), 0.25, position, state.status, launcher, in_order=False)
+    movers = MoversList(state, launcher, in_order=False)
+    for fate in (status.MOVING, status.SPILLED):
+        state.status.assign(np.where(np.arange(200) < 120, fate, status.MOVING).astype(np.int32))
+        grid.fill(200)
+        movers.find(200)
+        movers.sort(grid.cells.number, 200)
+    assert sorted(movers.movers.particle.numpy()[: movers.number()]) == list(range(120, 200))
 
 
 @pytest.mark.usefixtures("one_slice")

@@ -47,8 +47,20 @@ def test_a_frame_is_recorded_and_the_fluid_stays_near_to_the_cpus():
         assert 0 < apart_mm < 1e-2
 
 
+def test_warps_and_threads_find_the_same(monkeypatch):
+    """Many particles have a thread each, few a warp each: floats are then summed in another order, and nothing else."""
+    warps = ready(PASTES[:1], device=DEVICE)
+    monkeypatch.setattr("simulate.fluid.solver.MOST_SHARED", 0)
+    threads = ready(PASTES[:1], device=DEVICE)
+    for injection in (warps, threads):
+        for _ in range(8):
+            injection.advance()
+    apart_mm = np.abs(warps.engine.state.position_mm() - threads.engine.state.position_mm())[: warps.out].max()
+    assert 0 < apart_mm < 1e-2
+
+
 def test_runs_on_a_gpu_have_the_same_bits_each_time_and_in_any_company():
-    """No float is summed in an order of chance."""
+    """No float is summed in an order of chance; beyond 30,000 movers at once, in another order than here."""
     once, again = together(PASTES, device=DEVICE), together(PASTES, device=DEVICE)
     for run, same, paste in zip(once, again, PASTES, strict=True):
         (alone,) = together((paste,), device=DEVICE)

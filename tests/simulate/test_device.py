@@ -12,6 +12,7 @@ import simulate.kernels
 from sealtwin.core.errors import InputError
 from simulate.device import choose_device, describe_device
 from simulate.kernels import run_module
+from simulate.kernels.lanes import WARP
 from simulate.kernels.pair_kernels import pair_kernels
 from simulate.setup.rheology import Rheology
 from tests.fluids import engine_with, slot
@@ -85,6 +86,17 @@ def test_the_device_code_compiles_for_cuda_without_a_gpu(module, arch, tmp_path)
     """For Ampere's and Hopper's architectures. That it runs there is for the tests marked gpu."""
     wp.compile_aot_module(module, arch=arch, module_dir=tmp_path)
     assert list(tmp_path.glob(f"*.sm{arch}.cubin")) or list(tmp_path.glob(f"*.sm{arch}.ptx"))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="Warp's CUDA compiler comes with its Linux wheels")
+def test_the_sums_over_pairs_compile_for_warps_too(tmp_path, monkeypatch):
+    """Above they are compiled for a thread to each particle."""
+    modules = {kernel.module for group in pair_kernels(native=False) for kernel in _kernels_of(group)}
+    for module in modules:
+        monkeypatch.setitem(module.options, "block_dim", int(WARP))
+        wp.compile_aot_module(module, arch=90, module_dir=tmp_path)
+    assert len(list(tmp_path.glob("*.sm90.*"))) == len(modules)
 
 
 @pytest.mark.parametrize("lacking", ["is_conditional_graph_supported", "is_mempool_supported"])
