@@ -45,14 +45,14 @@ def fuzz(cases: int, seed: int, kinds: list[str], keep: Path | None) -> dict[str
 
 
 def require_sound(seed: int, kinds: list[str], sound: Path, lab: Path) -> None:
-    """Call every command with its input as it is. Raises RuntimeError if one is refused, or changes what it reads."""
-    folders = [folder for folder in READ_BY if f"folder {folder}" in kinds]
+    """Call every command with its input as it is. Raises RuntimeError if one is refused."""
+    folders = [folder for folder in READ_BY if f"{folder} folder" in kinds]
     for name in [*kinds, *(line for folder in folders for line in READ_BY[folder])]:
         if name in KINDS:
             ending = judged(name, AS_IT_IS, seed, sound, lab)
         else:
             shutil.copytree(sound, lab)
-            ending = called(shlex.split(name), name, sound, lab)
+            ending = called(shlex.split(name), name, lab)
         if ending.outcome != "accepted":
             raise RuntimeError(f"a sound input ended with: {ending.outcome}; {ending.report}")
         shutil.rmtree(lab)
@@ -74,15 +74,18 @@ def main() -> None:
         print(f"{kind:<15} {len(some):4d}: {counts}; {max((one.peak_gb for one in some), default=0):.2f} GB")
     everything = [one for some in endings.values() for one in some]
     print(f"{len(everything)} cases in {time.monotonic() - began:.0f} s")
-    total = Counter(one.outcome for one in everything)
-    newer = sum(one.verb in NEWER for one in everything)
+    finish(rows_of(everything, every_kind=len(endings) == len(KINDS)))
+
+
+def rows_of(endings: list[Ending], *, every_kind: bool) -> list[Row]:
+    outcomes = Counter(one.outcome for one in endings)
+    newer, peak_gb = sum(one.verb in NEWER for one in endings), max((one.peak_gb for one in endings), default=0.0)
     # A file lost is one case, however many it lost.
-    rows = [Row(f"mutated inputs that end with: {name}", total[name], "", high=0) for name in FAILURES]
-    rows.append(Row("largest resident memory of a case", max(one.peak_gb for one in everything), "GB", high=LARGEST_GB))
-    rows.append(
-        Row("cases of the newer commands", newer, "", low=len(everything) / 2 if len(KINDS) == len(endings) else 0)
-    )
-    finish(rows)
+    return [
+        *(Row(f"mutated inputs that end with: {name}", outcomes[name], "", high=0) for name in FAILURES),
+        Row("largest resident memory of a case", peak_gb, "GB", high=LARGEST_GB),
+        Row("cases of the newer commands", newer, "", low=len(endings) / 2 if every_kind else 0),
+    ]
 
 
 if __name__ == "__main__":

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from benchmarks.fuzz_kinds import KINDS, Case
+from benchmarks.fuzz_kinds import KINDS, READ_BY, Case
 from benchmarks.fuzz_lab import ACCEPTED, MINE
 from benchmarks.fuzz_process import LONGEST_S, in_a_process
 
 AS_IT_IS = -1  # Number of the case of a kind whose input is left as it is
 LARGEST_GB = 1.0
 FAILURES = ("traceback", "too long", "too large", "file lost")
-RENEWED = ("manifest.json", "run.json", "progress.json", "health.csv", "health.png", "trial.toml")
 
 
 @dataclass(frozen=True)
@@ -31,10 +30,10 @@ def judged(kind: str, number: int, seed: int, sound: Path, lab: Path) -> Ending:
     """Make a case in the folder ``lab``, call its command there, and return how it ended."""
     shutil.copytree(sound, lab)
     case = Case(random.Random(f"{kind} {number} {seed}"), lab, sound=number == AS_IT_IS)
-    return called(KINDS[kind](case), f"{kind} {number}", sound, lab)
+    return called(KINDS[kind](case), f"{kind} {number}", lab)
 
 
-def called(arguments: list[str], name: str, sound: Path, lab: Path) -> Ending:
+def called(arguments: list[str], name: str, lab: Path) -> Ending:
     before = written_by_user(lab)
     exit_code, output, peak_gb = in_a_process(arguments, lab)
     if exit_code == signal.SIGALRM:
@@ -43,7 +42,7 @@ def called(arguments: list[str], name: str, sound: Path, lab: Path) -> Ending:
         outcome = "traceback"
     elif peak_gb > LARGEST_GB:
         outcome, output = "too large", f"{peak_gb:.2f} GB resident"
-    elif lost := lost_files(before, sound, lab):
+    elif lost := lost_files(before, lab):
         outcome, output = "file lost", f"lost {', '.join(lost)}"
     else:
         outcome = "accepted" if exit_code in ACCEPTED else "usage" if exit_code == 2 else "one sentence"
@@ -52,17 +51,20 @@ def called(arguments: list[str], name: str, sound: Path, lab: Path) -> Ending:
 
 
 def written_by_user(lab: Path) -> dict[str, str]:
-    """Return hashes of what must be on the disk afterwards under any name: all but what a command may renew."""
-    stages = {lab / "run" / name for name in ("report.html", "report.pdf", "report.json", ".lock", ".holder.json")}
-    stages |= {path for path in lab.rglob("*/*") if path.name in RENEWED or path.parent.name == "inputs"}
-    kept = {path for path in lab.rglob("*") if path.is_file()}
-    return {str(path.relative_to(lab)): sha256(path.read_bytes()).hexdigest() for path in kept - stages}
+    """Return hashes of what must be on the disk afterwards under any name: all but what commands wrote, and may renew.
+
+    A file of the user's in a folder of a command's is among them.
+    """
+    made = {"twin", *READ_BY}
+    names = {str(path.relative_to(lab)) for path in lab.rglob("*") if path.is_file()}
+    return {name: _sha256(lab / name) for name in names if name in MINE or Path(name).parts[0] not in made}
 
 
-def lost_files(before: dict[str, str], sound: Path, lab: Path) -> list[str]:
-    """Return names of files whose bytes are on no disk any more. A stage that is redone renews its own files."""
-    after = {sha256(path.read_bytes()).hexdigest() for path in lab.rglob("*") if path.is_file()}
-    made = [sound / name for name in before if "/" in name and (sound / name).is_file()]
-    ours = {sha256(path.read_bytes()).hexdigest() for path in made}
-    ours -= {sha256(text.encode()).hexdigest() for text in MINE.values()}
-    return [name for name, digest in before.items() if digest not in after and digest not in ours]
+def lost_files(before: dict[str, str], lab: Path) -> list[str]:
+    """Return names of files whose bytes are on no disk any more."""
+    after = {_sha256(path) for path in lab.rglob("*") if path.is_file()}
+    return [name for name, digest in before.items() if digest not in after]
+
+
+def _sha256(path: Path) -> str:
+    return sha256(path.read_bytes()).hexdigest()

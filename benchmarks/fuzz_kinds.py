@@ -164,17 +164,20 @@ def of_faults(case: Case) -> list[str]:
 def of_quick(case: Case) -> list[str]:
     """Damage a photo, a sheet or an option; one that is accepted is digitised, poured and drawn in seconds."""
     damaged = (("quick.png", repainted), ("quick.png", repainted), ("levels.csv", reworded), ("depths.csv", reworded))
-    case.damage(*case.chance.choice(damaged))
-    depth = case.chance.choice(("3", "depths.csv"))
-    options = f"--depth-mm {depth} --mm-per-px 0.1 --ends 20,61 270,58 --caliper levels.csv"
+    name, mutate = case.chance.choice(damaged)
+    case.damage(name, mutate)
+    options = (
+        f"--depth-mm {name if name == 'depths.csv' else 3} --mm-per-px 0.1 --ends 20,61 270,58 --caliper levels.csv"
+    )
     return ["quick", "quick.png", *_reworded_line(case, options, 0.25), "--out", "new", "--device", "cpu"]
 
 
 def of_folder(case: Case, folder: str) -> list[str]:
     """Damage a file of a folder that commands wrote, most often a JSON, and let a command read it back."""
-    listed = sorted(path for path in (case.lab / folder).rglob("*") if path.is_file() and not path.name.startswith("."))
     kinds = (".json",) if case.chance.random() < 0.7 else (".csv", ".toml", ".jsonl")
-    path = case.chance.choice([path for path in listed if path.suffix in kinds])
+    listed = sorted(path for path in (case.lab / folder).rglob("[!.]*") if path.suffix in kinds)
+    # Particle runs of a finished plan are not read again.
+    path = case.chance.choice([path for path in listed if "verification" not in path.parts])
     case.damage(str(path.relative_to(case.lab)), rekeyed if path.suffix == ".json" else reworded)
     return shlex.split(case.chance.choice(READ_BY[folder]))
 
@@ -230,7 +233,11 @@ READ_BY = {
         "lab export ingested --out lab.csv",
         "ingest photos --out ingested",
     ),
-    "plan": ("loop plan --replay plan/loop-1.jsonl", "robot plan/sample --cell cell.toml --quiet"),
+    "plan": (
+        "loop plan --replay plan/loop-1.jsonl",
+        "digitise planned.toml --out plan/sample",
+        "robot plan/sample --cell cell.toml --quiet",
+    ),
 }
 """Commands that read a folder back."""
 KINDS: dict[str, Callable[[Case], list[str]]] = {
@@ -243,7 +250,7 @@ KINDS: dict[str, Callable[[Case], list[str]]] = {
     "study.toml": of_study,
     "sheet": of_sheet,
     "lab's folder": of_lab,
-    **{f"folder {folder}": partial(of_folder, folder=folder) for folder in READ_BY},
+    **{f"{folder} folder": partial(of_folder, folder=folder) for folder in READ_BY},
     "quick": of_quick,
     "pump": of_pump,
     "material": of_material,
