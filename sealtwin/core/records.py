@@ -204,9 +204,10 @@ class Sections:
         _require_as_long(self, "s_mm", "depth_mm", "area_mm2", "below_mm2")
         if len(self.s_mm) == 0 or self.s_mm.ndim != 1 or (np.diff(self.s_mm) <= 0).any():
             raise ValueError("s_mm should grow from station to station")
-        shape = np.shape(self.below_mm2)
-        if self.below_mm2 is not None and shape != (len(self.s_mm), np.size(self.levels_mm)):
-            raise ValueError("below_mm2 should have a row for each of s_mm, and a column for each of levels_mm")
+        if self.below_mm2 is not None:
+            levels = 0 if self.levels_mm is None else len(self.levels_mm)
+            if levels < 2 or self.below_mm2.shape[1:] != (levels,):
+                raise ValueError("below_mm2 should have a column for each of levels_mm, two or more")
 
     @property
     def by_level(self) -> bool:
