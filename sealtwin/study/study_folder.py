@@ -291,8 +291,9 @@ def _import_ledger(folder: Path) -> None:
     runs = []
     for row in rows:
         values = dict(zip(columns, row, strict=True))
-        for name in ("settings", "trial", "figures"):
-            values[name] = values[name] and json.loads(values[name])
+        with files.understood(path):
+            for name in ("settings", "trial", "figures"):
+                values[name] = values[name] and files.parse_json(values[name])
         run = StudyRun(**values)
         if run.state in ("done", "failed"):
             write_outcome(folder, run)

@@ -171,7 +171,25 @@ CASES: list[WrongInput] = [
         "plan of a study with a setting that is no number",
         folder_of({"plan.json": json.dumps(PLAN).replace('"solver": {}', '"solver": {"radius_mm": NaN}')}),
         "sweep merge {given} --out {out}",
-        ("plan.json", "NaN"),
+        ("plan.json", "expected value"),
+    ),
+    WrongInput(
+        "plan of a study whose name has half of a character",
+        study_of(OUTCOME, study="\ud800"),
+        "sweep merge {given} --out {out}",
+        ("plan.json", "hex escape"),
+    ),
+    WrongInput(
+        "manifest of a run with half of a character",
+        folder_of({"manifest.json": {**RUN, "\ud800": 1}}),
+        "validate {given}",
+        ("manifest.json", "damaged"),
+    ),
+    WrongInput(
+        "manifest of a run with a list in 600 others",
+        folder_of({"manifest.json": f'{{"version": 1, "stages": {{}}, "x": {600 * "["}{600 * "]"}}}'}),
+        "validate {given}",
+        ("manifest.json", "damaged"),
     ),
     WrongInput(
         "study that merges a link to a device",
