@@ -40,7 +40,8 @@ PLANNED = ("number", "key", "settings", "trial", "sample", "kin", "work_s")
 class StudyFigures(Result):
     """Figures of a finished run in its outcome.json that are read again."""
 
-    volume_ratio: Amount = 1.0
+    profile_sha256: str
+    volume_ratio: Amount
     mean_error_mm: Amount | None = None
     worst_error_mm: Amount | None = None
     worst_at_mm: float | None = None
@@ -51,7 +52,6 @@ class StudyFigures(Result):
     fluid_warnings: tuple[str, ...] = ()
     spilled_particles: Count | None = None
     particles: Count | None = None
-    profile_sha256: str = ""
     health: RunHealth = RunHealth()
 
 

@@ -156,6 +156,18 @@ CASES: list[WrongInput] = [
         ("outcome.json", "figures.volume_ratio = 'whole'"),
     ),
     WrongInput(
+        "outcome of a run without the hash of its profile",
+        study_of({**OUTCOME, "figures": {"volume_ratio": 1.0}}),
+        "map {given}",
+        ("outcome.json", "figures.profile_sha256"),
+    ),
+    WrongInput(
+        "outcome of a run without its volume ratio",
+        study_of({**OUTCOME, "figures": {"profile_sha256": ""}}),
+        "sweep status {given}",
+        ("outcome.json", "figures.volume_ratio"),
+    ),
+    WrongInput(
         "outcome of a run that is done and has no figures",
         study_of({**OUTCOME, "figures": None}),
         "sweep status {given}",
