@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator, with_config
+from typing_extensions import TypedDict
 
 from sealtwin.core import files
 from sealtwin.core.comparison import Comparison
@@ -45,6 +46,41 @@ class Result(BaseModel):
     model_config = ConfigDict(frozen=True, strict=True, extra="allow", allow_inf_nan=False)
 
 
+FURTHER = ConfigDict(strict=True, extra="allow", allow_inf_nan=False)
+
+
+@with_config(FURTHER)
+class RunFluid(TypedDict, total=False):
+    """Settings of a run's fluid that are read again."""
+
+    density_kg_m3: Positive | None
+    yield_stress_pa: Amount
+
+
+@with_config(FURTHER)
+class RunSolver(TypedDict, total=False):
+    """Settings of a run's solver that are read again."""
+
+    settle_s: Amount
+
+
+@with_config(FURTHER)
+class RunNozzle(TypedDict, total=False):
+    """Settings of a run's nozzle that are read again."""
+
+    diameter_mm: Positive | None
+
+
+@with_config(FURTHER)
+class RunSettings(TypedDict, total=False):
+    """Settings of a run that are read again, among all others."""
+
+    fluid: RunFluid
+    solver: RunSolver
+    nozzle: RunNozzle
+    sample: dict[str, Any]
+
+
 class Simulation(Result):
     """Content of simulation.json: a run without its particles."""
 
@@ -55,7 +91,7 @@ class Simulation(Result):
     escaped_particles: Count
     spilled_particles: Count
     device: str
-    settings: dict[str, dict[str, Any] | int]
+    settings: RunSettings
     health: RunHealth
     bed: Bed | None = None
     remarks: tuple[str, ...] = ()

@@ -44,6 +44,14 @@ def _points(value: Any) -> Floats:
     return points
 
 
+def _require_as_long(record: object, first: str, *others: str) -> None:
+    """Raise ValueError unless these arrays of a record are as long as the first; those that are None have no length."""
+    length = len(getattr(record, first))
+    for name in others:
+        if (values := getattr(record, name)) is not None and len(values) != length:
+            raise ValueError(f"{name} has {len(values)} rows for the {length} of {first}")
+
+
 Numbers = Annotated[Floats, PlainValidator(_finite)]  # Array of numbers in a record that is read from JSON
 Points = Annotated[Floats, PlainValidator(_points)]  # Points in a record that is read from JSON, (n, 2)
 FROM_JSON = ConfigDict(strict=True, allow_inf_nan=False)
@@ -120,6 +128,10 @@ class Outline:
     width_95_mm: tuple[float, float] | None = None
     """Ends of the 95 % interval of the mean width, without the scale's doubt; None where the method gives none."""
 
+    def __post_init__(self) -> None:
+        _require_as_long(self, "centreline_mm", "left_wall_mm", "right_wall_mm")
+        _require_as_long(self, "centreline_px", "left_wall_px", "right_wall_px")
+
     @property
     def shown_px(self) -> Floats:
         """Low and high corner of the part of the photo that a report shows, (2, 2); they may lie outside the photo."""
@@ -187,6 +199,15 @@ class Sections:
     area_mm2: Numbers  # (k,): of the section square to the centreline, below the face
     levels_mm: Numbers | None = None  # (n,), from the deepest floor up to 0; None if the walls are straight
     below_mm2: Numbers | None = None  # (k, n): area of each section below each level
+
+    def __post_init__(self) -> None:
+        _require_as_long(self, "s_mm", "depth_mm", "area_mm2", "below_mm2")
+        if len(self.s_mm) == 0 or self.s_mm.ndim != 1 or (np.diff(self.s_mm) <= 0).any():
+            raise ValueError("s_mm should grow from station to station")
+        if self.below_mm2 is not None:
+            levels = 0 if self.levels_mm is None else len(self.levels_mm)
+            if levels < 2 or self.below_mm2.shape[1:] != (levels,):
+                raise ValueError("below_mm2 should have a column for each of levels_mm, two or more")
 
     @property
     def by_level(self) -> bool:

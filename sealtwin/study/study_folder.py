@@ -40,7 +40,8 @@ PLANNED = ("number", "key", "settings", "trial", "sample", "kin", "work_s")
 class StudyFigures(Result):
     """Figures of a finished run in its outcome.json that are read again."""
 
-    volume_ratio: Amount = 1.0
+    profile_sha256: str
+    volume_ratio: Amount
     mean_error_mm: Amount | None = None
     worst_error_mm: Amount | None = None
     worst_at_mm: float | None = None
@@ -51,7 +52,6 @@ class StudyFigures(Result):
     fluid_warnings: tuple[str, ...] = ()
     spilled_particles: Count | None = None
     particles: Count | None = None
-    profile_sha256: str = ""
     health: RunHealth = RunHealth()
 
 
@@ -291,8 +291,9 @@ def _import_ledger(folder: Path) -> None:
     runs = []
     for row in rows:
         values = dict(zip(columns, row, strict=True))
-        for name in ("settings", "trial", "figures"):
-            values[name] = values[name] and json.loads(values[name])
+        with files.understood(path):
+            for name in ("settings", "trial", "figures"):
+                values[name] = values[name] and files.parse_json(values[name])
         run = StudyRun(**values)
         if run.state in ("done", "failed"):
             write_outcome(folder, run)

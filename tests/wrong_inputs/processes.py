@@ -27,6 +27,20 @@ FIGURES = {"volume_ratio": 1.0, "profile_sha256": ""}
 OUTCOME = {"version": 1, "state": "done", "wall_s": 1.0, "figures": FIGURES}
 OUTCOME_FILE = f"runs/{16 * 'a'}/outcome.json"
 
+LINE = [[0.0, 0.0], [10.0, 0.0]]
+OUTLINE = {
+    **{
+        f"{name}_{unit}": LINE for name in ("centreline", "left_wall", "right_wall", "outline") for unit in ("mm", "px")
+    },
+    **{"ends": ["closed", "closed"], "face_mm": None, "mm_per_px": 0.1, "scale_source": "", "scale_residual_mm": None},
+    "path_source": "ends",
+}
+SECTIONS = {"s_mm": [0.0, 10.0], "depth_mm": [8.0, 8.0], "area_mm2": [16.0, 16.0]}
+SOLID = {
+    **{"tilt": "lean", "wall_angles_deg": [0.0, 0.0], "depth_mm": 8.0, "block_mm": [0.0, 0.0, 10.0, 10.0]},
+    **{"cavity_volume_mm3": 160.0, "face_label": "", "sections": SECTIONS},
+}
+
 Content = dict[str, Any] | str | Path
 
 
@@ -49,6 +63,12 @@ def study_of(outcome: dict[str, Any], **plan: Any) -> Callable[[Path], None]:
     return folder_of({"plan.json": PLAN | plan, OUTCOME_FILE: outcome})
 
 
+def film_of(**records: dict[str, Any]) -> Callable[[Path], None]:
+    """Return a maker of a run folder with frames, to be filmed; ``records`` are its outline and solid."""
+    frames = {"manifest.json": RUN, "frames/fill.pvd": "<VTKFile/>"}
+    return folder_of(frames | {f"{name}.json": content for name, content in {"outline": OUTLINE, **records}.items()})
+
+
 def lab_of(catalogue: Content = CATALOGUE, **others: Content) -> Callable[[Path], None]:
     """Return a maker of a lab of one sample; ``others`` are record and run in place of its own."""
     given = {"record": RECORD, **others}
@@ -62,6 +82,30 @@ CASES: list[WrongInput] = [
         folder_of({"manifest.json": RUN, "frames/fill.pvd": "<VTKFile/>", "outline.json": DEVICE}),
         "film {given} --out {out}.gif",
         ("outline.json", "device"),
+    ),
+    WrongInput(
+        "outline whose wall lost a point",
+        film_of(outline={**OUTLINE, "left_wall_mm": LINE[:1]}),
+        "film {given} --out {out}.gif",
+        ("outline.json", "left_wall_mm", "centreline_mm"),
+    ),
+    WrongInput(
+        "solid whose sections lost a depth",
+        film_of(solid={**SOLID, "sections": {**SECTIONS, "depth_mm": [8.0]}}),
+        "film {given} --out {out}.gif",
+        ("solid.json", "depth_mm", "s_mm"),
+    ),
+    WrongInput(
+        "solid whose sections are in another order",
+        film_of(solid={**SOLID, "sections": {**SECTIONS, "s_mm": [10.0, 0.0]}}),
+        "film {given} --out {out}.gif",
+        ("solid.json", "s_mm should grow"),
+    ),
+    WrongInput(
+        "solid whose areas by level lack a level",
+        film_of(solid={**SOLID, "sections": {**SECTIONS, "levels_mm": [-8.0, 0.0], "below_mm2": [[0.0], [0.0]]}}),
+        "film {given} --out {out}.gif",
+        ("solid.json", "below_mm2", "levels_mm"),
     ),
     WrongInput(
         "replay of a loop whose tables are a device",
@@ -112,6 +156,18 @@ CASES: list[WrongInput] = [
         ("outcome.json", "figures.volume_ratio = 'whole'"),
     ),
     WrongInput(
+        "outcome of a run without the hash of its profile",
+        study_of({**OUTCOME, "figures": {"volume_ratio": 1.0}}),
+        "map {given}",
+        ("outcome.json", "figures.profile_sha256"),
+    ),
+    WrongInput(
+        "outcome of a run without its volume ratio",
+        study_of({**OUTCOME, "figures": {"profile_sha256": ""}}),
+        "sweep status {given}",
+        ("outcome.json", "figures.volume_ratio"),
+    ),
+    WrongInput(
         "outcome of a run that is done and has no figures",
         study_of({**OUTCOME, "figures": None}),
         "sweep status {given}",
@@ -127,7 +183,25 @@ CASES: list[WrongInput] = [
         "plan of a study with a setting that is no number",
         folder_of({"plan.json": json.dumps(PLAN).replace('"solver": {}', '"solver": {"radius_mm": NaN}')}),
         "sweep merge {given} --out {out}",
-        ("plan.json", "NaN"),
+        ("plan.json", "expected value"),
+    ),
+    WrongInput(
+        "plan of a study whose name has half of a character",
+        study_of(OUTCOME, study="\ud800"),
+        "sweep merge {given} --out {out}",
+        ("plan.json", "hex escape"),
+    ),
+    WrongInput(
+        "manifest of a run with half of a character",
+        folder_of({"manifest.json": {**RUN, "\ud800": 1}}),
+        "validate {given}",
+        ("manifest.json", "damaged"),
+    ),
+    WrongInput(
+        "manifest of a run with a list in 600 others",
+        folder_of({"manifest.json": f'{{"version": 1, "stages": {{}}, "x": {600 * "["}{600 * "]"}}}'}),
+        "validate {given}",
+        ("manifest.json", "damaged"),
     ),
     WrongInput(
         "study that merges a link to a device",
