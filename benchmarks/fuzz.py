@@ -3,10 +3,10 @@
     python -m benchmarks.fuzz [--cases 1000] [--seed 0] [--only KIND ...] [--keep DIR]
 
 A case takes a sound input of its kind, mutates it, and calls one command on it in a copy of a small lab, in a process
-of its own. It fails by a traceback (or exit code 1, a bug; or a signal that ends it), by taking over a minute or over
-1 GB of resident memory, or if bytes that the user wrote are on no disk any more. Cases follow from seed and number
-alone; --keep leaves the folders of those that failed. Every command is first called with its input as it is, which
-must be accepted: mutating what is refused anyway would find nothing.
+of its own. It fails by a traceback (or exit code 1, a bug; or a signal that ends it), by taking over a minute of
+processor time or over 1 GB of resident memory, or if bytes that the user wrote are on no disk any more. Cases follow
+from seed and number alone; --keep leaves the folders of those that failed. Every command is first called with its
+input as it is, which must be accepted: mutating what is refused anyway would find nothing.
 """
 
 import argparse

@@ -58,7 +58,7 @@ def test_each_failure_is_told_from_an_answer(tmp_path, monkeypatch, what, outcom
     for name, text in MINE.items():
         (sound / name).write_text(text)
     monkeypatch.setattr(fuzz_process, "app", app)
-    monkeypatch.setattr(fuzz_process, "LONGEST_S", 1)
+    monkeypatch.setattr(fuzz_process, "HANGS_S", 1)
     # Of this process, as far as it has grown by other tests, and half of what the command takes.
     monkeypatch.setattr(fuzz_endings, "LARGEST_GB", psutil.Process().memory_info().rss / 1e9 + 0.2)
     monkeypatch.setitem(fuzz_endings.KINDS, "pretended", lambda _: [what])
