@@ -16,7 +16,7 @@ def test_widths_add_up_to_the_area_where_oblique_ends_bulge():
     half_mm = 1.5 + 0.4 * np.cos(2 * np.pi * np.minimum(s_mm, 60 - s_mm) / 12) * (np.minimum(s_mm, 60 - s_mm) < 12)
     turned = np.clip(2 - np.minimum(s_mm, 60 - s_mm) / 3, 0, 1) / np.tan(np.radians(30))
     left_mm, right_mm = (np.column_stack([s_mm + side * turned * half_mm, side * half_mm]) for side in (1, -1))
-    outline = replace(straight_slot(60.0, 3.0, OPEN), centreline_mm=np.column_stack([s_mm, 0 * s_mm]))
-    outline = replace(outline, left_wall_mm=left_mm, right_wall_mm=right_mm)
+    lines = {"centreline_mm": np.column_stack([s_mm, 0 * s_mm]), "left_wall_mm": left_mm, "right_wall_mm": right_mm}
+    outline = replace(straight_slot(60.0, 3.0, OPEN), **lines)
     area_mm2 = signed_area(np.concatenate([right_mm, left_mm[::-1]]))
     assert outline.mean_width_mm * outline.length_mm == pytest.approx(area_mm2, rel=0.01)

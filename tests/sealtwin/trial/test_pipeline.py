@@ -421,7 +421,7 @@ def test_threads_are_those_of_the_fluid_run_and_a_gpu_has_none(unbroken, tmp_pat
     # Another seed is another run.
     (tmp_path / "run" / "trial.toml").write_text((made / "trial.toml").read_text().replace("seed = 0", "seed = 1"))
 
-    def launcher(device: str, threads: int) -> None:
+    def launcher(device: str, threads: int, lanes: int) -> None:
         raise ReachedError(device, threads)
 
     monkeypatch.setattr("simulate.fluid.solver.Launcher", launcher)

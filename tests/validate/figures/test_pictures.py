@@ -10,6 +10,9 @@ from tests.shapes import straight_slot
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 
 
+LINES = "centreline_mm", "left_wall_mm", "right_wall_mm"
+
+
 def places(axes):
     return np.asarray(axes.collections[0].get_offsets())
 
@@ -68,7 +71,7 @@ def test_the_cast_is_the_cavity_and_the_block_holds_it(evidence):
 
 def test_a_crack_of_few_points_and_few_millimetres_has_sections(evidence):
     outline = straight_slot(length_mm=4.0)
-    two = replace(outline, centreline_mm=outline.centreline_mm[[0, -1]])
+    two = replace(outline, **{name: getattr(outline, name)[[0, -1]] for name in LINES})
     figure = draw_sections(evidence.run, two, evidence.solid)
     assert [axes.get_title(loc="left") for axes in axes_of(figure)] == ["s = 1 mm", "s = 2 mm", "s = 3 mm"]
     assert all(len(places(axes)) for axes in axes_of(figure))
