@@ -28,9 +28,9 @@ HANGS_S = 4 * LONGEST_S  # Of the clock
 def in_a_process(arguments: list[str], folder: Path) -> tuple[int, str, float]:
     """Call a command in a copy of this process; return exit code, output or traceback, and peak of memory in GB.
 
-    The exit code is SIGALRM after ``LONGEST_S`` or ``HANGS_S``, and minus the signal that ended the process. The memory is resident,
-    of the copy with all that it inherits, or of a process that it started if that is larger. Linux only, where wait4
-    counts in KiB.
+    The exit code is SIGALRM after ``LONGEST_S`` or ``HANGS_S``, and minus the signal that ended the process. The memory
+    is resident, of the copy with all that it inherits, or of a process that it started if that is larger. Linux only,
+    where wait4 counts in KiB.
     """
     with TemporaryFile("w+", encoding="utf-8", errors="backslashreplace") as output:
         with warnings.catch_warnings():

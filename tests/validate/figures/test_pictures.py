@@ -9,7 +9,6 @@ from tests.evidence import axes_of, heights
 from tests.shapes import straight_slot
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 
-
 LINES = "centreline_mm", "left_wall_mm", "right_wall_mm"
 
 
