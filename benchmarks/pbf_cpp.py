@@ -1,4 +1,4 @@
-"""The contestant in C++, ``pbf_step.cpp``: built by g++ for this processor, called by ctypes."""
+"""The contestant in C++, ``pbf_cpp/step.cpp``: built by g++ for this processor, called by ctypes."""
 
 import ctypes
 import shutil
@@ -21,7 +21,7 @@ from simulate.kernels.pair_sums import ALONG, NEAREST_WALL
 from simulate.kernels.pressure import UNDONE, UNDONE_RANGE
 from simulate.kernels.viscosity import LEAST_MOMENT, WALL_MOMENT
 
-SOURCE = Path(__file__).with_name("pbf_step.cpp")
+SOURCE = Path(__file__).with_suffix("") / "step.cpp"
 FLAGS = ("-O3", "-march=native", "-ffast-math", "-std=c++17", "-fopenmp", "-fPIC")
 FLOATS = np.ctypeslib.ndpointer(np.float32, flags="C")
 
@@ -96,7 +96,7 @@ class CppStep:
         """One substep; with so many iterations of the implicit solve, or with -1 as many as it needs."""
         self.iterations = _library().step_tank(self._tank, iterations)
         if self.iterations < 0:
-            raise RuntimeError("a list of neighbours in pbf_step.cpp is full")
+            raise RuntimeError("a list of neighbours in step.cpp is full")
 
     @property
     def place_mm(self) -> Floats:
@@ -107,11 +107,11 @@ class CppStep:
 
 
 def _numbers(engine: FluidSolver, carried: float) -> tuple[Any, ...]:
-    """Return the first of ``Numbers`` in ``pbf_tank.h``; the last three are boxes."""
+    """Return the first of ``Numbers`` in ``tank.h``; the last three are boxes."""
     s, paste = engine.pressure.smoothing, engine.paste
     by_age = paste.by_age.numpy()[0]
     if len(by_age) > 1 or paste.flow_index.numpy()[0] != 1 or paste.stiffens_by.numpy()[0]:
-        raise ValueError("pbf_step.cpp has no flow index, and no fluid that changes with its age")
+        raise ValueError("step.cpp has no flow index, and no fluid that changes with its age")
     thin, drag = explicit_weights(engine)
     return (
         *(s.support, engine.step_s, engine.settings.damping_per_s, s.mass, s.density, s.slope),

@@ -66,7 +66,8 @@ COMMANDS = {
     "blind_prediction": "-m benchmarks.blind_prediction",
 }
 """Arguments of Python by the name of a benchmark, the short ones first."""
-PACKAGES = ("benchmarks", "digitise", "sealtwin", "simulate", "tests", "validate")
+INSTALLED = ("digitise", "sealtwin", "simulate", "validate")
+PACKAGES = (*INSTALLED, "benchmarks", "tests")
 CODE = (*PACKAGES, "fixtures", "pyproject.toml", "constraints.txt")
 """What a figure can follow from."""
 RESULTS, PAGE = HERE / "reports" / "results.json", HERE / "docs" / "results.md"
@@ -129,7 +130,7 @@ def code_sha256(root: Path, command: str) -> str:
     """Return the hash of the files that the figures of a benchmark follow from, of those that git tracks or would.
 
     These are the modules that it imports, at any depth; data of their packages; and versions. The data of a benchmark
-    lie in a file or a folder of its name. Where one of the modules starts programs, all code counts but tests.
+    lie in a file or a folder of its name. If one of the modules starts programs, all packages that are installed count.
     """
     listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", *CODE]
     names = subprocess.run(listed, cwd=root, stdout=subprocess.PIPE, check=True).stdout.decode().split("\0")
@@ -154,15 +155,19 @@ def _imports() -> grimp.ImportGraph:
 
 
 def _needed(command: str) -> frozenset[str] | None:
-    """Return the modules that a benchmark imports, at any depth, itself among them; None where it may need them all."""
+    """Return the modules that a benchmark needs, itself among them: imports at any depth, and programs that it starts.
+
+    None if the benchmark is not among the packages.
+    """
     named = next(part for part in command.split() if part != "-m")
     module, graph = named.removesuffix(".py").replace("/", "."), _imports()
     if module not in graph.modules:
         return None
     needed = {module, *graph.find_upstream_modules(module)}
     own = (one for one in needed if one.partition(".")[0] in ("benchmarks", "tests"))
-    starts = any("subprocess" in graph.find_modules_directly_imported_by(one) for one in own)
-    return None if starts else frozenset(needed)
+    if any("subprocess" in graph.find_modules_directly_imported_by(one) for one in own):
+        needed |= {one for one in graph.modules if one.partition(".")[0] in INSTALLED}
+    return frozenset(needed)
 
 
 def _counts(path: PurePosixPath, needed: frozenset[str] | None) -> bool:

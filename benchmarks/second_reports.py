@@ -97,7 +97,7 @@ REPORTS = {
             "a table in descending order is interpolated wrongly, without a word",
             second_files.photo_and_depths("44,6", "10,12", "0,12"),
             DEPTHS,
-            (mean_depth_is((10 * 12 + 34 * 9) / 44), refused("depth", "station 10", "increasing")),
+            (mean_depth_is((10 * 12 + 34 * 9) / 44), refused("depths.csv", "10 after 44", "increasing")),
         ),
         Report(
             "equinor/ert/pull/37",

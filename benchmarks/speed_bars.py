@@ -5,9 +5,9 @@
 
 ``cold`` is what ``benchmarks.cold`` finds. All is processor time, but for a step on two threads, which is by the clock.
 Contestants take turns in one process, work trees in processes of their own, and a figure is a ratio within this run.
-The contestants are ours: ``pbf_numba.py``, and ``pbf_step.cpp`` if there is a g++, which takes as long as a program by
-others (``pbf_step.py --peer``). It is judged only if the processor has AVX-512, which it then uses. Both take the
-explicit substep of ``pbf_step.py``, which has that of a paste too.
+The contestants are ours: ``pbf_numba.py``, and ``pbf_cpp/step.cpp`` if there is a g++, which takes as long as a
+program by others (``pbf_step.py --peer``). It is judged only if the processor has AVX-512, which it then uses. Both
+take the explicit substep of ``pbf_step.py``, which has that of a paste too.
 """
 
 import argparse

@@ -133,8 +133,11 @@ def test_data_of_a_benchmarks_own_name_are_its(checkout):
     assert code_sha256(root, results.COMMANDS["slot"]) != before["slot"]
 
 
-@pytest.mark.parametrize(("name", "follows"), [("sealtwin/lab/ingest.py", True), ("tests/lab/test_ingest.py", False)])
-def test_a_benchmark_that_starts_programs_follows_all_code_but_tests(checkout, name, follows):
+@pytest.mark.parametrize(
+    ("name", "follows"),
+    [("sealtwin/lab/ingest.py", True), ("benchmarks/first_reports.py", False), ("tests/lab/test_ingest.py", False)],
+)
+def test_a_benchmark_that_starts_programs_follows_all_that_is_installed(checkout, name, follows):
     root = checkout(name)
     before = code_sha256(root, results.COMMANDS["report_speed"])
     (root / name).write_text("2")

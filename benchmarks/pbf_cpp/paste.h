@@ -1,6 +1,6 @@
 // What a run of paste adds to a tank: viscosity by the shear, the implicit solve, and the move by its velocities.
 #pragma once
-#include "pbf_tank.h"
+#include "tank.h"
 
 constexpr int ITERATIONS_AT_MOST = 500;
 struct Symmetric { float xx, yy, zz, xy, yz, zx; };

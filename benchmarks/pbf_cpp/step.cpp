@@ -5,7 +5,7 @@
 // less than a grid of distances.
 #include <cstring>
 #include <numeric>
-#include "pbf_paste.h"
+#include "paste.h"
 
 extern "C" {
 // ``numbers`` as in Numbers; ``wall`` has the position and the share of each wall particle.

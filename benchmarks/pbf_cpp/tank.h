@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 #include <omp.h>
-#include "pbf_lanes.h"
+#include "lanes.h"
 
 constexpr int SLOTS = 144;  // Of fluid and walls together
 
