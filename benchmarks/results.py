@@ -15,7 +15,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path, PurePosixPath
@@ -89,7 +90,7 @@ def main() -> None:
         left_s = sum(found[other]["wall_s"] for other in waiting[number:] if other in found)
         left = f"about {in_words(left_s)}" if ran_before else "unknown, since not all ran before"
         print(f"{number + 1} of {len(waiting)}: {name}; time left: {left}", file=sys.stderr, flush=True)
-        before = {row["name"]: row["value"] for row in found.get(name, {}).get("rows", []) if "value" in row}
+        before = values_of(found.get(name, {}).get("rows", []))
         facts = {"command": f"python {COMMANDS[name]}", "code": code[name], "before": before}
         facts["stage_numbers"] = stage_numbers(COMMANDS[name])
         found[name] = facts | measure(COMMANDS[name].split())
@@ -100,6 +101,20 @@ def main() -> None:
     judged, missed = sum(row["judged"] for row in rows), sum(row["missed"] for row in rows)
     print(f"{judged - missed} of {judged} targets met" + (f"; no result: {', '.join(failed)}" if failed else ""))
     sys.exit(1 if missed or failed else 0)
+
+
+def values_of(rows: list[dict[str, Any]]) -> dict[str, float]:
+    """Return the value of each row that has one, by the row's key."""
+    return {key: row["value"] for key, row in _by_key(rows) if "value" in row}
+
+
+def _by_key(rows: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Return rows with their keys: the name, and from a name's second row on the row's number among them."""
+    rows_so_far = Counter[str]()
+    for row in rows:
+        rows_so_far[row["name"]] += 1
+        number = rows_so_far[row["name"]]
+        yield row["name"] if number == 1 else f"{row['name']} #{number}", row
 
 
 def _ended(one: dict[str, Any]) -> bool:
@@ -229,8 +244,8 @@ def _section(name: str, one: dict[str, Any], code: str) -> list[str]:
     if not _ended(one):
         return [*lines, "", f"It ended with exit code {one['exit_code']} and without a result."]
     lines += ["", "| figure | target | seen | before | |", "|---|---|---|---|---|"]
-    for row in one["rows"]:
-        was = f"{one['before'][row['name']]:.4g}" if row["name"] in one["before"] else ""
+    for key, row in _by_key(one["rows"]):
+        was = f"{one['before'][key]:.4g}" if key in one["before"] else ""
         verdict = "**missed**" if row["missed"] else "met" if row["judged"] else ""
         why = f": {row['because']}" if row["missed"] and row["because"] else ""
         seen = f"{row['value']:.4g} {row['unit']}".strip() if "value" in row else "no number"

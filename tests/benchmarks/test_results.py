@@ -87,6 +87,11 @@ def test_the_page_shows_each_figure_beside_the_one_before(benchmarks):
     assert "changed since" in page(found, {"good": "newer"})
 
 
+def test_rows_of_one_name_have_a_figure_before_each():
+    rows = [{"name": "half", "value": 1.0}, {"name": "half", "value": 2.0}, {"name": "none"}]
+    assert results.values_of(rows) == {"half": 1.0, "half #2": 2.0}
+
+
 @pytest.fixture
 def checkout(tmp_path):
     """A file of one character for each name, which git knows."""
