@@ -2,12 +2,11 @@
 
 import io
 import struct
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.reported_files import grey, new_drawing, painted, photo, slotted_mesh, small_trial
+from benchmarks.reported_files import grey, new_drawing, painted, photo, slotted_mesh, small_trial, write_three_mf
 from tests.sheet_writers import rewritten
 
 
@@ -54,31 +53,10 @@ def obj_of_groups_named_twice(folder: Path) -> None:
 
 def three_mf_of_a_component(folder: Path) -> None:
     """An object a tenth of the size, which another one has as its component, 10 times as large; that one is built."""
-    mesh = slotted_mesh()
-    vertices = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in mesh.vertices / 10)
-    triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces)
-    head = '<?xml version="1.0" encoding="UTF-8"?>'
-    model = (
-        f'{head}<model unit="millimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>'
-        f'<object id="1" type="model"><mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh>'
-        '</object><object id="2" type="model"><components><component objectid="1" '
-        'transform="10 0 0 0 10 0 0 0 10 0 0 0"/></components></object></resources>'
-        '<build><item objectid="2"/></build></model>'
-    )
-    of_package = "http://schemas.openxmlformats.org/package/2006"
-    kinds = (
-        f'{head}<Types xmlns="{of_package}/content-types"><Default Extension="rels" ContentType="application/vnd.'
-        'openxmlformats-package.relationships+xml"/><Default Extension="model" ContentType="application/vnd.ms-package.'
-        '3dmanufacturing-3dmodel+xml"/></Types>'
-    )
-    links = (
-        f'{head}<Relationships xmlns="{of_package}/relationships"><Relationship Target="/3D/3dmodel.model" Id="r0" '
-        'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
-    )
-    with zipfile.ZipFile(folder / "block.3mf", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("[Content_Types].xml", kinds)
-        archive.writestr("_rels/.rels", links)
-        archive.writestr("3D/3dmodel.model", model)
+    transform = 'transform="10 0 0 0 10 0 0 0 10 0 0 0"'
+    component = f'<component objectid="1" {transform}/>'
+    further = f'<object id="2" type="model"><components>{component}</components></object>'
+    write_three_mf(folder, "millimeter", '<item objectid="2"/>', further)
 
 
 def stl_without_its_count(folder: Path) -> None:

@@ -193,7 +193,7 @@ REPORTS = {
             "an approximate quantity is read as an exact one",
             files.noted("ca. 8 mm"),
             LAB,
-            (held("p01_notes", "ca. 8"), right(settings("crack.depth_mm", "P01"), 8, 0)),
+            (held("p01_notes", "ca. 8"), right(settings("crack.depth_mm", "P01"), 8, 0, "ca. 8")),
         ),
         Report(
             "olbrich/ruby-units/issues/276",

@@ -9,9 +9,19 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+import digitise
+import simulate
+import validate
 from sealtwin.core.files import write_json
 from sealtwin.core.stage_keys import other_numbers
-from sealtwin.trial.stage_numbers import PARTS
+
+PARTS: dict[str, int] = {
+    "tracing": digitise.TRACING_NUMBER,
+    "solids": digitise.SOLIDS_NUMBER,
+    "simulate": simulate.STAGE_NUMBER,
+    "validate": validate.STAGE_NUMBER,
+}
+"""Number of each stage, ``digitise`` in two parts, since some results depend on one of them alone."""
 
 HERE = Path(__file__).parent.parent
 

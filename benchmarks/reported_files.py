@@ -219,14 +219,19 @@ def glb_y_up(folder: Path) -> None:
 
 def three_mf_in_cm(folder: Path) -> None:
     """A 3MF that states centimetres, its block 10 x 4 x 2 of them."""
+    write_three_mf(folder, "centimeter", '<item objectid="1"/>')
+
+
+def write_three_mf(folder: Path, unit: str, build: str, further: str = "") -> None:
+    """Write block.3mf: the slotted block as object 1, with a tenth of its mm as numbers, and ``further`` objects."""
     mesh = slotted_mesh()
     vertices = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in mesh.vertices / 10)
     triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces)
     head = '<?xml version="1.0" encoding="UTF-8"?>'
     model = (
-        f'{head}<model unit="centimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>'
+        f'{head}<model unit="{unit}" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>'
         f'<object id="1" type="model"><mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh>'
-        '</object></resources><build><item objectid="1"/></build></model>'
+        f"</object>{further}</resources><build>{build}</build></model>"
     )
     of_package = "http://schemas.openxmlformats.org/package/2006"
     kinds = (

@@ -3,7 +3,6 @@
 import csv
 import json
 import struct
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +19,7 @@ from benchmarks.reported_files import (
     slotted_mesh,
     small_trial,
     text,
+    write_three_mf,
 )
 from tests.lab_folder import S_MM, levels_mm
 from tests.pictures import mortar, with_crack, write_png
@@ -62,29 +62,7 @@ def square_photo(folder: Path) -> None:
 
 def three_mf_scaled_by_its_build(folder: Path) -> None:
     """A 3MF in millimetres whose object is a tenth of the size, and whose build item has a transform of 10."""
-    mesh = slotted_mesh()
-    vertices = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in mesh.vertices / 10)
-    triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces)
-    head = '<?xml version="1.0" encoding="UTF-8"?>'
-    model = (
-        f'{head}<model unit="millimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>'
-        f'<object id="1" type="model"><mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh>'
-        '</object></resources><build><item objectid="1" transform="10 0 0 0 10 0 0 0 10 0 0 0"/></build></model>'
-    )
-    of_package = "http://schemas.openxmlformats.org/package/2006"
-    kinds = (
-        f'{head}<Types xmlns="{of_package}/content-types"><Default Extension="rels" ContentType="application/vnd.'
-        'openxmlformats-package.relationships+xml"/><Default Extension="model" ContentType="application/vnd.ms-package.'
-        '3dmanufacturing-3dmodel+xml"/></Types>'
-    )
-    links = (
-        f'{head}<Relationships xmlns="{of_package}/relationships"><Relationship Target="/3D/3dmodel.model" Id="r0" '
-        'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
-    )
-    with zipfile.ZipFile(folder / "block.3mf", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("[Content_Types].xml", kinds)
-        archive.writestr("_rels/.rels", links)
-        archive.writestr("3D/3dmodel.model", model)
+    write_three_mf(folder, "millimeter", '<item objectid="1" transform="10 0 0 0 10 0 0 0 10 0 0 0"/>')
 
 
 def glb_quantized(folder: Path) -> None:

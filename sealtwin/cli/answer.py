@@ -98,9 +98,9 @@ class Command:
         self.fail(f"interrupted; {message}", INTERRUPTED)
 
     def progress(self) -> "Progress":
-        from sealtwin.core.progress import progress_for_stderr
+        from sealtwin.core.progress import QuietProgress, progress_for_stderr
 
-        return progress_for_stderr(self.quiet)
+        return QuietProgress() if self.quiet else progress_for_stderr(quiet=False)
 
 
 class Commands(TyperGroup):

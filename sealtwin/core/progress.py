@@ -86,7 +86,7 @@ class _Timed(Progress):
 
 
 class QuietProgress(Progress):
-    """Warnings alone."""
+    """Warnings alone, as a command with --quiet shows them; Python has warnings of its own."""
 
     def warn(self, text: str) -> None:
         print(text, file=sys.stderr, flush=True)
@@ -149,9 +149,9 @@ class RichProgress(_Timed):
 
 
 def progress_for_stderr(quiet: bool) -> Progress:
-    """Return progress of warnings alone, a bar or lines, according to ``quiet`` and to the kind of stderr."""
+    """Return silent progress, a bar or lines, according to ``quiet`` and to the kind of stderr."""
     if quiet:
-        return QuietProgress()
+        return Progress()
     return RichProgress() if sys.stderr.isatty() else PlainProgress()
 
 

@@ -214,6 +214,11 @@ def _quantity(meaning: WordMeaning, text: str, unit: str, beside: str = "") -> f
     return _scaled(meaning, _plain_number(found[1].strip()), unit, found[2].strip() or beside.strip())
 
 
+def has_words_beside(value: str) -> bool:
+    """Return whether a number has words that are left out when it is read, as the "ca." of "ca. 9 mm"."""
+    return NUMBER.fullmatch(value) is None and _number_and_unit(value) is not None
+
+
 def _number_and_unit(text: str) -> re.Match[str] | None:
     """Match a number and what is behind it; words around them that change nothing are left out, as in a sentence."""
     words = text.lstrip(f"{ABOUT} ").split(" ")

@@ -125,9 +125,7 @@ def _of_sentences(path: Path, of: OfNote) -> Note:
         return Note(faults=[f"{where}: names {', '.join(others)} too. Give each sample a note of its own. {NOT_READ}"])
     said = read_sentences(text, of.sample)
     note = Note({key: NoteEntry(value, where) for key, (value, _) in said.settings.items()})
-    note.remarks += [
-        f"{where}: read as {key} = {shown(value)} ({words})." for key, (value, words) in said.settings.items()
-    ]
+    note.remarks += [_read_as(where, key, value, words) for key, (value, words) in said.settings.items()]
     if said.bare:
         few = ", ".join(said.bare[:MOST_QUOTED])
         note.remarks.append(f"{where}: not read, since they have no unit: {few}.")
@@ -292,6 +290,8 @@ def _take_word(
         behind = behind if exact and note_words.is_unit(behind) else ""
         read = note_words.read_value(meaning, value, in_word, exact=exact, behind=behind)
         _take(note, meaning.key, read, where, own)
+        if meaning.unit and note_words.has_words_beside(value):
+            note.remarks.append(_read_as(where, meaning.key, read, value))
     except ValueError as fault:
         note.meant.add(meaning.key)
         note.faults.append(f"{where}, column 2: {shown(written)} = {shown(value)} {fault}")
@@ -315,6 +315,10 @@ def _take_unknown(note: Note, word: str, value: object, unit: str, where: str, o
         return
     note.meant.add(key)
     note.faults.append(fault)
+
+
+def _read_as(where: str, key: str, value: object, words: str) -> str:
+    return f"{where}: read as {key} = {shown(value)} ({words})."
 
 
 def shown(value: object) -> str:

@@ -15,14 +15,6 @@ NUMBERS: dict[str, int] = {
 }
 """Number of each stage, in the order of the pipeline."""
 
-PARTS: dict[str, int] = {
-    "tracing": digitise.TRACING_NUMBER,
-    "solids": digitise.SOLIDS_NUMBER,
-    "simulate": simulate.STAGE_NUMBER,
-    "validate": validate.STAGE_NUMBER,
-}
-"""The same with the stage ``digitise`` in its two parts, for results that depend on one of them alone."""
-
 
 def numbers_up_to(stage: StageName) -> dict[str, int]:
     """Return the number of a stage and those of the stages before it."""

@@ -6,9 +6,8 @@ import sys
 import pytest
 
 from benchmarks import beads, blind_measured, calibration, slot_cases, slumps
-from benchmarks.kept_runs import KeptRuns
+from benchmarks.kept_runs import PARTS, KeptRuns
 from sealtwin.core.files import read_json
-from sealtwin.trial.stage_numbers import PARTS
 
 KEPT = (beads.KEPT, blind_measured.KEPT, calibration.KEPT, slot_cases.KEPT, slumps.KEPT)
 JUDGES = (

@@ -7,7 +7,7 @@ Refuses, with exit code 1 and without writing, while an output moved and its sta
 
 import sys
 
-from sealtwin.trial.stage_numbers import PARTS
+from benchmarks.kept_runs import PARTS
 from tests.stage_record import record
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
+import numpy as np
 import trimesh
 
 from digitise.crack_path.find_path import find_path
@@ -64,6 +65,8 @@ def _path(nudge: Nudge) -> dict[str, Any]:
 
 def _nudged(outline: Outline, nudge: Nudge) -> Outline:
     """Return the crack a rounding larger or smaller: points that coincide stay together."""
-    size = float(nudge(1.0))
+    roundings = nudge(np.ones(100)) - 1
+    # One draw alone may be three times as large, and so would be the tolerance of the record.
+    size = 1 + float(np.sign(roundings[0]) * np.sqrt(np.mean(roundings**2)))
     lines = size * outline.centreline_mm, size * outline.left_wall_mm, size * outline.right_wall_mm
     return outline_between(*lines, outline.ends, outline.face_mm)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sealtwin.trial.stage_numbers import PARTS
+from benchmarks.kept_runs import PARTS
 from tests.stage_record import __main__ as command
 from tests.stage_record import record
 from tests.stage_record.record import Recorded, StageRecord

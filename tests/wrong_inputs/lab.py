@@ -127,10 +127,10 @@ CASES: list[WrongInput] = [
             code,
         )
         for cell, names, code in (
-            ("ca. 9 mm", ("crack.depth_mm = 9.0",), 0),
-            ("~9 mm", ("crack.depth_mm = 9.0",), 0),
-            ("etwa 0,9 cm gemessen", ("crack.depth_mm = 9.0",), 0),
-            ("ca. 0.5 in", ("crack.depth_mm = 12.7",), 0),
+            ("ca. 9 mm", ("read as crack.depth_mm = 9.0 (ca. 9 mm)",), 0),
+            ("~9 mm", ("read as crack.depth_mm = 9.0 (~9 mm)",), 0),
+            ("etwa 0,9 cm gemessen", ("read as crack.depth_mm = 9.0 (etwa 0,9 cm gemessen)",), 0),
+            ("ca. 0.5 in", ("read as crack.depth_mm = 12.7 (ca. 0.5 in)",), 0),
             ("max. 9 mm", ("N3_notes.csv, line 1", "'max. 9 mm'"), SOME_FAILED),
             ("9 mm ± 1", ("N3_notes.csv, line 1", "'9 mm ± 1'"), SOME_FAILED),
             ("ca. 9", ("N3_notes.csv, line 1", "'ca. 9' has no unit"), SOME_FAILED),
