@@ -145,8 +145,8 @@ REPORTS = {
             "dankelley/oce/issues/983",
             "-999, which stands for a missing value, is a value",
             files.text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-999", "15,-2.2"),
-            'st.read_readings("a.csv").doubts',
-            (refused("a.csv", "999"), warned("a.csv", "999")),
+            LEVELS("a.csv"),
+            (refused("a.csv", "999"), has_levels((-2.0, -2.2)), warned("a.csv", "999")),
         ),
         Report(
             "ONLYOFFICE/DocumentServer/issues/2741",

@@ -1,5 +1,6 @@
 """Readings along the crack, a simulated level compared with them, and the plot of both."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -99,6 +100,11 @@ def read_readings(
     ------
     InputError
         The file cannot be read without guessing, or a value cannot be; all faults are named, each with its place.
+
+    Warns
+    -----
+    RuntimeWarning
+        A file or an array may not have meant what it says: the ``doubts`` of the result, a sentence each.
     """
     given = locals()
     from sealtwin.trial.trial_file import SETTINGS, no_such_setting
@@ -117,6 +123,8 @@ def read_readings(
         profile = take_readings(np.asarray(readings, dtype=np.float64), settings, length_mm, depth_mm)
     else:
         profile = read_readings(file, settings, length_mm, depth_mm)
+    for doubt in profile.doubts:
+        warnings.warn(doubt, RuntimeWarning, stacklevel=2)
     return LevelReadings(**content_of(profile), settings=settings, sha256=sha256_of(readings if is_array else file))
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import sha256
+from sealtwin.core.progress import Progress
 from sealtwin.core.records import Run, Solid
 from sealtwin.core.settings import Settings, checked
 
@@ -46,6 +47,16 @@ def plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [plain(inner) for inner in value]
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+class WarnedProgress(Progress):
+    """Silent progress that collects warnings, for a function to give them as Python's own."""
+
+    def __init__(self) -> None:
+        self.sentences: list[str] = []
+
+    def warn(self, text: str) -> None:
+        self.sentences.append(text.removeprefix("note: ").removeprefix("warning: "))
 
 
 def file_of(given: FilePath, name: str) -> Path:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sealtwin.api.shared import plain, settings_of
+from sealtwin.api.shared import WarnedProgress, plain, settings_of
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import read_table
@@ -128,7 +128,8 @@ def run_trial(
     Warns
     -----
     RuntimeWarning
-        The run cannot show this sealant, or what it shows is not sound: a sentence each, as in ``fluid_warnings``.
+        The run cannot show this sealant, or what it shows is not sound: a sentence each, as in ``fluid_warnings``. The
+        photo or the readings may not be what was meant, or a file was edited; with ``progress`` stderr says these.
     """
     from sealtwin.lab.facts_above import facts_above
     from sealtwin.trial.job import STAGES
@@ -143,9 +144,10 @@ def run_trial(
             raise InputError("run_trial: source beside a trial file, whose files lie beside it. Leave source out.")
         checked, home = load_trial(Path(trial)), Path(trial).parent
     target = Path(out) if out is not None else Path("reports", checked.folder_name)
-    with progress_for_stderr(quiet=not progress) as shown:
+    warned = WarnedProgress()
+    with progress_for_stderr(quiet=False) if progress else warned as shown:
         outcome = run_trial(checked, home, target, STAGES, device, shown, threads, facts_above(checked, home))
-    for text in outcome.result.get("fluid_warnings", ()):
+    for text in dict.fromkeys([*warned.sentences, *outcome.result.get("fluid_warnings", ())]):
         warnings.warn(text, RuntimeWarning, stacklevel=2)
     return TrialRun(target, outcome.result, outcome.redone)
 

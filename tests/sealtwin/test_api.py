@@ -180,6 +180,24 @@ def test_python_is_warned_of_what_a_run_cannot_show(way, fluid, settle_s, senten
     assert run.remarks == tuple(text for text in texts if text.startswith("fluid."))
 
 
+def test_python_is_warned_of_doubtful_readings():
+    """A code for a missing reading was taken for a level without a word."""
+    doubtful = np.column_stack([READINGS, READINGS[:, 1:]])
+    doubtful[1, 1] = -999
+    with pytest.warns(RuntimeWarning, match="-999 mm at s = .*a missing reading") as caught:
+        readings = st.read_readings(doubtful)
+    assert [str(one.message) for one in caught] == list(readings.doubts)
+
+
+def test_without_progress_a_trial_says_each_thing_once_and_as_a_warning(lab, tmp_path, monkeypatch, capfd):
+    leave_out_pages(monkeypatch)
+    with pytest.warns(RuntimeWarning, match="fluid.U is ") as caught:
+        st.run_trial(lab / "trial.toml", out=tmp_path / "run")
+    texts = [str(one.message) for one in caught]
+    assert len(texts) == len(set(texts))
+    assert capfd.readouterr().err == ""
+
+
 def test_a_run_is_the_trial_s_own(lab, way, tmp_path, monkeypatch):
     """From the records of the trial's folder: from those in memory, their last digits make another crowd."""
     leave_out_pages(monkeypatch)
