@@ -16,6 +16,7 @@ from benchmarks.fuzz_lab import MINE
 from benchmarks.fuzz_mutations import flipped, rekeyed, repainted, reworded
 from tests.studies import tiny_lab
 
+BUSY_S = 0.6  # Processor time of the command that computes, in its own process
 app = typer.Typer()
 
 
@@ -31,6 +32,9 @@ def pretend(what: str) -> None:
             raise KeyError(what)
         case "hangs":
             time.sleep(3)
+        case "computes":
+            while time.process_time() < BUSY_S:
+                pass
         case "grows":
             bytearray(b"x" * 400_000_000)
         case "breaks":
@@ -46,6 +50,7 @@ def pretend(what: str) -> None:
         ("moves", "accepted"),
         ("raises", "traceback"),
         ("hangs", "too long"),
+        ("computes", "too long"),
         ("grows", "too large"),
         ("breaks", "traceback"),
         ("refuses", "one sentence"),
@@ -58,7 +63,10 @@ def test_each_failure_is_told_from_an_answer(tmp_path, monkeypatch, what, outcom
     for name, text in MINE.items():
         (sound / name).write_text(text)
     monkeypatch.setattr(fuzz_process, "app", app)
-    monkeypatch.setattr(fuzz_process, "HANGS_S", 1)
+    if what == "computes":
+        monkeypatch.setattr(fuzz_process, "LONGEST_S", BUSY_S / 2)
+    else:
+        monkeypatch.setattr(fuzz_process, "HANGS_S", 1)
     # Of this process, as far as it has grown by other tests, and half of what the command takes.
     monkeypatch.setattr(fuzz_endings, "LARGEST_GB", psutil.Process().memory_info().rss / 1e9 + 0.2)
     monkeypatch.setitem(fuzz_endings.KINDS, "pretended", lambda _: [what])

@@ -287,6 +287,7 @@ CASES: list[WrongInput] = [
         '["B"]',
     ),
     # Sisters.
+    sheet("a line of NUL bytes", "s_mm,depth_mm\n1,1.5\n\0\0\0\0\n7,1.3\n", "line 3", "NUL"),
     sheet(
         "a quotation mark that does not close",
         's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,\n',
