@@ -74,7 +74,7 @@ class Command:
             print(text, file=sys.stderr)
 
     def warn(self, text: str) -> None:
-        """Print what may be wrong with the answer, with --quiet too."""
+        """Print a warning, also with --quiet."""
         print(text, file=sys.stderr)
 
     def reply(self, answer: Answer) -> None:
@@ -117,7 +117,7 @@ class Commands(TyperGroup):
 
 
 class OnceEach(TyperCommand):
-    """Command that takes an option once, unless it is a list; Click would take the last value without a word."""
+    """Command that refuses an option given twice, unless it is a list. Click takes the last value without a word."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         _, _, given = self.make_parser(ctx).parse_args(args=list(args))

@@ -52,7 +52,7 @@ class Progress(AbstractContextManager["Progress"]):
         """Show one line to the user at once."""
 
     def warn(self, text: str) -> None:
-        """Show one line on what may be wrong with a result, where narration is left out too."""
+        """Show a warning about a result, also where narration is left out."""
         self.note(text)
 
     def __exit__(self, *_: object) -> None:

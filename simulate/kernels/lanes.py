@@ -1,4 +1,4 @@
-"""Device code of rows that the threads of a GPU's warp share: each takes a lane, and the warp is a block of its own.
+"""Device code for a row that the 32 threads of a GPU's warp share: each thread is a lane, and the warp is one block.
 
 In a block of another width, and on a CPU, each row has one thread, whose lane is 0.
 """

@@ -2,8 +2,7 @@
 
 These are the equations, for any device. ``pair_sums_cpu`` has the same sums for CPUs, many neighbours at a time;
 tests compare the two. A list's ``row`` is its window in the store of all lists, of which the first ``count`` entries
-count; the rest is padding. Of the threads that share a row each takes every so many
-entries, and all get the sum.
+count; the rest is padding. If the threads of a warp share a row, each adds up every 32nd entry, and all get the sum.
 """
 
 import warp as wp

@@ -160,7 +160,7 @@ def _likeliest(text: str) -> str:
 
 
 def _fields(text: str, mark: str) -> list[tuple[int, list[str]]]:
-    """Return numbers and fields of the lines that hold anything. Raises csv.Error, which names where its row begins."""
+    """Return the numbers and fields of lines that are not empty. Raises csv.Error with the line where a row begins."""
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=mark, strict=True)
     lines, begins = [], 1
     try:
