@@ -21,11 +21,9 @@ import numpy as np
 from benchmarks import slumps
 from benchmarks.blind_measured import COURSES, KEPT, LENGTH_MM, Measured, measured, record
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, Sample
 from sealtwin.study.drawn_runs import draw, unfit_for
-from sealtwin.study.runner import Bench
-from simulate.profile import measure_profile
-from simulate.run import inject
+from simulate.run import fill
 from simulate.settings import Fluid, Solver
 
 FOLDER = COURSES.parent
@@ -76,12 +74,12 @@ def run_trial(seed: int, number: int, *, again: bool) -> bool:
     inputs_mm = _half_of_band(draws.inputs.at(draws.s_mm, STATIONS_MM).errors()) / 2
     columns = {
         "s_mm": STATIONS_MM,
-        "predicted_mm": level_mm(base.bench, base.trial.fluid, solver, one, seed=0),
+        "predicted_mm": level_mm(base.sample, base.trial.fluid, solver, one, seed=0),
         "real_mm": level_mm(one.real, real_fluid, real_solver, one, seed=real_seed),
         "inputs_mm": inputs_mm,
     }
     if again:
-        columns["again_mm"] = level_mm(base.bench, base.trial.fluid, real_solver, one, seed=real_seed)
+        columns["again_mm"] = level_mm(base.sample, base.trial.fluid, real_solver, one, seed=real_seed)
     rows = [[f"{value:.3f}" for value in row] for row in zip(*columns.values(), strict=True)]
     path = path_of(seed, number)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -109,11 +107,8 @@ def run_trial(seed: int, number: int, *, again: bool) -> bool:
     return True
 
 
-def level_mm(bench: Bench, fluid: Fluid, solver: Solver, one: Measured, *, seed: int) -> Floats:
-    sample = bench.solid, bench.outline, bench.trajectory
-    how = {"seed": seed, "device": "cpu", "progress": Progress()}
-    run = inject(*sample, fluid, solver, one.base.trial.nozzle, **how)
-    profile = measure_profile(run, bench.outline, bench.solid)
+def level_mm(sample: Sample, fluid: Fluid, solver: Solver, one: Measured, *, seed: int) -> Floats:
+    _, profile = fill(sample, fluid, solver, one.base.trial.nozzle, seed=seed)
     return np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
 
 

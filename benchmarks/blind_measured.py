@@ -18,10 +18,10 @@ from digitise.trajectory import plan_trajectory
 from digitise.weighing.fit_cavity import weigh
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.errors import InputError
+from sealtwin.core.records import Sample
 from sealtwin.core.settings import checked
 from sealtwin.material.by_spread import COURSE, DENSITY_ERROR, LIFT_ERROR_S, viscosity
 from sealtwin.study.moved_inputs import Base
-from sealtwin.study.runner import Bench
 from sealtwin.trial.trial_file import Trial
 from simulate.settings import ABREAST, Nozzle
 from simulate.slot.run import pour
@@ -65,13 +65,13 @@ class Measured:
     truth: Truth
     base: Base
     viscosity_by: str
-    real: Bench
+    real: Sample
     real_fluid: dict[str, float]
 
     @property
     def facts(self) -> dict[str, float | str]:
         """Truth and finding of each input, with its standard uncertainty."""
-        trial, found = self.base.trial, self.base.bench
+        trial, found = self.base.trial, self.base.sample
         fluid, inputs = trial.fluid, self.base.inputs
         assert fluid is not None
         pairs = {
@@ -147,9 +147,8 @@ def measured(seed: int, number: int, folder: Path) -> Measured:
     }
     trial = checked(Trial, folder / "trial.toml", content)
     trajectory = plan_trajectory(moved, trial.path, solid.cavity_volume_mm3, solid.sections)
-    assert trial.fluid is not None
-    run, profile = pour(solid, moved, trajectory, trial.fluid, trial.solver, trial.nozzle, seed=0)
-    base = Base(folder, trial, Bench(moved, solid, trajectory, None), run, profile)
+    sample = Sample(moved, solid, trajectory)
+    base = Base(folder, trial, sample, *pour(sample, *trial.physics, seed=0))
 
     start_mm = float(random.normal(0, START_SD_MM))
     real_path = trial.path.model_copy(
@@ -166,7 +165,7 @@ def measured(seed: int, number: int, folder: Path) -> Measured:
         "viscosity_pa_s": truth.viscosity_pa_s,
         "density_kg_m3": spread.density_kg_m3,
     }
-    return Measured(truth, base, by, Bench(outline, real_solid, real_trajectory, None), paste)
+    return Measured(truth, base, by, Sample(outline, real_solid, real_trajectory), paste)
 
 
 def viscosity_of(

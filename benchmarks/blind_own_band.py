@@ -48,7 +48,7 @@ def sized(one: Measured, factor: float) -> SizeRuns:
     trial = one.base.trial
     assert trial.fluid is not None
     solver = trial.solver.model_copy(update={"radius_mm": factor * trial.solver.size_mm})
-    levels_mm = [level_mm(one.base.bench, trial.fluid, solver, one, seed=seed) for seed in range(REPLICATES)]
+    levels_mm = [level_mm(one.base.sample, trial.fluid, solver, one, seed=seed) for seed in range(REPLICATES)]
     return SizeRuns(solver.size_mm, np.array(levels_mm))
 
 

@@ -37,11 +37,9 @@ from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.calibration.search import CONFIRM, Found, Setting, Source, search, settings_at
-from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats, Outline, Solid
+from sealtwin.core.records import Floats, Outline, Sample, Solid
 from sealtwin.core.replicates import require_different
-from simulate.profile import measure_profile
-from simulate.run import inject
+from simulate.run import fill as fill_crack
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.shapes import straight_slot
 from validate.calibration.emulator import Emulator
@@ -113,9 +111,8 @@ def fill(setting: Setting, seed: int) -> Floats:
     trajectory = plan_trajectory(outline, path, solid.cavity_volume_mm3, solid.sections)
     table = {name.partition(".")[2]: value for name, value in setting.items() if name.startswith("fluid.")}
     solver, nozzle = Solver(radius_mm=0.8, settle_s=0.6), Nozzle(diameter_mm=3.4)
-    how = {"seed": seed, "device": "cpu", "progress": Progress()}
-    run = inject(solid, outline, trajectory, Fluid.model_validate(table), solver, nozzle, **how)
-    profile = measure_profile(run, outline, solid)
+    sample = Sample(outline, solid, trajectory)
+    _, profile = fill_crack(sample, Fluid.model_validate(table), solver, nozzle, seed=seed)
     return np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
 
 

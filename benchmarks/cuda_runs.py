@@ -23,20 +23,19 @@ import numpy as np
 import warp as wp
 
 from benchmarks.table import Row, finish
+from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, progress_for_stderr
-from sealtwin.core.records import Profile, Run
+from sealtwin.core.records import Profile, Run, Sample
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study.estimate import size_of
-from sealtwin.study.runner import Bench, enclosure_of, read_bench
 from sealtwin.study.study_file import load_study, plan_runs
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial
 from simulate.device import choose_device, describe_device
-from simulate.injection import prepare
 from simulate.profile import measure_profile
-from simulate.run import follow
+from simulate.run import follow, ready
 from tests.places import FIXTURE
 from validate.metrics.curve_distances import error_bins
 
@@ -102,23 +101,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
 
 
-def inject_at_once(bench: Bench, trials: Sequence[Trial], device: str, frames: int | None = None) -> Launch:
+def inject_at_once(bench: Sample, trials: Sequence[Trial], device: str, frames: int | None = None) -> Launch:
     """All runs in one launch; ``frames`` ends them early."""
     first = trials[0]
-    enclosure = enclosure_of(bench, first.solver.size_mm, device)
+    fluids, how = [trial.given_fluid for trial in trials], {"seed": first.seed, "device": device}
+    # Walls are kept, and neither their memory nor their time is that of the runs.
+    ready(bench, fluids[:1], first.solver, first.nozzle, **how)
     before = _used_bytes(device)
     began = time.perf_counter()
-    injection = prepare(
-        bench.solid,
-        bench.outline,
-        bench.trajectory,
-        [trial.fluid for trial in trials if trial.fluid is not None],
-        first.solver,
-        first.nozzle,
-        seed=first.seed,
-        device=device,
-        enclosure=enclosure,
-    )
+    injection = ready(bench, fluids, first.solver, first.nozzle, **how)
     if frames is None:
         follow(injection, progress_for_stderr(quiet=False))
     else:
@@ -153,14 +144,14 @@ def _timed(name: str, launch: Launch, most_s: float, goal: str, device: str) -> 
     ]
 
 
-def _profiles(bench: Bench, launch: Launch) -> Row:
+def _profiles(bench: Sample, launch: Launch) -> Row:
     began = time.perf_counter()
     for run in launch.runs:
         measure_profile(run, bench.outline, bench.solid)
     return Row(f"{len(launch.runs)} runs: their profiles read, one core", time.perf_counter() - began, "s")
 
 
-def _memory(bench: Bench, trials: Sequence[Trial], launch: Launch) -> list[Row]:
+def _memory(bench: Sample, trials: Sequence[Trial], launch: Launch) -> list[Row]:
     expected = len(trials) * size_of(trials[0], bench.trajectory, bench.outline.mean_width_mm).bytes
     rows = [Row(f"{len(trials)} runs: memory, expected", expected / 1e6, "MB")]
     if math.isfinite(launch.taken_bytes):
@@ -169,7 +160,7 @@ def _memory(bench: Bench, trials: Sequence[Trial], launch: Launch) -> list[Row]:
     return rows
 
 
-def _apart(bench: Bench, trial: Trial, device: str) -> list[Row]:
+def _apart(bench: Sample, trial: Trial, device: str) -> list[Row]:
     """Of device and CPU, and of CPU runs among themselves: how far two levels lie apart, mean over bins of 10 mm."""
 
     def level(device: str, up_mm: float = 0.0) -> Profile:
@@ -202,10 +193,10 @@ def _pairs(radius_mm: float | None) -> list[tuple[dict[str, object], Trial]]:
     return [(run.settings, _coarsened(run.trial, radius_mm)) for run in planned]
 
 
-def _digitised(trial: Trial) -> Bench:
+def _digitised(trial: Trial) -> Sample:
     with tempfile.TemporaryDirectory() as scratch, open_folder(Path(scratch) / "run", create=True) as folder:
         run_stages(start_job(trial, FIXTURE, folder, "cpu", Progress()), ("digitise",))
-        return read_bench(folder.path, None)
+        return record_files.read_sample(folder.path)
 
 
 def _used_bytes(device: str) -> float:

@@ -29,13 +29,13 @@ from digitise.settings import CrackShape
 from sealtwin.core import record_files
 from sealtwin.core.comparison import ErrorUncertainty
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Outline
+from sealtwin.core.records import Outline, Sample
 from sealtwin.core.run_folder import open_folder
 from sealtwin.core.settings import checked
 from sealtwin.study.drawn_runs import draw
 from sealtwin.study.extra_runs import vary
-from sealtwin.study.moved_inputs import Base, moved_bench, moved_paste
-from sealtwin.study.runner import Bench, Sealing, seal
+from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample
+from sealtwin.study.runner import Sealing, seal
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import run_stages
@@ -135,7 +135,7 @@ def budget(trial: Trial, folder: Path, runs: int) -> tuple[ErrorUncertainty, flo
             vary(job)
             spread = read_spread(job)
         spent_s = time.process_time() - began
-        outline, solid, readings = base.bench.outline, base.bench.solid, readings_of(job, base.profile)
+        outline, solid, readings = base.sample.outline, base.sample.solid, readings_of(job, base.profile)
         assert readings is not None
         assert job.trial.readings is not None
         known = job.trial.known_inputs(outline, solid)
@@ -194,14 +194,16 @@ def base_of(number: int) -> Base:
         "uncertainty": DOUBTS,
     }
     trial = checked(Trial, Path(f"slot-{number}.toml"), content)
-    run, profile = pour(case.solid, case.outline, case.trajectory, case.fluid, case.solver, case.nozzle, seed=0)
-    return Base(Path(), trial, Bench(case.outline, case.solid, case.trajectory, None), run, profile)
+    sample = Sample(case.outline, case.solid, case.trajectory)
+    return Base(Path(), trial, sample, *pour(sample, case.fluid, case.solver, case.nozzle, seed=0))
 
 
 def _level_mm(base: Base, signs: dict[str, float]) -> float:
     """Mean level by particles with inputs moved."""
     steps = {name: float(sign * DOUBTS[name]) for name, sign in signs.items()}
-    (sealing,) = seal(moved_bench(base, steps), [base.changed(moved_paste(base, steps))], device="cpu", keep_runs=False)
+    (sealing,) = seal(
+        moved_sample(base, steps), [base.changed(moved_paste(base, steps))], device="cpu", keep_runs=False
+    )
     assert isinstance(sealing, Sealing), sealing
     s_mm = sealing.profile.s_mm
     return float(np.trapezoid(sealing.profile.level_mm, s_mm) / (s_mm[-1] - s_mm[0]))

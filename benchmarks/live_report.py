@@ -74,8 +74,8 @@ def main() -> None:
                 move(page, dict(zip(SLIDERS, shares.tolist(), strict=True)))
                 lab = page_file.parents[1]
                 run, profile = poured(write_changed(page, lab / "changed.toml"), lab / f"changed-{len(off_mm)}")
-                assert run.bed is not None
-                unfit += bool(run.bed.unfit)
+                assert run.fast_fill is not None
+                unfit += bool(run.unfit)
                 off_mm.append(float(np.abs(level_mm(page) - profile.level_mm).max()))
                 print(f"{name:<12} off by {off_mm[-1]:.6f} mm, page against command", flush=True)
             per_s = min(per_s, _updates_per_s(page))

@@ -24,13 +24,13 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import record_files
 from sealtwin.core.progress import Progress, progress_for_stderr
-from sealtwin.core.records import Run
+from sealtwin.core.records import Run, Sample
 from sealtwin.core.run_folder import open_folder
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 from simulate.profile import volume_ratio
-from simulate.run import inject
+from simulate.run import fill
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.places import FIXTURE
 from tests.shapes import straight_slot
@@ -71,15 +71,12 @@ def _trial(threads: int) -> list[Row]:
     baseline_ms = time_both(PARTICLES, threads).numba_ms
     clock = time.process_time if threads == 1 else time.perf_counter
     began, wall = clock(), time.perf_counter()
-    run = inject(
-        solid,
-        outline,
-        trajectory,
+    run, _ = fill(
+        Sample(outline, solid, trajectory),
         LIKE_THE_PAPER,
         solver,
         trial.nozzle,
         seed=trial.seed,
-        device="cpu",
         progress=progress_for_stderr(quiet=False),
         threads=threads,
     )
@@ -132,15 +129,12 @@ def _narrow(threads: int) -> list[Row]:
     path = NozzlePath(volume_ml=4.8 * NARROW_MM / 3.1, speed_mm_s=4.0, trim_mm=10.0)
     trajectory = plan_trajectory(outline, path, solid.cavity_volume_mm3, solid.sections)
     began = time.perf_counter()
-    run = inject(
-        solid,
-        outline,
-        trajectory,
+    run, _ = fill(
+        Sample(outline, solid, trajectory),
         LIKE_THE_PAPER,
         Solver(radius_mm=NARROW_MM / 8, pressure="two-level"),
         Nozzle(diameter_mm=NARROW_MM),
         seed=0,
-        device="cpu",
         progress=progress_for_stderr(quiet=False),
         threads=threads,
     )

@@ -27,13 +27,12 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import files
 from sealtwin.core.progress import PlainProgress
-from sealtwin.core.records import Outline
+from sealtwin.core.records import Outline, Sample
 from sealtwin.plan.emulation import Faults, emulate
 from sealtwin.plan.loop_model import by_particles, make_model, read_model, two_passes, write_model
 from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, step
 from sealtwin.plan.make_plan import Options, Planned, case_of, plan_on
 from sealtwin.plan.verify import Verifier
-from sealtwin.study.runner import Bench
 from sealtwin.trial.trial_file import Trial
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.shapes import CUT, outline_between
@@ -78,11 +77,11 @@ def trial(radius_mm: float) -> Trial:
     )
 
 
-def bench(own: Trial) -> Bench:
+def bench(own: Trial) -> Sample:
     outline = crack()
     assert own.crack is not None
     solid = build_solid(outline, own.crack)
-    return Bench(outline, solid, plan_trajectory(outline, own.path, solid.cavity_volume_mm3, solid.sections), None)
+    return Sample(outline, solid, plan_trajectory(outline, own.path, solid.cavity_volume_mm3, solid.sections))
 
 
 def figures_of(folder: Path, radius_mm: float) -> dict[str, float]:

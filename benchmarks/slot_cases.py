@@ -26,10 +26,8 @@ from benchmarks.kept_runs import KeptRuns
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats, Outline, Solid, Trajectory
-from simulate.profile import measure_profile, volume_ratio
-from simulate.run import inject
+from sealtwin.core.records import Floats, Outline, Sample, Solid, Trajectory
+from simulate.run import fill as fill_crack
 from simulate.settings import Fluid, Nozzle, Solver, particle_volume
 from simulate.slot.fill import CELLS, STEPS, Filled, fill
 from simulate.slot.fitness import Fitness, fitness_of
@@ -148,10 +146,8 @@ def _path(draw: int, number: int, seed: int) -> Path:
 
 def _run(draw: int, number: int, seed: int, case: Case) -> None:
     began = time.process_time()
-    sample = case.solid, case.outline, case.trajectory
-    physics = case.fluid, case.solver, case.nozzle
-    run = inject(*sample, *physics, seed=seed, device="cpu", progress=Progress())
-    profile = measure_profile(run, case.outline, case.solid)
+    sample = Sample(case.outline, case.solid, case.trajectory)
+    run, profile = fill_crack(sample, case.fluid, case.solver, case.nozzle, seed=seed)
     level_mm = np.interp(STATIONS_MM, profile.s_mm, profile.level_mm)
     rows = np.column_stack([STATIONS_MM, level_mm])
     np.savetxt(_path(draw, number, seed), rows, "%.1f,%.3f", header="s_mm,level_mm", comments="")
@@ -160,7 +156,7 @@ def _run(draw: int, number: int, seed: int, case: Case) -> None:
         "seed": seed,
         "radius_mm": run.radius_mm,
         "particles": len(run.position_mm),
-        "volume_ratio": round(volume_ratio(run, case.solid), 4),
+        "volume_ratio": round(run.health.volume_ratio or 0.0, 4),
         "spilled": run.spilled_particles,
         "escaped": run.escaped_particles,
         "processor_s": round(time.process_time() - began, 1),

@@ -18,7 +18,7 @@ from sealtwin.core.run_folder import open_folder
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import Trial, load_trial
-from simulate.run import inject
+from simulate.run import fill
 
 TRIAL = Path(__file__).parent.parent / "fixtures" / "paper-trial" / "trial.toml"
 FACTOR = 2.0
@@ -63,19 +63,8 @@ def _told(trial: Trial, sample: Path, radius_mm: float, yield_stress_pa: float) 
     assert trial.fluid is not None, "the shipped trial has a fluid"
     fluid = trial.fluid.model_copy(update={"yield_stress_pa": yield_stress_pa})
     solver = trial.solver.model_copy(update={"radius_mm": radius_mm})
-    solid, outline = record_files.read_solid(sample), record_files.read_outline(sample)
     told = Told()
-    inject(
-        solid,
-        outline,
-        record_files.read_trajectory(sample),
-        fluid,
-        solver,
-        trial.nozzle,
-        seed=trial.seed,
-        device="cpu",
-        progress=told,
-    )
+    fill(record_files.read_sample(sample), fluid, solver, trial.nozzle, seed=trial.seed, progress=told)
     return told
 
 

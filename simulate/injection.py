@@ -11,8 +11,9 @@ import warp as wp
 from numpy.typing import NDArray
 
 from sealtwin.core.errors import InputError, NumericalError
-from sealtwin.core.records import Outline, Run, RunHealth, Solid, Trajectory
+from sealtwin.core.records import Outline, Run, Solid, Trajectory
 from sealtwin.core.regime import regime_of
+from sealtwin.core.run_figures import RunHealth
 from simulate.device import describe_device
 from simulate.fluid.fault_checks import SENTENCES, RunFault
 from simulate.fluid.run_statistics import RunStatistics
@@ -291,10 +292,7 @@ def prepare(
     Raises InputError where the settings do not fit the crack, and ValueError where the numbers of substeps differ.
     """
     if solver.model == "slot":
-        raise InputError(
-            'solver.model = "slot": this runs particles. Leave it out; the fast model runs in a trial or a study, as '
-            "by run_trial() and sweep()."
-        )
+        raise InputError('solver.model = "slot": this runs particles. Leave it out.')
     solver = solver.for_crack(outline.mean_width_mm)
     fluids = [fluid.loaded(Path()) for fluid in fluids]
     for fluid in fluids:

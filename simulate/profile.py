@@ -11,8 +11,6 @@ box of ones, longest run of each column, its top edge) and removes what the pixe
   crack, which a side view reads (``simulate/slot/mound.py``).
 """
 
-from typing import Any, Protocol
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -20,7 +18,7 @@ from scipy.spatial import KDTree
 
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import NumericalError
-from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Profile, Run, Solid
+from sealtwin.core.records import Bed, FaceLabel, Floats, Integers, Outline, Profile, Run, Solid
 from simulate.settings import SampleSlope
 from simulate.vessel import Mask, cross, vessel_of
 
@@ -28,7 +26,7 @@ PIXEL_MM = 0.2  # Pixel of the side view; never more than half a particle's radi
 GRAVITY_MM_S2 = 9810.0
 
 
-def measure_profile(run: "Lying", outline: Outline, solid: Solid) -> Profile:
+def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
     """Level of the sealant over s = 0 to the crack's length, every 0.2 mm, square to the face however it lies.
 
     Sealant in the cavity or above its mouth counts. Sealant that rests on the face beside the mouth is left out,
@@ -38,8 +36,10 @@ def measure_profile(run: "Lying", outline: Outline, solid: Solid) -> Profile:
     Particles over the sample's edge and particles in flight are left out as well. A column without a particle is the
     floor; gaps of up to one particle's diameter, in a column or between columns, are packing and are closed.
 
-    Raises NumericalError where a position is not finite.
+    The fast model has computed its level. Raises NumericalError if a position is not finite.
     """
+    if isinstance(run, Run) and run.level is not None:
+        return run.level
     if not np.isfinite(run.position_mm).all():
         index = int(np.argmin(np.isfinite(run.position_mm).all(axis=1)))
         raise NumericalError(f"Particle {index} has no finite position: {run.position_mm[index]}. No profile is read.")
@@ -68,7 +68,11 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
 
     Bias: lattices of known volume, also with 20 % scatter, in vertical, leaning and flaring slots are read at 0.984 to
     1.004. The edge of a film on the face gains up to 0.2 R, a slope m about 0.4 m R.
+
+    The fast model has recorded the ratio of its level.
     """
+    if not run.has_particles and run.health.volume_ratio is not None:
+        return run.health.volume_ratio
     on_sample = settled(run, np.full(len(run.position_mm), solid.depth_mm))
     if not on_sample.any():
         return 0.0
@@ -76,24 +80,7 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
     return occupied_mm3 / run.dispensed_volume_mm3
 
 
-class Lying(Protocol):
-    """Particles of a bed as its measures need them: those of a finished run, or of one on its way."""
-
-    @property
-    def position_mm(self) -> Floats: ...
-    @property
-    def velocity_mm_s(self) -> Floats: ...
-    @property
-    def spilled(self) -> Mask: ...
-    @property
-    def radius_mm(self) -> float: ...
-    @property
-    def particle_volume_mm3(self) -> float: ...
-    @property
-    def settings(self) -> dict[str, Any]: ...
-
-
-def settled(run: Lying, depth_mm: Floats) -> Mask:
+def settled(run: Bed, depth_mm: Floats) -> Mask:
     """Mask of the particles on the sample, (n,), not over its edge or in flight. ``depth_mm`` is the floor's, (n,).
 
     A particle is in flight if it falls, along gravity, faster than after a free fall of one radius, sqrt(2 g R), which
@@ -125,7 +112,7 @@ def fastest_fall_mm_s(radius_mm: float) -> float:
     return np.sqrt(2 * GRAVITY_MM_S2 * radius_mm)
 
 
-def half_spacing_mm(run: Lying) -> float:
+def half_spacing_mm(run: Bed) -> float:
     """Height of the liquid above the topmost centres: half the side of the cube that a particle stands for."""
     return half_side_mm(run.radius_mm, run.particle_volume_mm3)
 

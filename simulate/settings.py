@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, Tag, model_validator
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.run_figures import FAST, Method
 from sealtwin.core.settings import Settings
 from simulate.material_curve import (
     ByForm,
@@ -274,7 +275,7 @@ STEEPEST_DEG = 45.0  # Bound of both slopes of a sample: roads stay below 12 deg
 class Solver(Settings):
     """The numerical method. Equations: Macklin & Müller 2013 (PBF), and the paper's Eqs 1 to 6."""
 
-    model: Literal["particles", "slot"] | None = None
+    model: Method | None = None
     """particles, the default: the fluid in three dimensions. slot: the flow along the crack, averaged over sections, in
     a tenth of a second; for screening within its domain, which a report names. It has no particles, jet or overspill.
     """
@@ -336,6 +337,11 @@ class Solver(Settings):
                     f"{LEAST_TWO_LEVEL_ITERATIONS} leave the fluid boiling; give more, or leave it out"
                 )
         return self
+
+    @property
+    def has_particles(self) -> bool:
+        """False for the fast model, which needs no device, no checkpoint and no estimate of time."""
+        return self.model != FAST
 
     @property
     def size_mm(self) -> float:

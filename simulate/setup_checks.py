@@ -54,7 +54,9 @@ ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32: a release at ju
 def check_fit(
     outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle, slope: SampleSlope = LEVEL
 ) -> None:
-    """Raises InputError where settings that are fine alone are impossible in this crack."""
+    """Raises InputError if settings of particles that are fine alone are impossible in this crack."""
+    if not solver.has_particles:
+        return
     radius_mm = solver.for_crack(outline.mean_width_mm).size_mm
     x_min, y_min, x_max, y_max = solid.block_mm
     side_mm = min(x_max - x_min, y_max - y_min)

@@ -5,12 +5,12 @@ volume that its schedule promises.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, Profile, Solid, Trajectory
+from sealtwin.core.records import Bed, Outline, Profile, Solid, Trajectory
 from simulate.device import start_warp
 from simulate.injection import prepare
 from simulate.profile import measure_profile
@@ -18,18 +18,6 @@ from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particl
 from simulate.setup.release_schedule import Outlet
 from simulate.setup.rheology import NEVER
 from simulate.setup.signed_distance import CM
-
-
-@dataclass(frozen=True)
-class _Lying:
-    """Particles on their way, as the profile reads them."""
-
-    position_mm: Floats
-    velocity_mm_s: Floats
-    spilled: np.ndarray
-    radius_mm: float
-    particle_volume_mm3: float
-    settings: dict[str, object]
 
 
 class SteeredPour:
@@ -87,7 +75,7 @@ class SteeredPour:
         """Return the level along the crack as it is now."""
         self._run.wait()
         state, own = self._run.engine.state, slice(0, self._out)
-        lying = _Lying(
+        bed = Bed(
             state.position_mm()[own],
             state.velocity_mm_s()[own],
             np.zeros(self._out, dtype=bool),
@@ -95,7 +83,7 @@ class SteeredPour:
             self._volume_mm3,
             {} if self._slope.level else {"sample": self._slope.model_dump()},
         )
-        return measure_profile(lying, self._run.outline, self._solid)
+        return measure_profile(bed, self._run.outline, self._solid)
 
     def _release(self, flow_mm3_s: float, frame_s: float) -> None:
         """Let a disc of particles leave as soon as one more is asked for than is out."""

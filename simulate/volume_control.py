@@ -7,12 +7,11 @@ between the walls and its surface, and what is missing or too much is made up by
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from sealtwin.core.records import Floats, Solid
+from sealtwin.core.records import Bed, Solid
 from simulate.device_beds import BedFigures, DeviceBeds
 from simulate.fluid.state import State
 from simulate.kernels.status import FROZEN, MOVING
@@ -37,18 +36,6 @@ CELL = 0.5
 """Width over R of the columns that a bed is measured in: those of 4/3 read beds with hollows up to 1 % wrong."""
 LEAST_FACTOR, MOST_FACTOR = 0.95, 1.2
 """Bounds of the factor: hollows that a stiff paste bridges are no fault of its density, nor are films on the face."""
-
-
-@dataclass(frozen=True)
-class _Bed:
-    """Particles of a run on its way that lie on the sample or fly."""
-
-    position_mm: Floats
-    velocity_mm_s: Floats
-    spilled: Mask
-    radius_mm: float
-    particle_volume_mm3: float
-    settings: dict[str, Any]
 
 
 class VolumeControl:
@@ -128,7 +115,7 @@ class VolumeControl:
             volume_mm3 = self._vessel.volume_mm3(bed.position_mm[lies], half_spacing_mm(bed))
             yield BedFigures(lying, moving, int((moves & lies).sum()), int((flows & lies).sum()), volume_mm3)
 
-    def _particles(self, done: int) -> Iterator[tuple[_Bed, Mask]]:
+    def _particles(self, done: int) -> Iterator[tuple[Bed, Mask]]:
         """Each run's particles that have left the nozzle and are not lost, and the mask of those that move."""
         state = self._state
         out = state.released(done - 1)
@@ -137,7 +124,7 @@ class VolumeControl:
             own = slice(state.own(run).start, state.own(run).start + out)
             here = (status[own] <= int(FROZEN)) & np.isfinite(position_mm[own]).all(axis=1)
             yield (
-                _Bed(
+                Bed(
                     position_mm[own][here],
                     velocity_mm_s[own][here],
                     np.zeros(int(here.sum()), dtype=bool),

@@ -13,14 +13,15 @@ from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.arc_length import arc_length_at
-from sealtwin.core.records import Bed, DataKind, Floats, Outline, Profile, Run, RunHealth, Solid
+from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid
+from sealtwin.core.run_figures import FastFill, RunHealth
 from tests.shapes import straight_slot
 from validate.compare import compare
 from validate.metrics.baselines import flat_levels
 from validate.report_input import Evidence
 from validate.settings import Gate
 
-BED = Bed(
+FAST_FILL = FastFill(
     dispensed_mm3=600.0,
     in_crack_mm3=590.0,
     above_face_mm3=10.0,

@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.progress import Progress
-from sealtwin.core.records import FaceLabel, Floats, Outline, Run, Solid, Trajectory
+from sealtwin.core.records import FaceLabel, Floats, Outline, Run, Sample, Solid, Trajectory
 from sealtwin.core.solid_figures import SolidFigures
 from simulate.fluid.fault_checks import RunFault
 from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
 from simulate.kernels.status import FROZEN, RESTS
-from simulate.run import inject
+from simulate.run import fill
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.rheology import Rheology
@@ -74,8 +73,12 @@ def pour(
     slope: SampleSlope = LEVEL,
     **solver: Any,
 ) -> Run:
-    sample, settings = (*crack, trajectory), Solver.model_validate(solver)
-    return inject(*sample, fluid, settings, Nozzle(), seed=seed, device="cpu", progress=Progress(), slope=slope)
+    sample = sample_of(crack, trajectory)
+    return fill(sample, fluid, Solver.model_validate(solver), Nozzle(), seed=seed, slope=slope)[0]
+
+
+def sample_of(crack: tuple[Solid, Outline], trajectory: Trajectory) -> Sample:
+    return Sample(crack[1], crack[0], trajectory)
 
 
 def lattice(low_mm: Floats, high_mm: Floats, spacing_mm: float, seed: int = 0) -> Floats:

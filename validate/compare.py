@@ -161,7 +161,7 @@ def assess(
         edited=evidence.edited,
         fitted=settings.fitted,
         lab_searched=evidence.lab_searched,
-        screening=evidence.run.bed is not None,
+        screening=not evidence.run.has_particles,
         unseen=flat_levels(measured, outline, solid, evidence.run.dispensed_volume_mm3, earlier),
     )
     metrics = comparison.metrics

@@ -9,6 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from sealtwin.core.comparison import Role
 from sealtwin.core.records import DataKind
+from sealtwin.core.run_figures import Method
 from sealtwin.core.settings import Settings
 from sealtwin.core.solid_figures import WeighedCavity
 
@@ -202,8 +203,6 @@ and cannot tell it from none."""
 NO_INPUTS = ("differences", "station_mm", "station_each_mm", "common_mm", "pass_mm", "repeatability_mm")
 """Settings of [uncertainty] that are about the readings, or about how inputs are moved."""
 Standard = Annotated[float, Field(gt=0, le=1000)]
-Differences = Literal["particles", "slot"]
-"""Model that moved inputs are computed with."""
 
 
 class Uncertainty(Settings):
@@ -212,7 +211,7 @@ class Uncertainty(Settings):
     All are optional and none has a default: one that is not declared is not included, as the report states.
     """
 
-    differences: Differences | None = None
+    differences: Method | None = None
     """Model of the runs with moved inputs. particles: each input up and down by a design, with the coarser particles.
     slot: the fast model, 1,000 runs with all inputs drawn together; the level stays the particles'. Left out, slot
     where the trial is within the fast model's domain, else particles; a report names it beside each input.

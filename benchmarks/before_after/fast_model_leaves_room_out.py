@@ -7,7 +7,7 @@ import numpy as np
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.records import Outline
+from sealtwin.core.records import Outline, Sample
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.slot.run import pour
 from tests.shapes import CUT, closed_crack, straight_slot, with_ring
@@ -22,9 +22,9 @@ def filled(outline: Outline, tilt: str, angle_deg: float) -> tuple[float, bool]:
     solid = build_solid(outline, shape)
     path = NozzlePath(volume_ml=FILL * solid.cavity_volume_mm3 / 1e3, trim_mm=4.0, speed_mm_s=4.0)
     trajectory = plan_trajectory(outline, path, solid.cavity_volume_mm3, solid.sections)
-    run, _ = pour(solid, outline, trajectory, LIQUID, Solver(model="slot"), Nozzle(), seed=0)
-    assert run.bed is not None
-    return run.bed.fill, bool(run.bed.unfit)
+    run, _ = pour(Sample(outline, solid, trajectory), LIQUID, Solver(model="slot"), Nozzle(), seed=0)
+    assert run.fast_fill is not None
+    return run.fast_fill.fill, bool(run.unfit)
 
 
 ring_mm = np.array([(0, -3), (40, -3), (40, 3), (22, 3), (22, 20), (18, 20), (18, 3), (0, 3)], dtype=float)

@@ -13,7 +13,7 @@ from reports.reproduction.extra_claims import D_CM, ETA_PER_S, FREEZE_AFTER_S
 from reports.reproduction.scatter import SEEDS, deciding_pairs
 from reports.reproduction.surface import CHOSEN
 from sealtwin.core import files
-from sealtwin.study.runner import Bench
+from sealtwin.core.records import Sample
 from sealtwin.study.study_file import Study
 from sealtwin.trial.trial_file import Trial
 from simulate.settings import Nozzle, Solver
@@ -84,7 +84,7 @@ def study_text(name: str, trial: Path, fixed: Mapping[str, Any], columns: Sequen
     return "\n".join([*lines, "]", ""])
 
 
-def straight_crack(trial: Trial, narrower: int) -> tuple[Bench, Trial]:
+def straight_crack(trial: Trial, narrower: int) -> tuple[Sample, Trial]:
     """Return a straight crack of the paper's length and depth and a trial for it, so many times narrower than 3.1 mm.
 
     Sealant and nozzle shrink with the width, and four particles are abreast at any.
@@ -96,4 +96,4 @@ def straight_crack(trial: Trial, narrower: int) -> tuple[Bench, Trial]:
     trajectory = plan_trajectory(outline, path, solid.cavity_volume_mm3, solid.sections)
     solver = Solver(preset="paper", radius_mm=width_mm / 8)
     changed = {"solver": solver, "nozzle": Nozzle(diameter_mm=NOZZLE_MM / narrower), "readings": None}
-    return Bench(outline, solid, trajectory, None), trial.model_copy(update=changed)
+    return Sample(outline, solid, trajectory), trial.model_copy(update=changed)

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from sealtwin.core import files
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats
-from sealtwin.study.runner import Bench, ready
+from sealtwin.core.records import Floats, Sample
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from simulate.injection import Injection
-from simulate.run import follow
+from simulate.run import follow, ready
+from simulate.watchers import Watcher
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Pace:
     """Processor time, (frames,)."""
 
 
-class _Clock:
+class _Clock(Watcher):
     """A watcher that takes the processor time of every frame."""
 
     def __init__(self) -> None:
@@ -52,7 +52,7 @@ class _Clock:
         self._began = now
 
 
-def take_pace(path: Path, bench: Bench, trial: Trial) -> None:
+def take_pace(path: Path, bench: Sample, trial: Trial) -> None:
     """Compute a run in this process and write its pace, unless that of the same trial was written before.
 
     Raises NumericalError where the run fails.
@@ -75,8 +75,12 @@ def read_pace(path: Path) -> Pace:
         return Pace(content["processor_s"], content["wall_s"], content["others_cores"], moving, frame_ms)
 
 
-def _paced(bench: Bench, trial: Trial) -> Pace:
-    clock, injection = _Clock(), ready(bench, [trial], "cpu")
+def _paced(bench: Sample, trial: Trial) -> Pace:
+    fluid, solver, nozzle = trial.physics
+    clock, injection = (
+        _Clock(),
+        ready(bench, [fluid], solver, nozzle, seed=trial.seed, device="cpu", slope=trial.sample),
+    )
     busy_s, wall_s, own_s = _busy_s(), time.monotonic(), time.process_time()
     follow(injection, Progress(), [clock])
     busy_s, wall_s, own_s = _busy_s() - busy_s, time.monotonic() - wall_s, time.process_time() - own_s

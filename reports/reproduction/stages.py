@@ -15,10 +15,11 @@ from reports.reproduction.derived import (
     write_study,
 )
 from reports.reproduction.pace import take_pace
+from sealtwin.core import record_files
 from sealtwin.core.cluster import cores
 from sealtwin.core.progress import Progress
+from sealtwin.core.records import Sample
 from sealtwin.core.stage_keys import other_numbers
-from sealtwin.study.runner import Bench, read_bench
 from sealtwin.study.study_file import load_study
 from sealtwin.study.study_folder import Plan, StudyRun, holds_study, read_plan, run_path
 from sealtwin.study.study_map import chart_of
@@ -149,7 +150,7 @@ def _compute_small(part: Part, kind: Kind, work: Path, progress: Progress) -> No
     progress.note(f"{folder}: {len(runs)} runs are timed one after another; leave the machine alone meanwhile.")
     for done, run in enumerate(runs, start=1):
         trial = run.checked_trial
-        take_pace(run_path(folder, run.key) / PACE, read_bench(folder / "samples" / run.sample, None), trial)
+        take_pace(run_path(folder, run.key) / PACE, record_files.read_sample(folder / "samples" / run.sample), trial)
         progress.note(f"{done} of {len(runs)} are timed.")
 
 
@@ -161,7 +162,7 @@ def _swept(study: Path, folder: Path, progress: Progress, *, planned_only: bool 
         progress.note(f"{folder}: {states['done']} runs done, {states['failed']} failed.")
 
 
-def _slot(wanted: Sequence[Part], narrower: int, seed: int) -> tuple[Bench, Trial]:
+def _slot(wanted: Sequence[Part], narrower: int, seed: int) -> tuple[Sample, Trial]:
     """The straight crack with the fluid of the last part's trial."""
     study = wanted[-1].study
     trial = load_trial(study.parent / load_study(study).trial).model_copy(update={"seed": seed})

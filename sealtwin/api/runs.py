@@ -5,7 +5,7 @@ Fluid, solver and nozzle are tables of a trial file, constructed by keywords.
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,7 +14,7 @@ from digitise.settings import NozzlePath
 from sealtwin.api.shared import content_of, settings_from, settings_of
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import progress_for_stderr
-from sealtwin.core.records import Outline, Profile, Run, Solid, Trajectory
+from sealtwin.core.records import Outline, Profile, Run, Sample, Solid, Trajectory
 from sealtwin.core.settings import Settings
 from simulate import settings as tables
 
@@ -187,16 +187,6 @@ class SolverChoice(_FromKeywords, tables.Solver):
         A keyword is unknown or its value out of bounds.
     """
 
-    if not TYPE_CHECKING:
-
-        def __init__(self, **values: Any) -> None:
-            if values.get("model") == "slot":
-                raise InputError(
-                    'Solver: model = "slot" is of trials and studies: use run_trial() or sweep() with solver.model = '
-                    '"slot" in the trial file. inject() runs particles.'
-                )
-            super().__init__(**values)
-
 
 class NozzleChoice(_FromKeywords, tables.Nozzle):
     """The outlet of the sealant.
@@ -286,9 +276,7 @@ def inject(
         The run cannot show this sealant, or what it shows is not sound: a sentence each.
     """
     from simulate.device import choose_device
-    from simulate.profile import volume_ratio
-    from simulate.run import inject as inject_fluid
-    from simulate.setup_checks import check_fit
+    from simulate.run import fill
     from validate.wording.headline import run_warnings
 
     solver = solver or SolverChoice(radius_mm="auto", settle_s=2.0)
@@ -304,14 +292,12 @@ def inject(
     chosen = choose_device(device)
     if threads < 1 or (threads > 1 and chosen != "cpu"):
         raise InputError(f"inject: threads = {threads}: must be 1 or more, and 1 on a GPU.")
-    check_fit(crack, solid, fluid, solver, nozzle, slope)
     with progress_for_stderr(quiet=not progress) as shown:
         how = {"seed": seed, "device": chosen, "slope": slope, "threads": threads}
-        run = inject_fluid(solid, crack, path, fluid, solver, nozzle, progress=shown, **how)
-    ratio = volume_ratio(run, solid)
-    for text in run_warnings(run, ratio):
+        run, _ = fill(Sample(crack, solid, path), fluid, solver, nozzle, progress=shown, **how)
+    for text in run_warnings(run, run.health.volume_ratio or 0.0):
         warnings.warn(text, RuntimeWarning, stacklevel=2)
-    return replace(run, health=run.health.model_copy(update={"volume_ratio": ratio}))
+    return run
 
 
 def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:

@@ -158,8 +158,10 @@ def _fit_to_calibrate(file: Path, trial: Trial) -> tuple[Readings, Any]:
         raise InputError(f"{file}: no [fluid] table; give viscosity_pa_s, or U and D_cm.")
     if trial.readings is None:
         raise InputError(f"{file}: no [readings]; a calibration, and its check, need a sheet of readings.")
-    if trial.solver.model == "slot":
-        raise InputError(f'{file}: solver.model is "slot"; a calibration is of particles. Take "particles".')
+    if not trial.solver.has_particles:
+        raise InputError(
+            f'{file}: solver.model is "{trial.solver.model}"; a calibration is of particles. Take "particles".'
+        )
     require_sample(trial, file.parent)
     check_sheet(file.parent / trial.readings.file)
     return trial.readings, trial.fluid

@@ -13,7 +13,8 @@ from sealtwin.core.comparison import Comparison
 from sealtwin.core.errors import InputError
 from sealtwin.core.interrupts import load_trimesh
 from sealtwin.core.mesh_file import read_mesh
-from sealtwin.core.records import Bed, FaceLabel, Outline, Profile, Run, RunHealth, Sections, Solid, Trajectory
+from sealtwin.core.records import FaceLabel, Outline, Profile, Run, Sample, Sections, Solid, Trajectory
+from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.solid_figures import SolidFigures
 
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
@@ -81,7 +82,7 @@ class RunSettings(TypedDict, total=False):
     sample: dict[str, Any]
 
 
-class Simulation(Result):
+class Simulation(Result, FilledBy):
     """Content of simulation.json: a run without its particles."""
 
     particles: Count
@@ -93,12 +94,12 @@ class Simulation(Result):
     device: str
     settings: RunSettings
     health: RunHealth
-    bed: Bed | None = None
+    fast_fill: FastFill | None = Field(default=None, validation_alias="bed")
     remarks: tuple[str, ...] = ()
 
     @model_validator(mode="after")
     def _hold_sealant(self) -> Self:
-        if not self.particles and self.bed is None:
+        if not self.particles and self.has_particles:
             raise ValueError("particles is 0, and there is no bed")
         return self
 
@@ -206,6 +207,18 @@ def read_trajectory(folder: Path) -> Trajectory:
     return Trajectory(t_s, np.column_stack([x_mm, y_mm, z_mm]), *others)
 
 
+def write_sample(folder: Path, sample: Sample) -> None:
+    """Write a digitised sample without its readings. The trajectory is last: with it the folder is whole."""
+    write_outline(folder, sample.outline)
+    write_solid(folder, sample.solid)
+    write_trajectory(folder, sample.trajectory)
+
+
+def read_sample(folder: Path) -> Sample:
+    """Read a digitised sample without readings. Raises InputError if a file is missing or damaged."""
+    return Sample(read_outline(folder), read_solid(folder), read_trajectory(folder))
+
+
 def write_run(folder: Path, run: Run) -> None:
     """Write particles.csv, and simulation.json with all that is not per particle."""
     rows = np.column_stack([run.position_mm, run.velocity_mm_s, run.age_s, run.spilled.astype(float)])
@@ -213,8 +226,8 @@ def write_run(folder: Path, run: Run) -> None:
     keys = ("radius_mm", "particle_volume_mm3", "dispensed_volume_mm3", "escaped_particles", "spilled_particles")
     content = {key: getattr(run, key) for key in (*keys, "device", "settings")}
     content["health"] = run.health.recorded()
-    if run.bed is not None:
-        content["bed"] = run.bed.model_dump()
+    if run.fast_fill is not None:
+        content["bed"] = run.fast_fill.model_dump()
     if run.remarks:
         content["remarks"] = run.remarks
     files.write_json(folder / "simulation.json", {"particles": len(run.position_mm), **content})
@@ -236,7 +249,7 @@ def read_run(folder: Path) -> Run:
             f"{path}: {counts[0]} particles, {counts[1]} of them spilled; simulation.json has {simulation.particles} "
             f"and {simulation.spilled_particles}. Simulate again."
         )
-    keys = ("radius_mm", "particle_volume_mm3", "escaped_particles", "device", "health", "bed", "remarks")
+    keys = ("radius_mm", "particle_volume_mm3", "escaped_particles", "device", "health", "fast_fill", "remarks")
     return Run(
         position_mm=rows[:, 0:3],
         velocity_mm_s=rows[:, 3:6],

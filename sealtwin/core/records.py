@@ -17,9 +17,11 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, with_config
+from pydantic import BaseModel, ConfigDict, PlainValidator, with_config
 
 from sealtwin.core.arc_length import Floats, arc_length
+from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
+from sealtwin.core.run_figures import Known as Known
 from sealtwin.core.solid_figures import EndKind, SolidFigures
 
 Integers = NDArray[np.int64]
@@ -296,88 +298,16 @@ class JsonRecord(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, arbitrary_types_allowed=True)
 
 
-Known = Annotated[
-    float | None, BeforeValidator(lambda value: None if isinstance(value, float) and not np.isfinite(value) else value)
-]
-"""A number, or None where it does not exist, as the error of a stretch without readings."""
-
-
-class RunHealth(JsonRecord):
-    """Numbers that a run records about itself; None where one was not recorded or does not exist.
-
-    Labels and units of all are in the report's table of numerical health.
-    """
-
-    # Files of other versions may hold more.
-    model_config = ConfigDict(extra="allow")
-
-    density_error_mean: Known = None  # Compression above the rest density as a share of it, as are the next two
-    density_error_p95: Known = None
-    density_error_max: Known = None
-    most_neighbours: int | None = None
-    moving_mean: Known = None
-    moving_most: int | None = None
-    viscosity_iterations_mean: Known = None
-    viscosity_iterations_most: int | None = None
-    frames: int | None = None
-    frame_s: Known = None
-    substeps: int | None = None
-    particles_a_release: int | None = None
-    wall_particles: int | None = None
-    particles_across: Known = None
-    kernels_a_frame: int | None = None
-    setup_s: Known = None  # Computing time before the first frame
-    frames_s: Known = None  # Computing time of all frames
-    viscosity_m2_s: Known = None  # None of U without a yield stress, which is no viscosity
-    viscosity_pa_s: Known = None
-    viscosity_added_m2_s: Known = None  # Viscosity that the particles add to it by themselves
-    U: Known = None
-    D_cm: Known = None
-    yield_stress_pa: Known = None
-    reynolds: Known = None
-    bond: Known = None
-    bingham: Known = None
-    volume_factor: Known = None  # Volume of a particle in the density sum over that of Eq. 6, at the end
-    volume_ratio: Known = None  # Volume of the settled particles over the dispensed volume
-    end_speed_mm_s: Known = None  # RMS speed of the particles at the end, without those that spilled
-
-    def recorded(self) -> dict[str, Any]:
-        """Return the numbers that were recorded, by name."""
-        return self.model_dump(exclude_unset=True)
-
-
-class Bed(JsonRecord):
-    """Sealant by its place, of a run of the fast model, and what bounds that model's domain."""
-
-    dispensed_mm3: float
-    in_crack_mm3: float  # Below the face
-    above_face_mm3: float
-    in_flight_mm3: float  # Given, and not yet landed when the run ends
-    held_slope: float  # Slope that the paste holds between the walls
-    mound_mm: float  # Height of what stays standing under the nozzle's last place
-    fill: float  # Volume given over that of the crack
-    above_mm: float | None = (
-        None  # Highest level over the face, 0 where it stays below; None in runs that did not record it
-    )
-    unfit: tuple[str, ...]  # Why the model is unfit for the case, a sentence each; none where it is fit
-
-
 @dataclass(frozen=True)
-class Run:
-    """Finished fluid run, of particles or of the fast model, which has none."""
+class Bed:
+    """Particles on their way or at rest, as levels and volumes are measured from them."""
 
-    position_mm: Floats  # (n, 3): at the end, when the profile is measured
+    position_mm: Floats  # (n, 3)
     velocity_mm_s: Floats  # (n, 3)
-    age_s: Floats  # (n,): since release
     spilled: NDArray[np.bool_]  # (n,): over the sample's edge
     radius_mm: float
     particle_volume_mm3: float  # Dispensed volume over the number of particles: Eq. 6 of the paper.
-    escaped_particles: int  # Particles that went through a wall; anything but 0 is a fault
-    device: str
     settings: dict[str, Any]  # Effective settings of the solver after its preset is resolved
-    health: RunHealth  # Numbers that show whether the run can be trusted: density error, neighbours, iterations, times
-    bed: Bed | None = None  # None of a run of particles; of one with a bed, numbers of particles are not computed
-    remarks: tuple[str, ...] = ()  # Sentences on what the run cannot show of its sealant, known before its first frame
 
     @property
     def particles(self) -> int:
@@ -387,11 +317,34 @@ class Run:
     def spilled_particles(self) -> int:
         return int(self.spilled.sum())
 
+
+@dataclass(frozen=True)
+class Run(Bed, FilledBy):
+    """Finished fluid run, of particles or of the fast model, which has none and does not count any."""
+
+    age_s: Floats  # (n,): since release
+    escaped_particles: int  # Particles that went through a wall; anything but 0 is a fault
+    device: str
+    health: RunHealth  # Numbers that show whether the run can be trusted: density error, neighbours, iterations, times
+    fast_fill: FastFill | None = None
+    remarks: tuple[str, ...] = ()  # Sentences on what the run cannot show of its sealant, known before its first frame
+    level: "Profile | None" = (
+        None  # Level by the fast model; None of particles, which it is measured from, and of files
+    )
+
     @property
     def dispensed_volume_mm3(self) -> float:
-        if self.bed is not None:
-            return self.bed.dispensed_mm3
+        if self.fast_fill is not None:
+            return self.fast_fill.dispensed_mm3
         return self.particles * self.particle_volume_mm3
+
+    @property
+    def share_below_face(self) -> float:
+        """Share of the sealant on the sample that is below the face, 0 if there is none."""
+        if self.fast_fill is not None:
+            return self.fast_fill.in_crack_mm3 / (self.fast_fill.in_crack_mm3 + self.fast_fill.above_face_mm3)
+        height_mm = self.position_mm[~self.spilled, 2]
+        return float((height_mm <= 0).mean()) if len(height_mm) else 0.0
 
 
 class ParticleState(IntEnum):
@@ -443,3 +396,16 @@ class Profile:
     dialect: str = ""  # Sentence that says how the sheet of readings was understood; empty for a simulated profile
     doubts: tuple[str, ...] = ()  # What the sheet may not have meant, a sentence each with its cell and its answer
     columns: tuple[ReadColumn, ...] = ()  # Columns of the sheet as they were understood, those not read included
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A digitised crack, its solid and the nozzle's path: all that a run takes of a photo or a mesh.
+
+    A sample equals itself alone, so that what is made from it can be kept beside it. Another process can take it.
+    """
+
+    outline: Outline
+    solid: Solid
+    trajectory: Trajectory
+    readings: Profile | None = None

@@ -62,7 +62,7 @@ def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
     content = record_files.read_comparison(run, HeldOut)
     simulation = record_files.read_simulation(run)
     measured = content["photo_data"] == content["readings_data"] == "measured"
-    if content["role"] != "held-out" or not measured or simulation.bed is not None:
+    if content["role"] != "held-out" or not measured or not simulation.has_particles:
         return None
     if simulation.escaped_particles or not kept_volume(simulation.volume_ratio):
         return None

@@ -12,8 +12,8 @@ from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import read_record
 from sealtwin.core.records import Floats, Numbers
-from sealtwin.study.moved_inputs import Base, moved_bench, moved_paste, refuse_immovable
-from validate.settings import Differences
+from sealtwin.core.run_figures import PARTICLES
+from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
 from validate.uncertainty.inputs import RUNS, InputDraws, drawn_inputs
 
 PART = 50  # Runs in a part
@@ -31,37 +31,33 @@ class Drawn(RootModel[Numbers]):
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
 
-def model_of(base: Base) -> Differences:
-    """Return the model that moves a trial's inputs: the declared one, else the fast one within its domain.
+def takes_draws(base: Base) -> bool:
+    """Return True if the fast model moves the inputs: if it is declared, makes the level, or the case is in its domain.
 
-    Raises InputError if the declared one cannot.
+    Raises InputError if particles are declared beside a level by the fast model.
     """
-    declared, own = base.trial.uncertainty.differences, base.trial.solver.model
-    if own == "slot":
-        if declared == "particles":
+    declared, solver = base.trial.uncertainty.differences, base.trial.solver
+    if not solver.has_particles:
+        if declared == PARTICLES:
             raise InputError(
-                f'{base.path / "trial.toml"}: uncertainty.differences = "particles" beside solver.model = "slot": the '
-                "differences are of the model that makes the level. Leave it out."
+                f'{base.path / "trial.toml"}: uncertainty.differences = "{declared}" beside solver.model = '
+                f'"{solver.model}": the differences are of the model that makes the level. Leave it out.'
             )
-        return "slot"
+        return True
     if declared is not None:
-        return declared
+        return declared != PARTICLES
     try:
-        return "particles" if unfit_for(base) else "slot"
+        return not unfit_for(base)
     except InputError:
-        return "particles"  # A paste that the fast model does not know.
+        return False  # A paste that the fast model does not know.
 
 
 def unfit_for(base: Base) -> tuple[str, ...]:
     """Return why the fast model is unfit for a trial. Raises InputError for a paste that it does not know."""
     from simulate.slot.run import pour
 
-    trial, bench = base.trial, base.bench
-    assert trial.fluid is not None, "it was run"
-    sample = bench.solid, bench.outline, bench.trajectory
-    run, _ = pour(*sample, trial.fluid, trial.solver, trial.nozzle, seed=trial.seed, slope=trial.sample)
-    assert run.bed is not None, "the fast model has one"
-    return run.bed.unfit
+    trial = base.trial
+    return pour(base.sample, *trial.physics, seed=trial.seed, slope=trial.sample)[0].unfit
 
 
 def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RUNS) -> InputDraws:
@@ -73,7 +69,7 @@ def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RU
     """
     refuse_immovable(base)
     inputs = base.inputs
-    unfit, s_mm = unfit_for(base), np.linspace(0.0, base.bench.outline.length_mm, PLACES)
+    unfit, s_mm = unfit_for(base), np.linspace(0.0, base.sample.outline.length_mm, PLACES)
     steps = [_steps(base, dict(zip(inputs, row, strict=True))) for row in drawn_inputs(inputs, runs).tolist()]
     parts = {folder / f"{first:04d}.json": steps[first : first + PART] for first in range(0, runs, PART)}
     waiting = {path: part for path, part in parts.items() if not path.is_file()}
@@ -115,12 +111,10 @@ def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
     from simulate.slot.fill import STEPS, fill
     from simulate.slot.run import paste_of
 
-    bench, trial = moved_bench(base, steps, meshed=False), base.changed(moved_paste(base, steps))
-    assert trial.fluid is not None, "it was run"
-    paste = paste_of(trial.fluid, trial.solver, trial.nozzle, bench.trajectory, trial.seed)
-    sample = bench.solid, bench.outline, bench.trajectory
+    sample, trial = moved_sample(base, steps, meshed=False), base.changed(moved_paste(base, steps))
+    paste = paste_of(*trial.physics, sample.trajectory, trial.seed)
     how = {"nozzle_mm": trial.nozzle.diameter_mm, "settle_s": trial.solver.settle_s, "steps": STEPS // COARSER}
-    bed = fill(*sample, paste, **how, slope=trial.sample)
+    bed = fill(sample.solid, sample.outline, sample.trajectory, paste, **how, slope=trial.sample)
     return np.interp(s_mm, bed.sections.s_mm, bed.level_mm)
 
 
@@ -135,6 +129,6 @@ def _steps(base: Base, z: dict[str, float]) -> dict[str, float]:
         steps["viscosity_percent"] = 100 * ((1 + inputs["viscosity_percent"] / 100) ** z["viscosity_percent"] - 1)
     if "yield_stress_pa" in z and trial.fluid is not None:
         steps["yield_stress_pa"] = max(steps["yield_stress_pa"], -trial.fluid.yield_stress_pa)
-    if "wall_angle_deg" in z and trial.crack is not None and base.bench.solid.figures.weighed is None:
+    if "wall_angle_deg" in z and trial.crack is not None and base.sample.solid.figures.weighed is None:
         steps["wall_angle_deg"] = max(steps["wall_angle_deg"], -min(trial.crack.wall_angles_deg))
     return steps

@@ -71,7 +71,7 @@ def releases_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> "Sched
 
     Raises InputError if the path gives no sealant, or more particles than are allowed.
     """
-    if trial.solver.model == "slot":
+    if not trial.solver.has_particles:
         return None
     from simulate.setup.release_schedule import plan_releases
 
@@ -88,8 +88,7 @@ def remarks_of(
         return []
     from simulate.remarks import remarks_on
 
-    assert trial.fluid is not None, "a study without one is refused"
-    return list(remarks_on(trial.fluid, outline, solid, trial.solver, schedule))
+    return list(remarks_on(trial.given_fluid, outline, solid, trial.solver, schedule))
 
 
 def size_of(trial: Trial, trajectory: Trajectory, width_mm: float, releases: "Schedule | None" = None) -> RunSize:
@@ -104,10 +103,9 @@ def size_of(trial: Trial, trajectory: Trajectory, width_mm: float, releases: "Sc
     from simulate.setup.release_schedule import course_of
     from simulate.setup_checks import solved_as
 
-    assert trial.fluid is not None, "a study without one is refused"
     solver = trial.solver.for_crack(width_mm)
-    course = course_of(schedule, trial.fluid, solver.settle_s)
-    _, substeps = solved_as(trial.fluid, solver, schedule.frame_s, course.frames)
+    course = course_of(schedule, trial.given_fluid, solver.settle_s)
+    _, substeps = solved_as(trial.given_fluid, solver, schedule.frame_s, course.frames)
     work_s = PARTICLE_S * substeps * course.work.sum()
     return RunSize(schedule.particles, int(course.moving.max()), SETUP_S + float(work_s), substeps)
 

@@ -16,13 +16,13 @@ from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Profile
+from sealtwin.core.records import Profile, Sample
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
-from sealtwin.study.drawn_runs import draw, model_of
+from sealtwin.study.drawn_runs import draw, takes_draws
 from sealtwin.study.estimate import RunSize, Timing, estimate, remarks_of, size_of
-from sealtwin.study.moved_inputs import Base, moved_bench, moved_paste, refuse_immovable
-from sealtwin.study.runner import Bench, Computing, compute
+from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
+from sealtwin.study.runner import Computing, compute
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
@@ -40,7 +40,7 @@ freedom and sqrt(3/2) times the noise: its interval is 1.4 times wider."""
 SEEDS = 2**31  # Number of seeds that a trial may have
 
 
-_Variant = tuple[dict[str, float], Trial, Bench]
+_Variant = tuple[dict[str, float], Trial, Sample]
 """Settings of an extra run that differ from the trial, the particle size or the steps of its inputs; and its own."""
 
 
@@ -61,9 +61,9 @@ def vary(job: Job) -> bool:
             f"'sealtwin run TRIAL --out {job.path}' first."
         )
     base, settings = Base.of(job), varied_settings(job.trial)
-    particles = job.trial.solver.model != "slot"
+    particles = job.trial.solver.has_particles
     device = choose_device(job.device) if particles else ""
-    drawn = bool(base.inputs) and model_of(base) == "slot"
+    drawn = bool(base.inputs) and takes_draws(base)
     how = {"replicates": REPLICATES, "device": device, **({"drawn": RUNS} if drawn else {})}
     numbers = job.numbers("validate")
     key = stage_key(inputs, {**settings, **how}, numbers)
@@ -129,15 +129,15 @@ def _variants(base: Base, *, designed: bool) -> list[_Variant]:
         for number in range(size_mm == base.run.radius_mm, REPLICATES):
             # The first of each size is as earlier versions ran it, and keeps its key.
             named = {"solver.radius_mm": round(size_mm, 4)} | ({"seed": number} if number else {})
-            trial = _same_physics(base, base.bench, size_mm, {})
+            trial = _same_physics(base, base.sample, size_mm, {})
             seed = (trial.seed + number) % SEEDS
-            variants.append((named, trial.model_copy(update={"seed": seed}), base.bench))
+            variants.append((named, trial.model_copy(update={"seed": seed}), base.sample))
     if inputs and designed:
         refuse_immovable(base)
         for signs in two_level_design(len(inputs)):
             steps = {name: float(sign * standard) for sign, (name, standard) in zip(signs, inputs.items(), strict=True)}
-            bench = moved_bench(base, steps)
-            variants.append((steps, _same_physics(base, bench, _sizes_mm(base)[-1], steps), bench))
+            sample = moved_sample(base, steps)
+            variants.append((steps, _same_physics(base, sample, _sizes_mm(base)[-1], steps), sample))
     return variants
 
 
@@ -150,11 +150,11 @@ def _own_timing(base: Base) -> list[Timing]:
     health = base.run.health
     if health.setup_s is None or health.frames_s is None:
         return []
-    size = size_of(base.trial, base.bench.trajectory, base.bench.outline.mean_width_mm)
+    size = size_of(base.trial, base.sample.trajectory, base.sample.outline.mean_width_mm)
     return [(size.work_s, health.setup_s + health.frames_s)]
 
 
-def _same_physics(base: Base, bench: Bench, radius_mm: float, steps: Mapping[str, float]) -> Trial:
+def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[str, float]) -> Trial:
     """Return the trial at another particle size with the same viscosity: U and D depend on radius and frame.
 
     Raises InputError if its settings cannot be used.
@@ -164,19 +164,17 @@ def _same_physics(base: Base, bench: Bench, radius_mm: float, steps: Mapping[str
     from simulate.setup_checks import effective_u
 
     trial, health = base.trial, base.run.health.recorded()
-    assert trial.fluid is not None, "it was run"
-    frame_s = plan_releases(bench.trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed).frame_s
+    frame_s = plan_releases(sample.trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed).frame_s
     changes: dict[str, Any] = {
         "solver.radius_mm": radius_mm,
         **moved_paste(base, steps),
         # Left out, it follows from the viscosity again.
-        "fluid.D_cm": None if trial.fluid.D_cm is None else trial.fluid.D_cm * frame_s / health["frame_s"],
+        "fluid.D_cm": None if trial.given_fluid.D_cm is None else trial.given_fluid.D_cm * frame_s / health["frame_s"],
     }
     changed = base.changed(changes)
-    if trial.fluid.U is not None:
-        assert changed.fluid is not None, "as the trial has"
+    if trial.given_fluid.U is not None:
         # A viscosity in physical units would move particles otherwise than the trial's U does (decision 0155).
-        weight = effective_u(changed.fluid, 4 * radius_mm * CM, frame_s)
+        weight = effective_u(changed.given_fluid, 4 * radius_mm * CM, frame_s)
         changed = base.changed({**changes, "fluid.U": weight, "fluid.viscosity_pa_s": None})
     return changed.model_copy(update={"readings": None, "gate": None})
 
@@ -191,12 +189,11 @@ def _runs(
     from simulate.setup_checks import check_fit
 
     runs, sizes, remarks = [], [], dict[int, list[str]]()
-    for number, (moved, trial, bench) in enumerate(variants, start=1):
-        assert trial.fluid is not None, "it was run"
+    for number, (moved, trial, sample) in enumerate(variants, start=1):
         try:
-            check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle, trial.sample)
-            sizes.append(size_of(trial, bench.trajectory, bench.outline.mean_width_mm))
-            remarks[number] = remarks_of(trial, bench.outline, bench.solid, bench.trajectory)
+            check_fit(sample.outline, sample.solid, *trial.physics, trial.sample)
+            sizes.append(size_of(trial, sample.trajectory, sample.outline.mean_width_mm))
+            remarks[number] = remarks_of(trial, sample.outline, sample.solid, sample.trajectory)
         except InputError as fault:
             raise InputError(
                 f"{folder}: the extra run with {_said(moved)} cannot be: {fault} Extra runs have particles "
@@ -204,12 +201,9 @@ def _runs(
             ) from None
         steps = {} if "solver.radius_mm" in moved else moved
         name = stage_key(inputs, {"moved": steps}, numbers_up_to("digitise"))[:12]
-        sample = folder / "samples" / name
-        if not all((sample / file).is_file() for file in DIGITISED):
-            record_files.write_outline(sample, bench.outline)
-            record_files.write_solid(sample, bench.solid)
-            # Last: with it the sample is whole.
-            record_files.write_trajectory(sample, bench.trajectory)
+        home = folder / "samples" / name
+        if not all((home / file).is_file() for file in DIGITISED):
+            record_files.write_sample(home, sample)
         # A sloping sample has a table of that name.
         place = {"sample" if trial.sample.level else "bench": name}
         settings = {**stage_settings(trial, "simulate"), **place, "device": device}

@@ -7,7 +7,7 @@ import numpy as np
 
 from sealtwin.core.cluster import cores
 from sealtwin.core.errors import InputError
-from sealtwin.study.drawn_runs import PLACES, level_of, model_of
+from sealtwin.study.drawn_runs import PLACES, level_of, takes_draws
 from sealtwin.study.estimate import estimate, in_words, size_of
 from sealtwin.study.extra_runs import RATIO, REPLICATES
 from sealtwin.study.moved_inputs import Base
@@ -22,10 +22,10 @@ A_LITTLE = 0.1  # Of its uncertainty, by which each input is moved in the run th
 def time_of_extra_runs(job: Job) -> str:
     """Return the time in words: that of the trial's own run, by how much more the model takes for the others."""
     base = Base.of(job)
-    trial, run, trajectory, outline = base.trial, base.run, base.bench.trajectory, base.bench.outline
-    drawn = bool(base.inputs) and model_of(base) == "slot"
+    trial, run, trajectory, outline = base.trial, base.run, base.sample.trajectory, base.sample.outline
+    drawn = bool(base.inputs) and takes_draws(base)
     drawn_s = RUNS * _time_of_a_draw_s(base) / cores() if drawn else 0.0
-    if run.bed is not None:
+    if not run.has_particles:
         return in_words(drawn_s) if drawn else ""
     designed = len(two_level_design(len(base.inputs))) if base.inputs and not drawn else 0
     numbers = {

@@ -142,8 +142,7 @@ def _side(job: Job, name: str) -> Side:
     readings = readings_of(job)
     metrics = {} if readings is None else record_files.read_comparison(job.path, RunErrors)
     run = record_files.read_simulation(job.path)
-    # The fast model has none, and computes no number of them.
-    counted = run.bed is None
+    counted = run.has_particles
     facts: dict[str, float | None] = {
         "particles": run.particles if counted else None,
         "particle radius (mm)": run.radius_mm if counted else None,

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import Lost, run_tasks
 from sealtwin.core.errors import NumericalError, SealtwinError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Outline, Profile, Run, Solid, Trajectory
+from sealtwin.core.records import Profile, Run, Sample
 from sealtwin.study.estimate import Forecast, Timing, timings_of
 from sealtwin.study.study_folder import OUTCOME, PROFILE, STATES, StudyRun, run_path, with_outcome, write_outcome
 from sealtwin.trial.stage_numbers import own_numbers
@@ -22,22 +22,11 @@ from validate.settings import Readings
 
 MOST_NUMBERS = 8  # Of the curves that a run is held against; a sweep that varies more settings names the last
 
-if TYPE_CHECKING:
-    from simulate.injection import Injection
-    from simulate.setup.wall_particles import Enclosure
-
 SUMMARY = "summary.json"
 INPUTS = "inputs"  # Folder in a run folder that holds the copy of the readings
 
 
-@dataclass(frozen=True, eq=False)
-class Bench:
-    """The records that all runs of one sample share, which can be sent to another machine."""
-
-    outline: Outline
-    solid: Solid
-    trajectory: Trajectory
-    readings: Profile | None
+Bench = Sample  # Its name in sealtwin.plan
 
 
 @dataclass(frozen=True)
@@ -114,28 +103,24 @@ def compute(
     return list(current.values())
 
 
-def seal_in_worker(bench: bytes, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Failure]:
-    """Call ``seal`` with a pickled ``Bench``, of which a process keeps the last with the walls that it made."""
-    if trials[0].solver.model != "slot":
-        from simulate.device import start_warp
-
-        start_warp()
-    return seal(_unpickled(bench), trials, device=device, keep_runs=keep_runs)
+def seal_in_worker(sample: bytes, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Failure]:
+    """Call ``seal`` with a pickled ``Sample``, of which a process keeps the last with the walls that it made."""
+    return seal(_unpickled(sample), trials, device=device, keep_runs=keep_runs)
 
 
-def read_bench(folder: Path, settings: Readings | None) -> Bench:
-    """Read a digitised run folder. Raises InputError if a file is missing or the readings cannot be read."""
-    outline, solid = record_files.read_outline(folder), record_files.read_solid(folder)
-    readings = None
-    if settings is not None:
-        from validate.readings.read_readings import read_readings
+def read_bench(folder: Path, settings: Readings | None) -> Sample:
+    """Read a digitised sample with its readings. Raises InputError if a file is missing or cannot be read."""
+    sample = record_files.read_sample(folder)
+    if settings is None:
+        return sample
+    from validate.readings.read_readings import read_readings
 
-        sheet = folder / INPUTS / settings.file.name
-        readings = read_readings(sheet, settings, outline.length_mm, solid.depth_mm)
-    return Bench(outline, solid, record_files.read_trajectory(folder), readings)
+    sheet = folder / INPUTS / settings.file.name
+    readings = read_readings(sheet, settings, sample.outline.length_mm, sample.solid.depth_mm)
+    return replace(sample, readings=readings)
 
 
-def seal(bench: Bench, trials: Sequence[Trial], *, device: str, keep_runs: bool) -> list[Sealing | Failure]:
+def seal(sample: Sample, trials: Sequence[Trial], *, device: str, keep_runs: bool) -> list[Sealing | Failure]:
     """Compute runs that differ in their fluids alone in one launch, each with the result that it has alone.
 
     An exception becomes the failure of the run that caused it; the others are then computed one by one.
@@ -144,30 +129,11 @@ def seal(bench: Bench, trials: Sequence[Trial], *, device: str, keep_runs: bool)
     # Explicit passes are as many as the stiffest of a launch needs, which is another result for the others.
     if len(trials) == 1 or trials[0].solver.viscosity_solve == "implicit":
         try:
-            return [*_seal(bench, trials, device, keep_runs)]
+            return [*_seal(sample, trials, device, keep_runs)]
         except Exception as fault:
             if len(trials) == 1:
                 return [_failure(fault, time.monotonic() - began)]
-    return [outcome for trial in trials for outcome in seal(bench, [trial], device=device, keep_runs=keep_runs)]
-
-
-def ready(bench: Bench, trials: Sequence[Trial], device: str) -> "Injection":
-    """Prepare runs that differ in their fluids alone. Raises InputError if one of them cannot be run."""
-    from simulate.injection import prepare
-
-    first, fluids = trials[0], [trial.fluid for trial in trials if trial.fluid is not None]
-    sample = bench.solid, bench.outline, bench.trajectory
-    enclosure = enclosure_of(bench, first.solver.for_crack(bench.outline.mean_width_mm).size_mm, device)
-    how = {"seed": first.seed, "device": device, "slope": first.sample, "enclosure": enclosure}
-    return prepare(*sample, fluids, first.solver, first.nozzle, **how)
-
-
-@lru_cache(maxsize=1)
-def enclosure_of(bench: Bench, radius_mm: float, device: str) -> "Enclosure":
-    """Return the wall particles for a radius. The last are kept: they take a fifth of a run to make."""
-    from simulate.setup.wall_particles import enclose
-
-    return enclose(bench.solid, bench.outline, radius_mm, device)
+    return [outcome for trial in trials for outcome in seal(sample, [trial], device=device, keep_runs=keep_runs)]
 
 
 def _groups(runs: Sequence[StudyRun], batch: int) -> list[list[StudyRun]]:
@@ -183,20 +149,20 @@ def _groups(runs: Sequence[StudyRun], batch: int) -> list[list[StudyRun]]:
 def _arguments(folder: Path, group: Sequence[StudyRun], how: Computing) -> tuple[Any, ...]:
     trials = [run.checked_trial for run in group]
     readings = trials[0].readings
-    bench = _pickled(folder / "samples" / group[0].sample, "" if readings is None else readings.model_dump_json())
-    return bench, trials, how.device, how.keep_runs
+    sample = _pickled(folder / "samples" / group[0].sample, "" if readings is None else readings.model_dump_json())
+    return sample, trials, how.device, how.keep_runs
 
 
 @lru_cache(maxsize=1)
 def _pickled(sample: Path, readings: str) -> bytes:
-    """Return the bench of a sample; runs of one sample mostly follow each other."""
+    """Return a pickled sample; runs of one sample mostly follow each other."""
     return pickle.dumps(read_bench(sample, Readings.model_validate_json(readings) if readings else None))
 
 
 @lru_cache(maxsize=1)
-def _unpickled(bench: bytes) -> Bench:
+def _unpickled(sample: bytes) -> Sample:
     # Made by this sweep's parent and carried by Dask like the task itself: no file is read.
-    return pickle.loads(bench)
+    return pickle.loads(sample)
 
 
 def _keep(folder: Path, run: StudyRun, outcome: Sealing | Failure) -> StudyRun:
@@ -216,27 +182,22 @@ def _keep(folder: Path, run: StudyRun, outcome: Sealing | Failure) -> StudyRun:
     return with_outcome(folder, run)
 
 
-def _seal(bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Failure]:
+def _seal(sample: Sample, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Failure]:
     """Compute one launch. Raises InputError from one of the runs, and NumericalError if all diverge."""
-    from simulate.run import follow
+    from simulate.run import fill_each
 
-    if trials[0].solver.model == "slot":
-        return [_fill_fast(bench, trial) for trial in trials]
-    began = time.monotonic()
-    injection = ready(bench, trials, device)
-    # No frame is written. Replayed on a CPU they take two thirds of the time, with the same bits, if freezing keeps few
-    # particles moving: rows are launched for as many as may ever move.
-    freezes = all(fluid.freeze_after_s != "never" for fluid in injection.fluids)
-    if freezes and trials[0].solver.viscosity_solve == "implicit":
-        injection.engine.replays = True
-    follow(injection, Progress())
-    outcomes = injection.outcomes()
+    began, first = time.monotonic(), trials[0]
+    fluids, how = [trial.given_fluid for trial in trials], {"device": device, "slope": first.sample}
+    outcomes = fill_each(sample, fluids, first.solver, first.nozzle, seed=first.seed, **how)
     launch_s = (time.monotonic() - began) / len(trials)
     judged: list[Sealing | Failure] = []
     for trial, outcome in zip(trials, outcomes, strict=True):
         began = time.monotonic()
         try:
-            profile, figures, run = _measure(bench, trial, outcome)
+            if isinstance(outcome, NumericalError):
+                raise outcome
+            run, profile = outcome
+            figures = {**_figures(run), **_compared(sample, trial, profile)}
         except SealtwinError as fault:
             judged.append(_failure(fault, launch_s + time.monotonic() - began))
         else:
@@ -244,70 +205,34 @@ def _seal(bench: Bench, trials: Sequence[Trial], device: str, keep_runs: bool) -
     return judged
 
 
-def _fill_fast(bench: Bench, trial: Trial) -> Sealing | Failure:
-    """Compute a run of the fast model, which has no particles to keep."""
-    from simulate.slot.run import pour
+def _figures(run: Run) -> dict[str, Any]:
+    """Return the figures of a run. Raises NumericalError if a particle went through a wall."""
+    from validate.wording.headline import fluid_warnings
 
-    began = time.monotonic()
-    assert trial.fluid is not None, "a study without one is refused"
-    try:
-        sample = bench.solid, bench.outline, bench.trajectory
-        run, profile = pour(*sample, trial.fluid, trial.solver, trial.nozzle, seed=trial.seed, slope=trial.sample)
-    except SealtwinError as fault:
-        return _failure(fault, time.monotonic() - began)
-    assert run.bed is not None, "the fast model has one"
-    ratio = run.health.volume_ratio
-    figures: dict[str, Any] = {
-        "volume_ratio": ratio,
-        "unfit": list(run.bed.unfit),
-        "fluid_warnings": _warnings_of(run, ratio),
-        "health": run.health.recorded(),
-        **_compared(bench, trial, profile),
-    }
-    return Sealing(profile, figures, time.monotonic() - began, None)
-
-
-def _measure(bench: Bench, trial: Trial, run: Run | NumericalError) -> tuple[Profile, dict[str, Any], Run]:
-    from simulate.profile import measure_profile, volume_ratio
-
-    if isinstance(run, NumericalError):
-        raise run
     if run.escaped_particles:
         raise NumericalError(
             f"{run.escaped_particles} particles went through a wall, which must never happen; no number of this run is "
             "kept. Please report it with its settings."
         )
-    profile, ratio = measure_profile(run, bench.outline, bench.solid), volume_ratio(run, bench.solid)
-    figures: dict[str, Any] = {
-        "particles": len(run.position_mm),
-        "escaped_particles": run.escaped_particles,
-        "spilled_particles": run.spilled_particles,
-        "volume_ratio": ratio,
-        "fluid_warnings": _warnings_of(run, ratio),
-        "health": run.health.recorded(),
-        **_compared(bench, trial, profile),
-    }
-    return profile, figures, run
+    names = ("particles", "escaped_particles", "spilled_particles")
+    counts = {name: getattr(run, name) for name in names} if run.has_particles else {"unfit": [*run.unfit]}
+    ratio = run.health.volume_ratio
+    warnings = [] if ratio is None else [*fluid_warnings(run, ratio)]
+    return {**counts, "volume_ratio": ratio, "fluid_warnings": warnings, "health": run.health.recorded()}
 
 
-def _warnings_of(run: Run, volume_ratio: float | None) -> list[str]:
-    from validate.wording.headline import fluid_warnings
-
-    return [] if volume_ratio is None else list(fluid_warnings(run, volume_ratio))
-
-
-def _compared(bench: Bench, trial: Trial, profile: Profile) -> dict[str, Any]:
+def _compared(sample: Sample, trial: Trial, profile: Profile) -> dict[str, Any]:
     """Return the figures of a run against the readings; none without them."""
-    if trial.readings is None or bench.readings is None:
+    if trial.readings is None or sample.readings is None:
         return {}
     from validate.compare import compare
     from validate.metrics.baselines import best_curves
 
-    held, sample = trial.readings, (bench.outline, bench.solid)
-    comparison = compare(profile, bench.readings, *sample, role=held.role, photo_data=trial.shown_by.data)
+    crack, role = (sample.outline, sample.solid), trial.readings.role
+    comparison = compare(profile, sample.readings, *crack, role=role, photo_data=trial.shown_by.data)
     names = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm", "stations_compared")
     m = comparison.metrics
-    curves = best_curves(bench.readings, m.covered_from_mm, m.covered_to_mm, range(1, MOST_NUMBERS + 1))
+    curves = best_curves(sample.readings, m.covered_from_mm, m.covered_to_mm, range(1, MOST_NUMBERS + 1))
     return {**{name: getattr(m, name) for name in names}, "baselines": [one.model_dump() for one in curves]}
 
 

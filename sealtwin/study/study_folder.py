@@ -19,7 +19,7 @@ from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import require_plain
 from sealtwin.core.record_files import Amount, Count, Result, as_record, read_checked
-from sealtwin.core.records import RunHealth
+from sealtwin.core.run_figures import PARTICLES, Method, RunHealth
 from sealtwin.core.stage_keys import other_numbers
 from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
@@ -125,9 +125,13 @@ class StudyRun:
     """
 
     @property
+    def method(self) -> Method:
+        return self.trial["solver"].get("model", PARTICLES)
+
+    @property
     def fast(self) -> bool:
         """True for a run of the fast model."""
-        return self.trial["solver"].get("model") == "slot"
+        return self.method != PARTICLES
 
     @property
     def ranked(self) -> bool:

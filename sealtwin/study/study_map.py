@@ -17,7 +17,7 @@ from sealtwin.core.records import DataKind, Frame, Profile
 from sealtwin.core.run_folder import holding
 from sealtwin.core.stage_keys import other_numbers
 from sealtwin.core.vtk_files import read_frame, write_frame
-from sealtwin.study.runner import INPUTS, read_bench, ready
+from sealtwin.study.runner import INPUTS
 from sealtwin.study.study_folder import (
     Plan,
     StudyRun,
@@ -30,9 +30,10 @@ from sealtwin.study.study_folder import (
 )
 from sealtwin.study.sweep import screening
 from sealtwin.trial.job import check_sheet, shown
-from sealtwin.trial.simulate_stage import HEALTH, read_health
+from sealtwin.trial.simulate_stage import HEALTH
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
+from simulate.watchers import PAST_THE_END, HealthLog, Moments, read_health, take_frame
 from validate.settings import Readings
 from validate.study_figures.chart import (
     UNFIT,
@@ -150,7 +151,7 @@ def watch_runs(folder: Path, runs: Sequence[StudyRun], device: str, progress: Pr
 def _watched(home: Path) -> Watched:
     seen = files.read_json(home / SEEN)
     with files.understood(home / SEEN):
-        health = read_health(home)
+        health = read_health(home / HEALTH)
         moved = health["moving"] > 0
         frames = tuple(read_frame(home / name) for name in seen["frames"])
         return Watched(frames, health["moving"][moved], health["ms_a_frame"][moved], float(seen["differs_mm"]))
@@ -158,28 +159,25 @@ def _watched(home: Path) -> Watched:
 
 def _watch(folder: Path, run: StudyRun, device: str) -> None:
     """Write what ``_watched`` reads. Raises NumericalError if the run fails."""
-    from simulate.output.frames import PAST_THE_END, Moments, take_frame
-    from simulate.output.health_log import HealthLog
     from simulate.profile import measure_profile
-    from simulate.run import follow
+    from simulate.run import follow, ready
 
     home, trial = run_path(folder, run.key) / WATCHED, run.checked_trial
-    bench = read_bench(folder / "samples" / run.sample, trial.readings)
-    injection = ready(bench, [trial], device)
+    sample = record_files.read_sample(folder / "samples" / run.sample)
+    fluid, solver, nozzle = trial.physics
+    injection = ready(sample, [fluid], solver, nozzle, seed=trial.seed, device=device, slope=trial.sample)
     end_s = injection.frames * injection.schedule.frame_s
     wanted_s = sorted(t_s for t_s in set(trial.output.snapshots_s) if t_s * PAST_THE_END < end_s)
     frames: list[Frame] = []
     home.mkdir(parents=True, exist_ok=True)
     watchers = [Moments(wanted_s, lambda _, frame: frames.append(frame)), HealthLog(home / HEALTH)]
     follow(injection, Progress(), watchers)
-    (outcome,) = injection.outcomes()
-    if isinstance(outcome, NumericalError):
-        raise outcome
+    (outcome,) = injection.results()
     frames.append(take_frame(injection))
     names = [f"{number}.vtp" for number in range(len(frames))]
     for name, frame in zip(names, frames, strict=True):
         write_frame(home / name, frame)
-    again = measure_profile(outcome, bench.outline, bench.solid)
+    again = measure_profile(outcome, sample.outline, sample.solid)
     before = record_files.read_profile(run_path(folder, run.key))
     # The file holds millionths.
     level_mm = np.round(np.interp(before.s_mm, again.s_mm, again.level_mm), 6)
@@ -274,9 +272,9 @@ def _readings(
 
 
 def _scene(folder: Path, run: StudyRun) -> FillScene:
-    bench, trial = read_bench(folder / "samples" / run.sample, None), run.checked_trial
-    size_mm = trial.solver.for_crack(bench.outline.mean_width_mm).size_mm
-    return FillScene(bench.outline, bench.solid, bench.trajectory, size_mm, trial.nozzle.diameter_mm)
+    sample, trial = record_files.read_sample(folder / "samples" / run.sample), run.checked_trial
+    size_mm = trial.solver.for_crack(sample.outline.mean_width_mm).size_mm
+    return FillScene(sample.outline, sample.solid, sample.trajectory, size_mm, trial.nozzle.diameter_mm)
 
 
 def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> dict[str, Any]:

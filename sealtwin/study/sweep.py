@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from sealtwin.core import files
+from sealtwin.core import files, record_files
 from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import copy
@@ -20,7 +20,7 @@ from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreig
 from sealtwin.core.stage_keys import content_key, other_numbers, stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import RunSize, estimate, releases_of, remarks_of, require_disk, require_memory, size_of
-from sealtwin.study.runner import INPUTS, MOST_NUMBERS, Computing, compute, read_bench
+from sealtwin.study.runner import INPUTS, MOST_NUMBERS, Computing, compute
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
@@ -86,7 +86,7 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
         raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
     planned = [replace(run, trial=run.trial.loaded(base.parent)) for run in planned]
     require_sample(planned[0].trial, base.parent)
-    fast = sum(run.trial.solver.model == "slot" for run in planned)
+    fast = sum(not run.trial.solver.has_particles for run in planned)
     if fast and options.keep_runs:
         raise InputError(f"--keep-runs: {_of_fast(fast, len(planned))}, which has no particles to keep. Leave it out.")
     shard, shards = options.shard
@@ -187,7 +187,7 @@ def _runs(
     readings = planned[0].trial.readings
     names = [*DIGITISED, *([] if readings is None else [f"{INPUTS}/{readings.file.name}"])]
     homes = {name: folder / "samples" / name for name in dict.fromkeys(samples.values())}
-    benches = {name: read_bench(home, None) for name, home in homes.items()}
+    samples_by_name = {name: record_files.read_sample(home) for name, home in homes.items()}
     inputs = {name: {file: files.sha256(home / file) for file in names} for name, home in homes.items()}
     runs: list[study_folder.StudyRun] = []
     faults: dict[str, list[int]] = {}
@@ -196,18 +196,16 @@ def _runs(
     releases: dict[str, Any] = {}
     for run in planned:
         trial, name = run.trial, samples[run.number]
-        fluid, bench = trial.fluid, benches[name]
-        assert fluid is not None, "checked before"
+        sample = samples_by_name[name]
         settings = stage_settings(trial, "simulate")
         alike = {**settings, "fluid": None, "bench": name}
         try:
-            if trial.solver.model != "slot":
-                check_fit(bench.outline, bench.solid, fluid, trial.solver, trial.nozzle, trial.sample)
-            sample = bench.trajectory, bench.outline.mean_width_mm
+            check_fit(sample.outline, sample.solid, *trial.physics, trial.sample)
+            course = sample.trajectory, sample.outline.mean_width_mm
             if (planned_as := content_key(alike)) not in releases:
-                releases[planned_as] = releases_of(trial, *sample)
-            sizes.append(size_of(trial, *sample, releases[planned_as]))
-            crack = bench.outline, bench.solid, bench.trajectory
+                releases[planned_as] = releases_of(trial, *course)
+            sizes.append(size_of(trial, *course, releases[planned_as]))
+            crack = sample.outline, sample.solid, sample.trajectory
             remarks[run.number] = remarks_of(trial, *crack, releases[planned_as])
         except InputError as fault:
             faults.setdefault(str(fault), []).append(run.number)
@@ -342,7 +340,7 @@ def _row(run: study_folder.StudyRun) -> dict[str, Any]:
     return {
         "number": run.number,
         **run.settings,
-        "model": "slot" if run.fast else "particles",
+        "model": run.method,
         "unfit": " ".join(figures.get("unfit", ())) or None,
         "state": run.state,
         **{name: figures.get(name) for name in FIGURES},

@@ -221,8 +221,8 @@ def _expected(found: EarlierTrials) -> dict[str, Any]:
 
 def _counted(simulation: record_files.Simulation) -> dict[str, Any]:
     """Return the numbers of particles; of the fast model, which has none, why it is unfit for the case."""
-    if (bed := simulation.bed) is not None:
-        return {"model": "slot", "unfit": list(bed.unfit)}
+    if not simulation.has_particles:
+        return {"model": simulation.method, "unfit": list(simulation.unfit)}
     names = ("particles", "escaped_particles", "spilled_particles")
     return {name: getattr(simulation, name) for name in names}
 

@@ -100,6 +100,18 @@ class Trial(Settings):
             raise InputError("the trial has no [photo] and no [mesh]: give one to say where the crack is.")
         return shown_by
 
+    @property
+    def given_fluid(self) -> Fluid:
+        """Fluid of a trial that is run. Raises InputError for one without."""
+        if self.fluid is None:
+            raise InputError("the trial has no [fluid]: give viscosity_pa_s, or U and D_cm.")
+        return self.fluid
+
+    @property
+    def physics(self) -> tuple[Fluid, Solver, Nozzle]:
+        """Fluid, solver and nozzle of a trial that is run. Raises InputError for one without a fluid."""
+        return self.given_fluid, self.solver, self.nozzle
+
     def loaded(self, folder: Path) -> Self:
         """Return the trial with the tables of fluid, fill and path in place of files. Raises InputError."""
         crack, fluid, uncertainty = self.crack, self.fluid, self.uncertainty

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Bed, Outline, Profile, Run, RunHealth, Solid, Trajectory
+from sealtwin.core.records import Outline, Profile, Run, Sample, Trajectory
 from sealtwin.core.regime import regime_of
+from sealtwin.core.run_figures import FastFill, RunHealth
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import plan_releases
 from simulate.setup.rheology import dynamic_viscosity
@@ -26,9 +27,7 @@ model stands for particles, which judge it, and has it too."""
 
 
 def pour(
-    solid: Solid,
-    outline: Outline,
-    trajectory: Trajectory,
+    sample: Sample,
     fluid: Fluid,
     solver: Solver,
     nozzle: Nozzle,
@@ -43,6 +42,7 @@ def pour(
 
     Raises InputError for sealant that this model does not know: one that freezes, stiffens or follows a curve.
     """
+    solid, outline, trajectory = sample.solid, sample.outline, sample.trajectory
     solver = solver.for_crack(outline.mean_width_mm)
     if trajectory.dispensed_mm3 <= 0:
         raise InputError("trajectory: its flow gives no sealant. Check flow_mm3_s and t_s.")
@@ -50,8 +50,9 @@ def pour(
     began = time.perf_counter()
 
     def poured(trajectory: Trajectory, paste: HerschelBulkley) -> tuple[Filled, Fitness]:
-        sample = solid, outline, trajectory
-        filled = fill(*sample, paste, nozzle_mm=nozzle.diameter_mm, settle_s=solver.settle_s, slope=slope)
+        filled = fill(
+            solid, outline, trajectory, paste, nozzle_mm=nozzle.diameter_mm, settle_s=solver.settle_s, slope=slope
+        )
         above_mm = max(0.0, float(filled.level_mm.max()))
         return filled, replace(fitness_of(solid, outline, trajectory, paste), above_mm=above_mm)
 
@@ -78,7 +79,10 @@ def pour(
     )
     used = {"model", "settle_s", *(["radius_mm"] if fluid.U is not None else [])}
     settings = {"fluid": fluid.model_dump(exclude_none=True), "solver": solver.model_dump(include=used)}
-    sample = {} if slope.level else {"sample": slope.model_dump()}
+    sloping = {} if slope.level else {"sample": slope.model_dump()}
+    s_mm = np.linspace(0.0, outline.length_mm, max(2, round(outline.length_mm / STATION_MM) + 1))
+    level_mm = np.interp(s_mm, filled.sections.s_mm, filled.level_mm)
+    level = Profile(s_mm=s_mm, level_mm=level_mm, data="synthetic", source="simulation")
     none = np.zeros((0, 3))
     run = Run(
         position_mm=none,
@@ -89,9 +93,9 @@ def pour(
         particle_volume_mm3=particle_volume(solver.size_mm),
         escaped_particles=0,
         device=DEVICE,
-        settings={**settings, "nozzle": nozzle.model_dump(), "seed": seed, **sample},
+        settings={**settings, "nozzle": nozzle.model_dump(), "seed": seed, **sloping},
         health=health,
-        bed=Bed(
+        fast_fill=FastFill(
             dispensed_mm3=filled.dispensed_mm3,
             in_crack_mm3=in_crack_mm3,
             above_face_mm3=max(0.0, filled.bed_mm3 - in_crack_mm3),
@@ -102,10 +106,9 @@ def pour(
             above_mm=fitness.above_mm,
             unfit=_unfit(fitness, fluid, outline, paste, changes),
         ),
+        level=level,
     )
-    s_mm = np.linspace(0.0, outline.length_mm, max(2, round(outline.length_mm / STATION_MM) + 1))
-    level_mm = np.interp(s_mm, filled.sections.s_mm, filled.level_mm)
-    return run, Profile(s_mm=s_mm, level_mm=level_mm, data="synthetic", source="simulation")
+    return run, level
 
 
 def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajectory, seed: int) -> HerschelBulkley:

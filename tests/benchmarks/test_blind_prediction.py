@@ -46,7 +46,7 @@ def test_a_caliper_errs_by_what_is_declared():
 
 def test_what_a_lab_finds_lies_about_the_truth(tmp_path):
     one = measured(7, 0, tmp_path)
-    found, real = one.base.bench, one.real
+    found, real = one.base.sample, one.real
     assert found.outline.length_mm == pytest.approx(LENGTH_MM, rel=0.05)
     assert found.trajectory.dispensed_mm3 != real.trajectory.dispensed_mm3
     assert found.trajectory.dispensed_mm3 == pytest.approx(real.trajectory.dispensed_mm3, rel=0.1)

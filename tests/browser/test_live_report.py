@@ -65,12 +65,14 @@ def test_the_level_is_that_of_the_command_on_the_file_that_the_page_writes(made,
         move(page, dict(zip(SLIDERS, shares, strict=True)))
         run, profile = poured(write_changed(page, lab / "changed.toml"), tmp_path / str(number))
         assert np.abs(level_mm(page) - profile.level_mm).max() < 1e-3
-        assert run.bed is not None
+        assert run.fast_fill is not None
         told = page.text_content("#live .warning")
         # The settings that would be inside are the command's alone: they take a dozen fills more.
-        assert all(reason in told for reason in run.bed.unfit if not reason.startswith("Inside it with:"))
-        assert bool(told) == bool(run.bed.unfit)
-        assert float(page.inner_text("#live dd >> nth=2").split()[0]) == pytest.approx(run.bed.above_face_mm3, abs=0.51)
+        assert all(reason in told for reason in run.unfit if not reason.startswith("Inside it with:"))
+        assert bool(told) == bool(run.unfit)
+        assert float(page.inner_text("#live dd >> nth=2").split()[0]) == pytest.approx(
+            run.fast_fill.above_face_mm3, abs=0.51
+        )
         unfit.add(bool(told))
     assert len(unfit) == 2, "some are inside the domain and some are not"
 

@@ -14,9 +14,8 @@ from sealtwin.core.records import ParticleState
 from simulate.fluid import solver
 from simulate.injection import Injection, prepare
 from simulate.kernels import status
-from simulate.output.frames import Moments, take_frame
-from simulate.output.health_log import COLUMNS, HealthLog
 from simulate.settings import Fluid, Nozzle, Solver
+from simulate.watchers import COLUMNS, HealthLog, Moments, take_frame
 from tests.fluids import path, slot
 
 FREEZING = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)

@@ -9,9 +9,8 @@ import pytest
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.core.progress import Progress
-from sealtwin.core.records import Outline
-from simulate.run import inject
+from sealtwin.core.records import Outline, Sample
+from simulate.run import fill
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.shapes import OPEN, closed_crack, straight_slot
 
@@ -65,16 +64,12 @@ def test_nothing_escapes(case):
     shape = {"depth_mm": 12.0, "tilt": "vertical"} | case.crack
     solid = build_solid(case.outline, CrackShape.model_validate(shape))
     path = NozzlePath.model_validate({"volume_ml": case.volume_ml, "speed_mm_s": 40.0, "trim_mm": 2.0} | case.path)
-    run = inject(
-        solid,
-        case.outline,
-        plan_trajectory(case.outline, path, solid.cavity_volume_mm3),
+    run, _ = fill(
+        Sample(case.outline, solid, plan_trajectory(case.outline, path, solid.cavity_volume_mm3)),
         Fluid.model_validate(case.fluid),
         Solver.model_validate({"radius_mm": 0.7} | case.solver),
         Nozzle(diameter_mm=case.nozzle_mm),
         seed=0,
-        device="cpu",
-        progress=Progress(),
     )
     assert run.escaped_particles == 0
     assert np.isfinite(run.position_mm).all()

@@ -8,9 +8,8 @@ from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError
-from sealtwin.core.progress import Progress
-from sealtwin.core.records import Outline, Run, Solid
-from simulate.run import inject
+from sealtwin.core.records import Outline, Run, Sample, Solid
+from simulate.run import fill
 from simulate.settings import Nozzle, Solver
 from tests.fluids import LIKE_THE_PAPER, hewn
 from tests.shapes import OPEN, straight_slot
@@ -36,17 +35,9 @@ def bridged() -> tuple[Solid, Outline]:
 def pour(crack: tuple[Solid, Outline], diameter_mm: float = 2.4, **path: Any) -> Run:
     solid, outline = crack
     table = {"volume_ml": 0.1, "speed_mm_s": 40.0, "trim_mm": 4.0} | path
-    return inject(
-        solid,
-        outline,
-        plan_trajectory(outline, NozzlePath.model_validate(table), solid.cavity_volume_mm3),
-        LIKE_THE_PAPER,
-        Solver(radius_mm=RADIUS_MM),
-        Nozzle(diameter_mm=diameter_mm),
-        seed=0,
-        device="cpu",
-        progress=Progress(),
-    )
+    trajectory = plan_trajectory(outline, NozzlePath.model_validate(table), solid.cavity_volume_mm3)
+    sample, nozzle = Sample(outline, solid, trajectory), Nozzle(diameter_mm=diameter_mm)
+    return fill(sample, LIKE_THE_PAPER, Solver(radius_mm=RADIUS_MM), nozzle, seed=0)[0]
 
 
 def refusal(crack: tuple[Solid, Outline], **settings: Any) -> str:

@@ -8,7 +8,8 @@ import trimesh
 
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import NumericalError
-from sealtwin.core.records import FaceLabel, Outline, Run, RunHealth, Sections, Solid
+from sealtwin.core.records import FaceLabel, Outline, Run, Sections, Solid
+from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import SolidFigures
 from simulate.profile import half_spacing_mm, measure_profile, volume_ratio
 from tests.shapes import level_floor

@@ -23,7 +23,7 @@ from simulate.setup import signed_distance
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import enclose
 from simulate.setup_checks import check_fit, domain_of
-from tests.fluids import LIKE_THE_PAPER, path, pour, slot
+from tests.fluids import LIKE_THE_PAPER, path, pour, sample_of, slot
 from tests.shapes import oblique_slot, straight_slot
 
 LOWER = np.array([0, 0, 2.0])
@@ -241,16 +241,8 @@ def test_an_escape_is_counted_and_shouted(monkeypatch):
     exact = signed_distance.Barrier.exact_mm
     monkeypatch.setattr(signed_distance.Barrier, "exact_mm", lambda self, points: exact(self, points - LOWER))
     crack = slot(12.0)
-    run = run_module.inject(
-        *crack,
-        path(crack[1], 0.05, speed_mm_s=20.0),
-        LIKE_THE_PAPER,
-        Solver(settle_s=0.2),
-        Nozzle(),
-        seed=0,
-        device="cpu",
-        progress=Ear(),
-    )
+    sample = sample_of(crack, path(crack[1], 0.05, speed_mm_s=20.0))
+    run, _ = run_module.fill(sample, LIKE_THE_PAPER, Solver(settle_s=0.2), Nozzle(), seed=0, progress=Ear())
     assert run.escaped_particles > 10
     assert f"{run.escaped_particles} particles went through a wall" in Ear.heard
 
@@ -382,7 +374,7 @@ def test_the_progress_is_titled_as_that_of_the_other_stages():
 
     crack = slot(12.0)
     trajectory = path(crack[1], 0.01, speed_mm_s=20.0)
-    run_module.inject(*crack, trajectory, LIKE_THE_PAPER, Solver(), Nozzle(), seed=0, device="cpu", progress=Ear())
+    run_module.fill(sample_of(crack, trajectory), LIKE_THE_PAPER, Solver(), Nozzle(), seed=0, progress=Ear())
     assert titles == ["Simulating"]
 
 

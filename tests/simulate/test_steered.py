@@ -7,9 +7,8 @@ from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError
-from sealtwin.core.progress import Progress
-from simulate.profile import measure_profile
-from simulate.run import inject
+from sealtwin.core.records import Sample
+from simulate.run import fill
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.steered import SteeredPour
 from tests.shapes import straight_slot
@@ -34,8 +33,7 @@ def steered(flow: float, most: float) -> SteeredPour:
 
 def test_a_steady_flow_gives_the_level_of_a_planned_run():
     """Two seeds of such a bed differ by 0.3 mm on average; the mean levels by a tenth."""
-    planned = inject(SOLID, OUTLINE, MOTION, *PHYSICS, seed=1, device="cpu", progress=Progress())
-    planned_mm = measure_profile(planned, OUTLINE, SOLID).level_mm
+    planned_mm = fill(Sample(OUTLINE, SOLID, MOTION), *PHYSICS, seed=1)[1].level_mm
     pour = steered(FLOW, 1.3 * FLOW)
     level_mm = pour.level().level_mm
     assert pour.given_mm3 == pytest.approx(MOTION.dispensed_mm3, rel=0.02)

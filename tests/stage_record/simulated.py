@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.core.records import Trajectory
+from sealtwin.core.records import Sample, Trajectory
 from simulate.bead_law import laid_section, slumped_stress
 from simulate.device import start_warp
 from simulate.fluid.solver import FluidSolver, substeps_for
@@ -102,10 +102,11 @@ def _fast_model(nudge: Nudge) -> dict[str, Any]:
     way = path(outline, 0.5, speed_mm_s=6.0, trim_mm=4.0)
     way = replace(way, flow_mm3_s=nudge(way.flow_mm3_s))
     fluid = Fluid(viscosity_pa_s=2.0, yield_stress_pa=8.0, freeze_after_s="never")
-    run, level = pour(solid, outline, way, fluid, Solver(model="slot", settle_s=1.0), Nozzle(), seed=0)
-    assert run.bed is not None
-    bed = [run.bed.in_crack_mm3, run.bed.above_face_mm3, run.bed.held_slope, run.bed.mound_mm, run.health.volume_ratio]
-    return {"fast model: level": level.level_mm, "fast model: bed": bed}
+    run, level = pour(Sample(outline, solid, way), fluid, Solver(model="slot", settle_s=1.0), Nozzle(), seed=0)
+    bed = run.fast_fill
+    assert bed is not None
+    figures = [bed.in_crack_mm3, bed.above_face_mm3, bed.held_slope, bed.mound_mm, run.health.volume_ratio]
+    return {"fast model: level": level.level_mm, "fast model: bed": figures}
 
 
 def _read_level(nudge: Nudge) -> dict[str, Any]:

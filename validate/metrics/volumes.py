@@ -19,10 +19,7 @@ def mass_balance(run: Run, solid: Solid, volume_ratio: float, readings_mm3: floa
     dispensed_mm3 = run.dispensed_volume_mm3
     spilled_mm3 = run.spilled_particles * run.particle_volume_mm3
     settled_mm3 = volume_ratio * dispensed_mm3
-    height_mm = run.position_mm[~run.spilled, 2]
-    below = float((height_mm <= 0).mean()) if len(height_mm) else 0.0
-    if run.bed is not None:
-        below = run.bed.in_crack_mm3 / (run.bed.in_crack_mm3 + run.bed.above_face_mm3)
+    below = run.share_below_face
     return MassBalance(
         dispensed_mm3=dispensed_mm3,
         in_crack_mm3=below * settled_mm3,
@@ -62,7 +59,7 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
     The surface is as wide as the crack is at the level, and lies on the face where sealant rests beside the mouth.
     """
     spilled_mm3 = run.spilled_particles * run.particle_volume_mm3
-    if run.bed is not None:
+    if not run.has_particles:
         return 0.0
     gained_mm3 = (volume_ratio - 1) * run.dispensed_volume_mm3 + spilled_mm3
     return gained_mm3 / (_wetted_mm2(profile, outline, solid) + _footprint_mm2(run, solid))

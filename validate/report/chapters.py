@@ -129,7 +129,7 @@ def _answer_and_why(evidence: Evidence) -> Iterator[Titled]:
     yield "Photo and level", "answer", [_photo(evidence), _level_plate(evidence)]
     if errors := list(_error_items(evidence)):
         yield "Error", "error", errors
-    if evidence.run.bed is None:
+    if evidence.run.has_particles:
         yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
     yield "Uncertainty", "uncertainty", [Paragraph(_uncertainty_sentences(evidence))]
     assumed = (*sample_and_run.assumptions(evidence), *sample_and_run.left_out(evidence))
@@ -161,7 +161,7 @@ def _appendix(evidence: Evidence) -> Iterator[Titled]:
         lambda: draw_sections(evidence.run, evidence.outline, evidence.solid),
     )
     solid_and_path = sample_and_run.geometry_table(evidence), sample_and_run.path_table(evidence)
-    shown = [solid] if evidence.run.bed is not None else [solid, sections]
+    shown = [solid, sections] if evidence.run.has_particles else [solid]
     yield "Geometry", "geometry", [*shown, *_weighed(evidence), *solid_and_path]
     yield "Health of the run", "health", [sample_and_run.health_table(evidence)]
     again = Paragraph(("Written from Python: the script that called write_report makes it again, and no command.",))
@@ -251,7 +251,7 @@ def _uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
     found = None if evidence.comparison is None else evidence.comparison.uncertainty
     if found is None:
         made = f"with particles of {evidence.run.radius_mm:g} mm radius"
-        made = made if evidence.run.bed is None else "of the fast model"
+        made = made if evidence.run.has_particles else "of the fast model"
         said = f"Not examined: this is one run, {made}, held against no interval."
         if evidence.readings is not None or not evidence.extra_runs:
             return (said,)

@@ -22,7 +22,7 @@ def live_chapter(evidence: Evidence) -> dict[str, Any] | None:
     at_mm = s_mm if len(s_mm) <= MOST_PLACES else np.linspace(s_mm[0], s_mm[-1], MOST_PLACES)
     above = volumes_mm3(evidence)["above_face"][1]
     return live.model_dump(mode="json") | {
-        "by_particles": run.bed is None,
+        "by_particles": run.has_particles,
         "as_run": {"s_mm": _rounded(at_mm), "level_mm": _rounded(np.interp(at_mm, s_mm, level_mm))},
         "above_mm3": above + run.spilled_particles * run.particle_volume_mm3,
         "readings": None if readings is None else _line(readings.s_mm, readings.level_mm),
@@ -37,7 +37,7 @@ def _band(evidence: Evidence) -> dict[str, Any] | None:
     found = evidence.prediction
     if evidence.comparison is not None and (against := evidence.comparison.uncertainty) is not None:
         found = against.stations
-    if found is None or evidence.run.bed is not None:
+    if found is None or not evidence.run.has_particles:
         return None
     parts = {name: getattr(found, f"{name}_mm") for name in PARTS}
     if not (held := {name: part for name, part in parts.items() if part is not None}):
@@ -48,7 +48,7 @@ def _band(evidence: Evidence) -> dict[str, Any] | None:
 
 def _sentences(evidence: Evidence) -> list[str]:
     """Sentences on what made the page's level, its band and the readings beside it."""
-    if evidence.run.bed is None:
+    if evidence.run.has_particles:
         told = ["The level of the particles as run, plus the change that the fast model gives for these settings."]
         band = _band(evidence)
         held = "" if band is None else " and ".join(band["parts"])

@@ -61,7 +61,7 @@ def expect(trials: Sequence[EarlierTrial], computed: Mapping[Quantity, float]) -
 
 def foresee(trials: Sequence[EarlierTrial], evidence: Evidence) -> EarlierTrials | None:
     """Return what earlier trials make of a run; None where the fast model made it, or it did not keep its volume."""
-    if len(trials) < FEWEST or evidence.run.bed is not None or not kept_volume(evidence.volume_ratio):
+    if len(trials) < FEWEST or not evidence.run.has_particles or not kept_volume(evidence.volume_ratio):
         return None
     return expect(trials, computed_quantities(evidence))
 

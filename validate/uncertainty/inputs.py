@@ -8,7 +8,7 @@ import numpy as np
 
 from sealtwin.core.comparison import InputDrawsRecord, InputEffect
 from sealtwin.core.records import Floats, Numbers
-from validate.settings import Differences
+from sealtwin.core.run_figures import FAST, Method
 from validate.uncertainty.budget import Component, draws_for, normals
 from validate.units import LABELS, MODELS
 
@@ -38,7 +38,7 @@ class Effect:
 class Inputs:
     """Effects of all moved inputs, by one model."""
 
-    model: Differences
+    model: Method
     effects: tuple[Effect, ...]
     curved_mm: tuple[Floats, ...] = ()
     """Change that adds to each effect for an input larger and for one smaller alike; empty by particles."""
@@ -122,7 +122,7 @@ class InputDraws:
         straight, curved = np.split(found, 2)
         declared = zip(self.standards.items(), straight, strict=True)
         effects = tuple(Effect(*one, level_mm) for one, level_mm in declared)
-        return Inputs("slot", effects, tuple(curved), self.moved_mm - terms @ found)
+        return Inputs(FAST, effects, tuple(curved), self.moved_mm - terms @ found)
 
     def recorded(self, together: float) -> InputDrawsRecord:
         """Return how many runs there are and what they are fit for, as comparison.json has it."""

@@ -32,7 +32,7 @@ from validate.units import (
 
 def balance_table(evidence: Evidence) -> PageTable:
     """Volumes of the dispensed sealant by place."""
-    if evidence.run.bed is not None:
+    if not evidence.run.has_particles:
         known = [(label, f"{volume_mm3:.0f} mm³") for label, volume_mm3 in volumes_mm3(evidence).values()]
         unknown = [(name, NOT_COMPUTED) for name in ("over the sample's edge", "through a wall")]
         return PageTable("Dispensed sealant, by place", (*known, *unknown))
@@ -48,12 +48,12 @@ def balance_table(evidence: Evidence) -> PageTable:
 def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
     """Return the label and the volume of each place where dispensed sealant is, by its key in report.json."""
     run = evidence.run
-    if (bed := run.bed) is not None:
+    if (filled := run.fast_fill) is not None:
         return {
-            "dispensed": ("dispensed", bed.dispensed_mm3),
-            "in_crack": ("dispensed sealant below the face's plane", bed.in_crack_mm3),
-            "above_face": ("dispensed sealant above the face's plane", bed.above_face_mm3),
-            "in_flight": ("dispensed sealant that has not landed yet", bed.in_flight_mm3),
+            "dispensed": ("dispensed", filled.dispensed_mm3),
+            "in_crack": ("dispensed sealant below the face's plane", filled.in_crack_mm3),
+            "above_face": ("dispensed sealant above the face's plane", filled.above_face_mm3),
+            "in_flight": ("dispensed sealant that has not landed yet", filled.in_flight_mm3),
         }
     height_mm = run.position_mm[~run.spilled, 2]
     counts = {

@@ -32,11 +32,11 @@ FAST = (
 
 def fast_model(run: Run | Simulation) -> tuple[str, ...]:
     """Return sentences on a run of the fast model, whether it is fit for the case; none for a run of particles."""
-    if run.bed is None:
+    if run.fast_fill is None:
         return ()
-    if run.bed.unfit:
-        return (f"{FAST} It is UNFIT for this case (decision 0151):", *run.bed.unfit)
-    above_mm = round(run.bed.above_mm or 0.0, 1)
+    if run.unfit:
+        return (f"{FAST} It is UNFIT for this case (decision 0151):", *run.unfit)
+    above_mm = round(run.fast_fill.above_mm or 0.0, 1)
     over = f", with a level up to {above_mm} mm above the face: of overspill it knows a slump beside the mouth alone"
     return (f"{FAST} The case is within its domain (decision 0151){over if above_mm > 0 else ''}.",)
 
@@ -159,7 +159,7 @@ def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
         return evidence.comparison.headline, evidence.comparison.outcome
     if evidence.run.escaped_particles:
         return (f"{leak(evidence.run.escaped_particles)}. There are no readings.",), "failed"
-    if evidence.run.bed is not None:
+    if not evidence.run.has_particles:
         return (NO_VERDICT, "There are no readings."), "open"
     if evidence.edited:
         return (f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.",), "undecided"
@@ -189,5 +189,5 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
                 (f"baselines: {names}", f"{'; '.join(f'{one.mean_error_mm:.2f}' for one in m.baselines)} mm")
             )
         figures += [worst, ("readings were", ROLES[m.role])]
-    lost = f"{run.escaped_particles}; {run.spilled_particles}" if run.bed is None else NOT_COMPUTED
+    lost = f"{run.escaped_particles}; {run.spilled_particles}" if run.has_particles else NOT_COMPUTED
     return [*figures, ("volume ratio", f"{evidence.volume_ratio:.3f}"), ("particles escaped; spilled", lost)]

@@ -32,7 +32,7 @@ def _nearness(evidence: Evidence) -> tuple[str, ...]:
 
 def _whereabouts(evidence: Evidence) -> str:
     ml = {place: volume_mm3 / ML for place, (_, volume_mm3) in volumes_mm3(evidence).items()}
-    if evidence.run.bed is not None:
+    if not evidence.run.has_particles:
         return (
             f"Of {ml['dispensed']:.2f} ml dispensed, {ml['in_crack']:.2f} ml lie in the crack, whose room below the "
             f"face is {evidence.solid.cavity_volume_mm3 / ML:.2f} ml, and {ml['above_face']:.2f} ml above the face, by "

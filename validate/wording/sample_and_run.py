@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Outline, RunHealth, Solid
+from sealtwin.core.records import Outline, Solid
 from sealtwin.core.regime import SURFACE_TENSION_N_M, regime_of
+from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import Span
 from validate.report_input import Evidence
 from validate.units import LABELS, PageTable, counted, millimetres, percent, plain, span, words
@@ -220,7 +221,7 @@ def left_out(evidence: Evidence) -> list[str]:
     if outline.branches_mm and not outline.branches_kept:
         cracks = counted(len(outline.branches_mm), "side crack")
         sentences.append(f"{cracks} seen in the {outline.seen_in}: no part of the solid.")
-    if run.bed is not None:
+    if not run.has_particles:
         sentences.append("The fast model computes no jet, no overspill and no view of the fill over time.")
     return sentences or ["Nothing: every reading and every particle counts."]
 

@@ -36,9 +36,9 @@ from reports.reproduction.stages import (
     stages,
 )
 from reports.reproduction.studies import FEEDING, reproduce
+from sealtwin.core import record_files
 from sealtwin.core.progress import Progress
 from sealtwin.core.stage_keys import number_words
-from sealtwin.study.runner import read_bench
 from sealtwin.study.study_file import load_study, plan_runs
 from sealtwin.study.study_folder import StudyRun, read_plan
 from sealtwin.study.study_map import Mapped
@@ -105,7 +105,7 @@ def test_a_pace_is_taken_once_and_in_the_run_itself(tmp_path, monkeypatch):
     folder = tmp_path / "sweep"
     sweep(tiny_lab(tmp_path / "lab"), folder, SweepOptions(device="cpu", jobs=0, dry_run=True), Progress())
     run = read_plan(folder).runs[0]
-    bench, path = read_bench(folder / "samples" / run.sample, None), tmp_path / "pace.json"
+    bench, path = record_files.read_sample(folder / "samples" / run.sample), tmp_path / "pace.json"
     take_pace(path, bench, run.checked_trial)
     pace = read_pace(path)
     assert len(pace.moving) == len(pace.frame_ms) > 10

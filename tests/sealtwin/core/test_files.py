@@ -12,7 +12,8 @@ import pytest
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_table, sheet_text, write_table
-from sealtwin.core.records import Profile, Run, RunHealth, Trajectory
+from sealtwin.core.records import Profile, Run, Trajectory
+from sealtwin.core.run_figures import RunHealth
 from tests.places import ROOT
 
 

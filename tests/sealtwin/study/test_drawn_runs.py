@@ -13,7 +13,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study import drawn_runs, extra_runs
-from sealtwin.study.drawn_runs import PART, draw, model_of
+from sealtwin.study.drawn_runs import PART, draw, takes_draws
 from sealtwin.study.extra_runs import vary
 from sealtwin.study.moved_inputs import Base
 from sealtwin.trial.job import resume_job, start_job
@@ -107,7 +107,7 @@ def test_a_part_that_was_done_before_a_kill_is_not_done_again(fast, linear, tmp_
 def test_the_fast_model_itself_is_moved(fast):
     """More sealant stands higher by its volume over the crack's area, and a deeper crack lowers its whole bed."""
     base = base_of(fast)
-    outline = base.bench.outline
+    outline = base.sample.outline
     s_mm = np.linspace(0, outline.length_mm, 101)
     own = drawn_runs.level_of(base, {}, s_mm)
     assert (drawn_runs.level_of(base, {"volume_ml": 0.01}, s_mm) - own).mean() == pytest.approx(
@@ -116,7 +116,7 @@ def test_the_fast_model_itself_is_moved(fast):
     assert (drawn_runs.level_of(base, {"depth_mm": 0.5}, s_mm) - own).mean() == pytest.approx(-0.5, abs=0.05)
     # Without yield stress there is none to draw below 0, and a viscosity is never below 0 either.
     huge = base.trial.uncertainty.model_copy(update={"yield_stress_pa": 50.0, "viscosity_percent": 80.0})
-    unsure = Base(base.path, base.trial.model_copy(update={"uncertainty": huge}), base.bench, base.run, base.profile)
+    unsure = Base(base.path, base.trial.model_copy(update={"uncertainty": huge}), base.sample, base.run, base.profile)
     steps = drawn_runs._steps(unsure, {"yield_stress_pa": -3.0, "viscosity_percent": -3.0})
     assert steps == {"yield_stress_pa": -1.0, "viscosity_percent": pytest.approx(100 * (1.8**-3 - 1))}
     drawn_runs.level_of(unsure, steps, s_mm)
@@ -130,27 +130,27 @@ def test_a_draw_that_cannot_be_is_told_with_its_inputs(fast):
 
 
 @pytest.mark.parametrize(
-    ("own", "declared", "unfit", "model"),
+    ("own", "declared", "unfit", "drawn"),
     [
-        (None, None, (), "slot"),
-        (None, None, ("A mound.",), "particles"),
-        (None, "slot", ("A mound.",), "slot"),
-        (None, "particles", (), "particles"),
-        ("slot", None, ("A mound.",), "slot"),
+        (None, None, (), True),
+        (None, None, ("A mound.",), False),
+        (None, "slot", ("A mound.",), True),
+        (None, "particles", (), False),
+        ("slot", None, ("A mound.",), True),
     ],
 )
-def test_the_fast_model_is_taken_in_its_domain_or_where_declared(fast, monkeypatch, own, declared, unfit, model):
+def test_the_fast_model_is_taken_in_its_domain_or_where_declared(fast, monkeypatch, own, declared, unfit, drawn):
     monkeypatch.setattr(drawn_runs, "unfit_for", lambda _: unfit)
-    assert model_of(_with(base_of(fast), own, declared)) == model
+    assert takes_draws(_with(base_of(fast), own, declared)) is drawn
 
 
 def test_particles_do_not_move_a_level_of_the_fast_model(fast):
     with pytest.raises(InputError, match=r"trial.toml: uncertainty.differences.*solver.model"):
-        model_of(_with(base_of(fast), "slot", "particles"))
+        takes_draws(_with(base_of(fast), "slot", "particles"))
 
 
 def _with(base: Base, own: str | None, declared: str | None) -> Base:
     solver = base.trial.solver.model_copy(update={"model": own})
     known = base.trial.uncertainty.model_copy(update={"differences": declared})
     trial = base.trial.model_copy(update={"solver": solver, "uncertainty": known})
-    return Base(base.path, trial, base.bench, base.run, base.profile)
+    return Base(base.path, trial, base.sample, base.run, base.profile)

@@ -120,8 +120,8 @@ def test_a_run_of_the_trials_own_size_and_seed_is_its_own_run(run_folder):
     with open_folder(run_folder, create=False) as folder:
         job = resume_job(folder, "cpu", Progress())
         base = extra_runs.Base.of(job)
-        trial = extra_runs._same_physics(base, base.bench, base.run.radius_mm, {})
-    (sealing,) = runner.seal(base.bench, [trial], device="cpu", keep_runs=False)
+        trial = extra_runs._same_physics(base, base.sample, base.run.radius_mm, {})
+    (sealing,) = runner.seal(base.sample, [trial], device="cpu", keep_runs=False)
     assert isinstance(sealing, Sealing)
     assert sealing.profile.level_mm == pytest.approx(base.profile.level_mm, abs=1e-6)
 

@@ -20,13 +20,11 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Run
 from sealtwin.core.run_folder import holding
 from sealtwin.study import runner
-from sealtwin.study.runner import read_bench
 from sealtwin.study.study_file import load_study, plan_runs
 from sealtwin.study.study_folder import OUTCOME, profile_path, read_plan, run_path
 from sealtwin.study.sweep import SweepOptions, sweep
 from sealtwin.trial.trial_file import load_trial
-from simulate.profile import measure_profile
-from simulate.run import inject
+from simulate.run import fill, ready
 from tests.narration import Narration
 from tests.studies import compute_here, results_of, tiny_lab
 
@@ -143,22 +141,10 @@ def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
     sweep(lab, out, replace(HERE, dry_run=True), Progress())
     compute_here(out)
     (sample,) = (out / "samples").iterdir()
-    solid, outline = record_files.read_solid(sample), record_files.read_outline(sample)
     planned = plan_runs(load_study(lab), lab, load_trial(tmp_path / "trial.toml"))
-    for run, (trial, fluid) in zip(read_plan(out).runs, [(p.trial, p.trial.fluid) for p in planned], strict=True):
-        assert fluid is not None
-        alone = inject(
-            solid,
-            outline,
-            record_files.read_trajectory(sample),
-            fluid,
-            trial.solver,
-            trial.nozzle,
-            seed=trial.seed,
-            device="cpu",
-            progress=Progress(),
-        )
-        record_files.write_profile(tmp_path, measure_profile(alone, outline, solid))
+    for run, trial in zip(read_plan(out).runs, [one.trial for one in planned], strict=True):
+        _, alone = fill(record_files.read_sample(sample), *trial.physics, seed=trial.seed)
+        record_files.write_profile(tmp_path, alone)
         assert profile_path(out, run.key).read_bytes() == (tmp_path / "profile.csv").read_bytes()
 
 
@@ -188,7 +174,7 @@ def test_fluids_of_unlike_substeps_never_share_a_launch(tmp_path):
     assert liquid.kin != paste.kin
     at, _ = _first(out)
     trials = [liquid.checked_trial, paste.checked_trial]
-    assert [runner.ready(at, [each], "cpu").engine.substeps for each in trials] == [6, 5]
+    assert [_prepared(at, each).engine.substeps for each in trials] == [6, 5]
     alone = [runner.seal(at, [each], device="cpu", keep_runs=False)[0] for each in trials]
     together = runner.seal(at, trials, device="cpu", keep_runs=False)
     for one, other in zip(alone, together, strict=True):
@@ -198,17 +184,22 @@ def test_fluids_of_unlike_substeps_never_share_a_launch(tmp_path):
 
 
 def _first(out):
-    """Bench and trial of the first run."""
+    """Sample and trial of the first run."""
     run = read_plan(out).runs[0]
     trial = run.checked_trial
-    return read_bench(out / "samples" / run.sample, trial.readings), trial
+    return record_files.read_sample(out / "samples" / run.sample), trial
+
+
+def _prepared(at, trial):
+    fluid, solver, nozzle = trial.physics
+    return ready(at, [fluid], solver, nozzle, seed=trial.seed, device="cpu", slope=trial.sample)
 
 
 def test_a_study_replays_its_frames_where_freezing_keeps_few_moving(fresh, monkeypatch):
     """And whoever watches a run gets it frame by frame, with what each took."""
     at, trial = _first(fresh)
     assert trial.fluid is not None
-    assert not runner.ready(at, [trial], "cpu").engine.replays
+    assert not _prepared(at, trial).engine.replays
     replayed = []
     monkeypatch.setattr(
         "simulate.run.follow", lambda injection, _: replayed.append(injection.engine.replays) or injection.advance()

@@ -8,9 +8,9 @@ import pytest
 
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.run_folder import MANIFEST
-from sealtwin.trial.simulate_stage import FrameFiles, ProgressFile, StillThere
 from simulate.injection import Injection, prepare
 from simulate.settings import Fluid, Nozzle, Solver
+from simulate.watchers import FrameFiles, ProgressFile, StillThere
 from tests.fluids import path, slot
 from tests.vtk_reader import read_polydata, read_pvd
 
@@ -77,7 +77,7 @@ def test_a_new_run_leaves_no_frame_of_the_last_one(tmp_path):
 
 
 def test_progress_is_said_in_numbers_that_a_program_can_use(tmp_path, monkeypatch):
-    monkeypatch.setattr("sealtwin.trial.simulate_stage.PROGRESS_EVERY_S", 0.0)
+    monkeypatch.setattr("simulate.watchers.PROGRESS_EVERY_S", 0.0)
     file, run = tmp_path / "progress.json", injection()
     with ProgressFile(file) as progress:
         progress.begin(run)

@@ -110,7 +110,7 @@ def test_the_extra_runs_move_width_angle_and_depth_together(tmp_path):
         job = resume_job(folder, "cpu", QUIET)
         base = Base.of(job)
         variants = _variants(base, designed=True)
-    weighed = base.bench.solid.figures.weighed
+    weighed = base.sample.solid.figures.weighed
     assert weighed is not None
     names = ("width_mm", "wall_angle_deg", "depth_mm")
     root = np.array(weighed.steps)
@@ -119,6 +119,6 @@ def test_the_extra_runs_move_width_angle_and_depth_together(tmp_path):
     assert len(moved) >= 4
     for steps, bench in moved:
         by_mm, by_deg, deeper_mm = root @ [steps[name] / base.inputs[name] for name in names]
-        assert bench.outline.mean_width_mm - base.bench.outline.mean_width_mm == pytest.approx(by_mm, abs=1e-6)
+        assert bench.outline.mean_width_mm - base.sample.outline.mean_width_mm == pytest.approx(by_mm, abs=1e-6)
         assert bench.solid.wall_angles_deg[0] - weighed.wall_angle_deg == pytest.approx(by_deg, abs=1e-6)
         assert bench.solid.depth_mm - weighed.depth_mm == pytest.approx(deeper_mm, abs=1e-6)

@@ -9,7 +9,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.core.settings import checked
-from sealtwin.study.moved_inputs import Base, moved_bench
+from sealtwin.study.moved_inputs import Base, moved_sample
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
@@ -42,9 +42,9 @@ def test_the_nozzle_gives_mass_over_density_with_the_doubt_of_both(tmp_path):
     with open_folder(tmp_path / "run", create=False) as folder:
         # The folder's own trial has the volume beside the mass that it follows from.
         base = Base.of(job := resume_job(folder, "cpu", Progress()))
-    assert base.bench.trajectory.dispensed_mm3 == pytest.approx(100.0)
+    assert base.sample.trajectory.dispensed_mm3 == pytest.approx(100.0)
     assert base.inputs == {"volume_ml": pytest.approx(0.1 * hypot(0.05, 0.02))}
-    assert moved_bench(base, {"volume_ml": 0.01}).trajectory.dispensed_mm3 == pytest.approx(110.0)
+    assert moved_sample(base, {"volume_ml": 0.01}).trajectory.dispensed_mm3 == pytest.approx(110.0)
     # Other weighings make the extra runs say nothing, though the path stays as it is.
     other = base.changed({"path.weighed": {**WEIGHT, "mass_sd_g": 0.01}})
     assert varied_settings(other) != varied_settings(job.trial)

@@ -14,7 +14,7 @@ from simulate.settings import Fluid, Nozzle, Solver
 from simulate.slot.fitness import FULLEST, fitness_of
 from simulate.slot.flux import HerschelBulkley
 from simulate.slot.run import pour
-from tests.fluids import path, slot
+from tests.fluids import path, sample_of, slot
 
 SLOT = Solver(model="slot", settle_s=2.0)
 
@@ -23,19 +23,21 @@ def poured(volume_ml: float = 1.2, **fluid: Any) -> tuple[Run, Profile]:
     crack = slot(40.0)
     settings: dict[str, Any] = {"viscosity_pa_s": 0.3, "yield_stress_pa": 4.0, "freeze_after_s": "never", **fluid}
     trajectory = path(crack[1], volume_ml, trim_mm=6.0)
-    return pour(*crack, trajectory, Fluid.model_validate(settings), SLOT, Nozzle(), seed=0, advise=True)
+    return pour(sample_of(crack, trajectory), Fluid.model_validate(settings), SLOT, Nozzle(), seed=0, advise=True)
 
 
 def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
     run, profile = poured()
     record_files.write_run(tmp_path, run)
     again = record_files.read_run(tmp_path)
-    assert again.bed == run.bed
-    assert run.bed is not None
-    assert run.bed.unfit == ()
+    assert again.fast_fill == run.fast_fill
+    assert run.fast_fill is not None
+    assert run.unfit == ()
     assert len(again.position_mm) == 0
     assert again.dispensed_volume_mm3 == pytest.approx(1200.0)
-    assert run.bed.in_crack_mm3 + run.bed.above_face_mm3 + run.bed.in_flight_mm3 == pytest.approx(1200.0)
+    assert run.fast_fill.in_crack_mm3 + run.fast_fill.above_face_mm3 + run.fast_fill.in_flight_mm3 == pytest.approx(
+        1200.0
+    )
     assert -16.0 < profile.level_mm.mean() < 0.0
     assert (profile.s_mm[0], profile.s_mm[-1]) == (0.0, 40.0)
 
@@ -50,24 +52,24 @@ def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
 )
 def test_a_case_outside_the_domain_says_why(change: dict[str, Any], why: str):
     run, _ = poured(**change)
-    assert run.bed is not None
-    assert any(why in sentence for sentence in run.bed.unfit)
+    assert run.fast_fill is not None
+    assert any(why in sentence for sentence in run.unfit)
 
 
 def test_a_level_over_the_face_is_outside_and_what_it_asks_for_is_inside():
     """Stiff paste stands on the face, although it would not fill the crack."""
     run, profile = poured(volume_ml=1.6, yield_stress_pa=11.0)
-    assert run.bed is not None
-    assert run.bed.above_mm == pytest.approx(profile.level_mm.max(), abs=0.05)
-    assert run.bed.fill < FULLEST
-    assert any("above the face" in sentence for sentence in run.bed.unfit)
-    found = re.search(r"yield_stress_pa = ([\d.]+) or less", run.bed.unfit[-1])
+    assert run.fast_fill is not None
+    assert run.fast_fill.above_mm == pytest.approx(profile.level_mm.max(), abs=0.05)
+    assert run.fast_fill.fill < FULLEST
+    assert any("above the face" in sentence for sentence in run.unfit)
+    found = re.search(r"yield_stress_pa = ([\d.]+) or less", run.unfit[-1])
     assert found is not None
-    share = re.search(r"path\.fill = ([\d.]+)", run.bed.unfit[-1])
-    volume_ml = 1.6 * float(share[1]) / run.bed.fill if share else 1.6
+    share = re.search(r"path\.fill = ([\d.]+)", run.unfit[-1])
+    volume_ml = 1.6 * float(share[1]) / run.fast_fill.fill if share else 1.6
     again, _ = poured(volume_ml=volume_ml, yield_stress_pa=float(found[1]))
-    assert again.bed is not None
-    assert again.bed.unfit == ()
+    assert again.fast_fill is not None
+    assert again.unfit == ()
 
 
 def test_paste_that_holds_a_mound_by_itself_is_outside_in_a_crack_of_any_width():
@@ -107,13 +109,13 @@ def test_a_u_whose_particles_cannot_be_released_asks_for_a_viscosity():
     crack, fluid = slot(40.0), Fluid(U=30.0, D_cm=0.3, yield_stress_pa=3.0, freeze_after_s="never")
     fine = SLOT.model_copy(update={"radius_mm": 0.03})
     with pytest.raises(InputError, match=r"give fluid\.viscosity_pa_s"):
-        pour(*crack, path(crack[1], 1.2, trim_mm=6.0), fluid, fine, Nozzle(), seed=0)
+        pour(sample_of(crack, path(crack[1], 1.2, trim_mm=6.0)), fluid, fine, Nozzle(), seed=0)
 
 
 def test_u_without_a_yield_stress_is_refused_as_it_is_no_viscosity():
     crack, fluid = slot(40.0), Fluid(U=30.0, D_cm=0.3, freeze_after_s="never")
     with pytest.raises(InputError, match=r"fluid\.U is 30: .* fluid\.viscosity_pa_s"):
-        pour(*crack, path(crack[1], 1.2, trim_mm=6.0), fluid, SLOT, Nozzle(), seed=0)
+        pour(sample_of(crack, path(crack[1], 1.2, trim_mm=6.0)), fluid, SLOT, Nozzle(), seed=0)
 
 
 def test_particles_are_not_run_in_its_place():

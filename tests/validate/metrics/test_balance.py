@@ -7,7 +7,8 @@ import pytest
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from sealtwin.core.records import Run, RunHealth
+from sealtwin.core.records import Run
+from sealtwin.core.run_figures import RunHealth
 from tests.shapes import straight_slot
 from validate.metrics.volumes import mass_balance
 from validate.settings import Readings
@@ -22,7 +23,7 @@ def run(position_mm, spilled=()) -> Run:
     position_mm = np.array(position_mm, dtype=float)
     over = np.isin(np.arange(len(position_mm)), spilled)
     zero = np.zeros_like(position_mm)
-    return Run(position_mm, zero, zero[:, 0], over, RADIUS_MM, 2.0, 0, "cpu", {}, RunHealth())
+    return Run(position_mm, zero, over, RADIUS_MM, 2.0, {}, zero[:, 0], 0, "cpu", RunHealth())
 
 
 def test_parts_add_up_to_what_was_dispensed():

@@ -11,7 +11,7 @@ from validate.compare import compare
 from validate.metrics.baselines import against_baselines, beaten, best_curves, flat_levels
 
 S_MM = np.linspace(0.0, 80.0, 17)
-BED = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
+FAST_FILL = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
 
 
 def errors_mm(measured: Profile, *numbers: int) -> list[float]:
@@ -32,9 +32,9 @@ def test_no_other_polynomial_comes_nearer():
 
     Broken on purpose with least squares, some of them are nearer.
     """
-    (best_mm,) = errors_mm(BED, 3)
+    (best_mm,) = errors_mm(FAST_FILL, 3)
     fine_mm = np.linspace(0.0, 80.0, 1601)
-    read_mm = np.interp(fine_mm, S_MM, BED.level_mm)
+    read_mm = np.interp(fine_mm, S_MM, FAST_FILL.level_mm)
     x = fine_mm / 40.0 - 1.0
     middle = np.polynomial.polynomial.polyfit(x, read_mm, 2)
     random = np.random.default_rng(0)
@@ -47,7 +47,7 @@ def test_no_other_polynomial_comes_nearer():
 @pytest.mark.parametrize(("to_mm", "numbers"), [(80.0, [1, 15, 16]), (79.5, [1, 15])])
 def test_a_curve_through_all_stations_that_are_compared_is_no_baseline(to_mm, numbers):
     """The station at 80 mm is beyond a crack of 79.5 mm."""
-    assert [one.numbers for one in best_curves(BED, 0.0, to_mm, (1, 15, 16, 17, 20))] == numbers
+    assert [one.numbers for one in best_curves(FAST_FILL, 0.0, to_mm, (1, 15, 16, 17, 20))] == numbers
 
 
 def test_outlying_readings_do_not_drag_a_curve_along():
@@ -69,9 +69,9 @@ def test_outlying_readings_do_not_drag_a_curve_along():
 def test_a_baseline_has_seen_no_more_than_the_simulation(role, fitted, names):
     """A curve through readings that were held out has seen them, and a fitted level more than the dispensed volume."""
     outline, solid = straight_slot(80.0, 3.0), _solid()
-    pool = flat_levels(BED, outline, solid, 3000.0)
+    pool = flat_levels(FAST_FILL, outline, solid, 3000.0)
     how = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": pool}
-    compared = compare(Profile(S_MM, BED.level_mm + 0.5), BED, outline, solid, **how).metrics
+    compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, outline, solid, **how).metrics
     assert [one.name for one in compared.baselines] == names
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import Profile
-from tests.evidence import BED, make_evidence
+from tests.evidence import FAST_FILL, make_evidence
 from tests.pages import leave_out_figures
 from validate.compare import assess
 from validate.report.live_chapter import MOST_PLACES, live_chapter
@@ -50,12 +50,12 @@ def test_particles_give_the_level_and_the_fast_model_its_change(evidence):
 
 
 def test_a_slot_run_is_the_fast_model_s_own_and_has_no_band(evidence):
-    found = live_chapter(replace(evidence, run=replace(evidence.run, bed=BED)))
+    found = live_chapter(replace(evidence, run=replace(evidence.run, fast_fill=FAST_FILL)))
     assert found is not None
     assert not found["by_particles"]
     assert "has no band" in found["sentences"][0]
     assert found["band"] is None
-    assert found["above_mm3"] - evidence.run.particle_volume_mm3 == pytest.approx(BED.above_face_mm3)
+    assert found["above_mm3"] - evidence.run.particle_volume_mm3 == pytest.approx(FAST_FILL.above_face_mm3)
 
 
 def test_the_band_holds_what_the_budget_knows_of_the_simulation(evidence):

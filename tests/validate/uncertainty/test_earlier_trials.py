@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.earlier_trials import EarlierTrial, Quantity
-from tests.evidence import BED, make_evidence
+from tests.evidence import FAST_FILL, make_evidence
 from validate.uncertainty.earlier_trials import biases, computed_quantities, expect, foresee
 from validate.wording.earlier_trials import expected_sentences
 
@@ -105,7 +105,7 @@ def test_a_run_that_lost_volume_or_is_the_fast_model_s_is_not_foreseen(tmp_path)
     assert found == expect(trials, computed_quantities(sound))
     assert foresee(trials[:1], sound) is None
     assert foresee(trials, make_evidence(tmp_path, volume_ratio=0.94)) is None
-    assert foresee(trials, replace(sound, run=replace(sound.run, bed=BED))) is None
+    assert foresee(trials, replace(sound, run=replace(sound.run, fast_fill=FAST_FILL))) is None
 
 
 def test_words_have_the_sign_of_the_bias():

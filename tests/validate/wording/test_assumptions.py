@@ -8,7 +8,7 @@ import pytest
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from sealtwin.core.records import RunHealth
+from sealtwin.core.run_figures import RunHealth
 from tests.evidence import make_evidence
 from validate.compare import assess
 from validate.settings import Readings, Uncertainty

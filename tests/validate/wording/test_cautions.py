@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from sealtwin.core.records import RunHealth
+from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import WeighedCavity
 from tests.evidence import make_evidence
 from validate.settings import Gate

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sealtwin.core.records import RunHealth
+from sealtwin.core.run_figures import RunHealth
 from tests.evidence import make_evidence
 from tests.fluids import path, pour, slot
 from tests.tables import rows

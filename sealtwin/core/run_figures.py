@@ -1,0 +1,96 @@
+"""Figures of a run beside its particles: its health, and the fill of the fast model, which has no particles."""
+
+from typing import Annotated, Any, Literal, get_args
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict
+
+Method = Literal["particles", "slot"]
+"""Method that fills a crack: particles in three dimensions, or the fast model, the flow averaged over sections."""
+PARTICLES, FAST = get_args(Method)
+Known = Annotated[
+    float | None, BeforeValidator(lambda value: None if isinstance(value, float) and not np.isfinite(value) else value)
+]
+"""A number, or None where it does not exist, as the error of a stretch without readings."""
+
+
+class RunHealth(BaseModel):
+    """Numbers that a run records about itself; None where one was not recorded or does not exist.
+
+    Labels and units of all are in the report's table of numerical health.
+    """
+
+    # Files of other versions may hold more.
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    density_error_mean: Known = None  # Compression above the rest density as a share of it, as are the next two
+    density_error_p95: Known = None
+    density_error_max: Known = None
+    most_neighbours: int | None = None
+    moving_mean: Known = None
+    moving_most: int | None = None
+    viscosity_iterations_mean: Known = None
+    viscosity_iterations_most: int | None = None
+    frames: int | None = None
+    frame_s: Known = None
+    substeps: int | None = None
+    particles_a_release: int | None = None
+    wall_particles: int | None = None
+    particles_across: Known = None
+    kernels_a_frame: int | None = None
+    setup_s: Known = None  # Computing time before the first frame
+    frames_s: Known = None  # Computing time of all frames
+    viscosity_m2_s: Known = None  # None of U without a yield stress, which is no viscosity
+    viscosity_pa_s: Known = None
+    viscosity_added_m2_s: Known = None  # Viscosity that the particles add to it by themselves
+    U: Known = None
+    D_cm: Known = None
+    yield_stress_pa: Known = None
+    reynolds: Known = None
+    bond: Known = None
+    bingham: Known = None
+    volume_factor: Known = None  # Volume of a particle in the density sum over that of Eq. 6, at the end
+    volume_ratio: Known = None  # Volume of the settled particles over the dispensed volume
+    end_speed_mm_s: Known = None  # RMS speed of the particles at the end, without those that spilled
+
+    def recorded(self) -> dict[str, Any]:
+        """Return the numbers that were recorded, by name."""
+        return self.model_dump(exclude_unset=True)
+
+
+class FastFill(BaseModel):
+    """Sealant by its place in a run of the fast model, and the figures that bound the model's domain."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    dispensed_mm3: float
+    in_crack_mm3: float  # Below the face
+    above_face_mm3: float
+    in_flight_mm3: float  # Given, and not yet landed when the run ends
+    held_slope: float  # Slope that the paste holds between the walls
+    mound_mm: float  # Height of what stays standing under the nozzle's last place
+    fill: float  # Volume given over that of the crack
+    above_mm: float | None = (
+        None  # Highest level over the face, 0 where it stays below; None in runs that did not record it
+    )
+    unfit: tuple[str, ...]  # Why the model is unfit for the case, a sentence each; none where it is fit
+
+
+class FilledBy:
+    """The method of a run, as its record shows it."""
+
+    fast_fill: FastFill | None  # None of a run of particles
+
+    @property
+    def has_particles(self) -> bool:
+        """False for the fast model: all numbers of particles are then not computed."""
+        return self.fast_fill is None
+
+    @property
+    def method(self) -> Method:
+        return PARTICLES if self.has_particles else FAST
+
+    @property
+    def unfit(self) -> tuple[str, ...]:
+        """Reasons why the run's method is unfit for the case, a sentence each. Particles have none."""
+        return () if self.fast_fill is None else self.fast_fill.unfit

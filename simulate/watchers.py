@@ -1,0 +1,309 @@
+"""Watchers of a run of particles: what is written while it computes, frame by frame, and is whole at any moment."""
+
+import math
+import re
+import time
+import zipfile
+from collections.abc import Callable, Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sealtwin.core import files
+from sealtwin.core.errors import InputError, naming
+from sealtwin.core.plain_files import opened
+from sealtwin.core.progress import Pace
+from sealtwin.core.records import Floats, Frame, ParticleState
+from sealtwin.core.run_folder import MANIFEST
+from sealtwin.core.vtk_files import read_collection, write_collection, write_frame
+from simulate.injection import Injection
+from simulate.setup.release_schedule import ROUNDING
+
+EVERY_S = 10.0  # Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles.
+LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Limit of a checkpoint, some kilobytes for each of millions of particles
+PAST_THE_END = 1.02
+"""Factor of a run's duration up to which a moment counts as its end: the paper shows 15 s, and the nozzle of the
+reconstructed trial stops after 14.8 s."""
+FRAME = re.compile(r"\d{4,}\.\d{3}s\.vtp")
+COLUMNS = (
+    "frame",
+    "t_s",
+    "particles",
+    "moving",
+    "density_error_mean",
+    "density_error_p95",
+    "escaped",
+    "spilled",
+    "viscosity_iterations",
+    "ms_a_frame",
+)
+"""``particles`` have left the nozzle. Density errors are compressions of those that move, over the rest density;
+iterations a substep and ms are means since the previous row; where nothing moved, errors and iterations are empty.
+"""
+ROWS_EVERY = 10  # Number of frames to a row
+PROGRESS_EVERY_S = 1.0  # Wall time between two writings of the progress
+
+
+class Watcher:
+    """Called after every frame of a run.
+
+    The first of several watchers begins first and is called last after a frame: when it keeps a checkpoint, the others
+    have written theirs.
+    """
+
+    def begin(self, injection: Injection) -> None:
+        """Called before the first frame of this process; a checkpoint may advance the injection."""
+
+    def after_frame(self, injection: Injection) -> None:
+        """Called after each frame."""
+
+
+class Checkpoint(Watcher):
+    """A watcher that keeps a run's state at ``path``, and restores it in a run of the same ``key``."""
+
+    def __init__(self, path: Path, key: str, note: Callable[[str], None]) -> None:
+        """``key`` stands for all that the run depends on. ``note`` receives what was done with a checkpoint."""
+        self._path, self._key, self._note = path, key, note
+        self._kept = time.monotonic()
+
+    def begin(self, injection: Injection) -> None:
+        if self._path.is_file():
+            self._note(f"{self._path.name}: {self._resume(injection)}")
+        self._kept = time.monotonic()
+
+    def after_frame(self, injection: Injection) -> None:
+        if time.monotonic() - self._kept >= EVERY_S:
+            self.keep(injection)
+            self._kept = time.monotonic()
+
+    def keep(self, injection: Injection) -> None:
+        """Write the file, complete or not at all."""
+        with files.replacing(self._path) as temporary:
+            np.savez(temporary, allow_pickle=False, key=np.array(self._key), **injection.snapshot())
+
+    def remove(self) -> None:
+        """Remove the checkpoint of a finished run."""
+        self._path.unlink(missing_ok=True)
+
+    def _resume(self, injection: Injection) -> str:
+        """Restore the checkpoint, if it is one of this run; returns the outcome in words."""
+        again = "the fluid run starts again at its first frame."
+        try:
+            with opened(self._path, LARGEST_CHECKPOINT_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
+                # Read completely before anything is changed: reading finds damage.
+                content: dict[str, NDArray[Any]] = {name: arrays[name] for name in arrays.files}
+            if str(content["key"]) != self._key:
+                return f"kept by a run with other settings, inputs or device; {again}"
+            injection.restore(content)
+        except (OSError, InputError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as fault:
+            return f"damaged ({fault}); {again}"
+        return f"going on after frame {injection.done} of {injection.frames}, t = {injection.t_s:.2f} s."
+
+
+def take_frame(injection: Injection) -> Frame:
+    """All particles of the first run that have left the nozzle, after its last frame."""
+    injection.wait()
+    state, out = injection.engine.state, injection.out
+    return Frame(
+        t_s=injection.t_s,
+        position_mm=state.position_mm()[:out],
+        velocity_mm_s=state.velocity_mm_s()[:out],
+        age_s=(injection.done - injection.schedule.frame_of[:out]).astype(float) * injection.schedule.frame_s,
+        # The numbers of ParticleState and of the kernels are the same.
+        density=state.by_release(state.density)[:out].astype(float),
+        state=state.status_of()[:out],
+    )
+
+
+class Moments(Watcher):
+    """A watcher that hands over a frame at each of some moments."""
+
+    def __init__(self, times_s: Iterable[float], take: Callable[[float, Frame], None]) -> None:
+        """``times_s`` increase and may be endless; ``take`` receives the moment, and the frame at or just after it."""
+        self._times_s, self._take = iter(times_s), take
+        self._next_s = math.inf
+
+    def begin(self, injection: Injection) -> None:
+        """Skip the moments before a resumed run's frame; a moment of that frame itself may not be taken yet."""
+        self._next_s = next(self._times_s, math.inf)
+        while self._due(injection) < injection.done:
+            self._next_s = next(self._times_s, math.inf)
+        self.after_frame(injection)
+
+    def after_frame(self, injection: Injection) -> None:
+        if injection.done < self._due(injection):
+            return
+        frame = take_frame(injection)
+        while self._due(injection) <= injection.done:
+            self._take(self._next_s, frame)
+            self._next_s = next(self._times_s, math.inf)
+
+    def _due(self, injection: Injection) -> float:
+        """Number of frames at which the next moment is due, at least one."""
+        if math.isinf(self._next_s):
+            return math.inf
+        number = max(1, math.ceil(self._next_s / injection.schedule.frame_s - ROUNDING))
+        return min(number, injection.frames) if number <= PAST_THE_END * injection.frames else number
+
+
+class FrameFiles(Moments):
+    """Watcher that writes frames of a run beside a collection, which is whole at any moment."""
+
+    def __init__(self, collection: Path, times_s: Iterable[float]) -> None:
+        super().__init__(times_s, self._write)
+        self._collection, self._folder = collection, collection.parent
+        self._frames: dict[str, float] = {}
+
+    def begin(self, injection: Injection) -> None:
+        """Remove the frames of an earlier run, except those before the frame of a resumed one; a user's files stay."""
+        there = sorted(self._folder.glob("*"))
+        listed = read_collection(self._collection) if self._collection.is_file() else []
+        self._frames = {path.name: t_s for t_s, path in listed if t_s <= injection.t_s and path in there}
+        for path in there:
+            if files.is_temporary(path) or (FRAME.fullmatch(path.name) and path.name not in self._frames):
+                path.unlink()
+        self._collection.unlink(missing_ok=True)
+        if self._frames:
+            self._collect()
+        super().begin(injection)
+
+    def _write(self, asked_s: float, frame: Frame) -> None:
+        if frame.t_s in self._frames.values():
+            return  # Several moments in one frame of the run, or just past its end.
+        name = f"{asked_s:08.3f}s.vtp"
+        write_frame(self._folder / name, frame)
+        self._frames[name] = frame.t_s
+        self._collect()
+
+    def _collect(self) -> None:
+        write_collection(self._collection, [(t_s, name) for name, t_s in self._frames.items()])
+
+
+class StillThere(Watcher):
+    """Watcher that ends a run whose folder was removed, before another one makes half a folder again."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def begin(self, injection: Injection) -> None:
+        self._require()
+
+    def after_frame(self, injection: Injection) -> None:
+        self._require()
+
+    def _require(self) -> None:
+        if not (self._folder / MANIFEST).is_file():
+            raise InputError(f"{self._folder}: was removed while its fluid ran, and is not made again. Run it anew.")
+
+
+class ProgressFile(Watcher):
+    """Watcher that writes the progress of a run into a small JSON, at most once a second, for other programs.
+
+    As a context around the run it also writes how the run ended.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._injection: Injection | None = None
+        self._written = 0.0
+        self._pace = Pace(0.0)
+        self._eta_s: float | None = None
+
+    def begin(self, injection: Injection) -> None:
+        self._injection, self._pace = injection, Pace(injection.work[-1], injection.work[injection.done])
+        self._write(injection, "running")
+
+    def after_frame(self, injection: Injection) -> None:
+        self._eta_s = self._pace.left_s(injection.work[injection.done], time.monotonic())
+        if time.monotonic() - self._written >= PROGRESS_EVERY_S and self._path.is_file():
+            self._write(injection, "running")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, _: TracebackType | None) -> None:
+        # Where the file is gone, so is the folder, and it is not made again.
+        if self._injection is not None and self._path.is_file():
+            stopped = kind is not None and issubclass(kind, KeyboardInterrupt)
+            state = "finished" if kind is None else "interrupted" if stopped else "failed"
+            self._write(self._injection, state, str(fault) if state == "failed" else None)
+
+    def _write(self, run: Injection, state: str, fault: str | None = None) -> None:
+        self._written = time.monotonic()
+        # A bed at rest ends a run before its last frame.
+        frames = run.done if state == "finished" else run.frames
+        files.write_json(
+            self._path,
+            {
+                "version": 1,
+                "stage": "simulate",
+                "state": state,
+                "error": fault,
+                "frame": run.done,
+                "frames": frames,
+                "t_s": round(run.t_s, 4),
+                "percent": round(100 * run.done / frames, 1),
+                "eta_s": None if state != "running" or self._eta_s is None else round(self._eta_s, 1),
+                "particles": run.out,
+                "moving": run.moving,
+                "updated_utc": datetime.now(UTC).isoformat(timespec="seconds"),
+            },
+        )
+
+
+class HealthLog(Watcher):
+    """A watcher that adds rows to a file, flushed at once so that a kill loses none."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._solves, self._frames_s, self._frame = 0, 0.0, 0
+
+    def begin(self, injection: Injection) -> None:
+        """Keep the rows up to a resumed run's frame, or start a new file."""
+        rows = files.read_text(self._path).splitlines()[1:] if injection.done and self._path.is_file() else []
+        kept = [row for row in rows if row.count(",") == len(COLUMNS) - 1 and int(row.split(",")[0]) <= injection.done]
+        # A new file, since the name may be a link to another one.
+        files.write_text(self._path, "\n".join([",".join(COLUMNS), *kept, ""]))
+        self._look_back(injection)
+
+    def after_frame(self, injection: Injection) -> None:
+        if injection.done % ROWS_EVERY == 0:
+            with naming(self._path), self._path.open("a", encoding="utf-8", newline="\n") as file:
+                file.write(",".join(self._row(injection)) + "\n")
+            self._look_back(injection)
+
+    def _row(self, injection: Injection) -> list[str]:
+        injection.wait()
+        engine, statistics = injection.engine, injection.statistics
+        moving = engine.movers.number()
+        mover = engine.movers.movers.particle.numpy()[:moving]
+        error = np.maximum(engine.state.density.numpy()[mover] - 1.0, 0.0)
+        status = engine.state.status.numpy()
+        solves = statistics.solves[self._solves :]
+        values: dict[str, Any] = {
+            "frame": injection.done,
+            "t_s": f"{injection.t_s:.4f}",
+            "particles": injection.out,
+            "moving": moving,
+            "density_error_mean": f"{error.mean():.6f}" if moving else "",
+            "density_error_p95": f"{np.quantile(error, 0.95):.6f}" if moving else "",
+            "escaped": int((status == int(ParticleState.ESCAPED)).sum()),
+            "spilled": int((status == int(ParticleState.SPILLED)).sum()),
+            "viscosity_iterations": f"{np.mean(solves):.2f}" if solves else "",
+            "ms_a_frame": f"{1000 * (statistics.frames_s - self._frames_s) / (injection.done - self._frame):.3f}",
+        }
+        return [str(values[name]) for name in COLUMNS]
+
+    def _look_back(self, injection: Injection) -> None:
+        """Start the means of the next row."""
+        self._solves, self._frames_s = len(injection.statistics.solves), injection.statistics.frames_s
+        self._frame = injection.done
+
+
+def read_health(path: Path) -> dict[str, Floats]:
+    """Read the columns of a log of a run's health; NaN stands for an empty field."""
+    return dict(zip(COLUMNS, files.read_table(path, COLUMNS).T, strict=True))
