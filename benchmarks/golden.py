@@ -74,6 +74,7 @@ MOVED: tuple[Rule, ...] = (
     Rule("sweep/runs/*/outcome.json", "the file", "the outcome of a run, in place of its ledger", case="sweep"),
     Rule("lab/catalogue.json", "the file", "the catalogue of a lab, in place of its database", case="ingest"),
     Rule("answer-*.json", "answer/samples/*/sound", "an answer says whether a sample runs", case="ingest"),
+    Rule("sweep/runs/*", "*health/volume_ratio", "a study's run records its volume ratio as a trial's does", "sweep"),
     Rule("*.json", "*stage_numbers*", "results name the numbers of the stages that computed them"),
     Rule("*.json", "*computed_by*", "likewise"),
     Rule("*report.json", "*stage numbers*", "likewise"),

@@ -23,7 +23,7 @@ from simulate.kernels import status
 from simulate.remarks import remarks_on
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.setup.release_schedule import Schedule, course_of, plan_releases
-from simulate.setup.rheology import CM2_IN_M2, Rheology, added_viscosity, dynamic_viscosity
+from simulate.setup.rheology import CM2_IN_M2, Rheology, added_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup.wall_particles import Enclosure, enclose
 from simulate.setup_checks import check_damping, check_fit, check_outlet, domain_of, effective_d_cm, solved_as
@@ -189,7 +189,7 @@ class Injection:
         steps = {"substeps": engine.substeps, "iterations": engine.iterations[number].number}
         effective = self.solver.scheme._asdict() | steps
         # Left out, D follows from the viscosity.
-        drag = {"D_cm": self._d_cm(fluid), "D_from": NO_SLIP} if fluid.D_cm is None else {}
+        drag = {"D_cm": self._d_cm(number), "D_from": NO_SLIP} if fluid.D_cm is None else {}
         # A fluid without tables is recorded as it always was.
         tables = {} if fluid.curve is not None else {"curve", "cooling"}
         return {
@@ -205,12 +205,12 @@ class Injection:
         """Quantities in effect that follow from a fluid's settings, and its flow regime."""
         fluid, paste = self.fluids[number], self.pastes[number]
         # Sealant of the paper's U moves before its viscosity acts: like water, however large U is (decision 0155).
-        viscosity_pa_s = self._viscosity_pa_s(number) if paste.moves_as_solved else None
+        viscosity_pa_s = paste.viscosity_pa_s if paste.moves_as_solved else None
         viscosity_m2_s = None if viscosity_pa_s is None else viscosity_pa_s / fluid.density_kg_m3
         regime = regime_of(
             viscosity_m2_s=viscosity_m2_s,
             density_kg_m3=fluid.density_kg_m3,
-            yield_stress_pa=fluid.fresh[1],
+            yield_stress_pa=fluid.fresh.yield_stress_pa,
             speed_mm_s=float(np.linalg.norm(self.schedule.velocity_mm_s, axis=1).mean()),
             nozzle_mm=self.nozzle.diameter_mm,
             width_mm=self.outline.mean_width_mm,
@@ -220,8 +220,8 @@ class Injection:
             "viscosity_pa_s": viscosity_pa_s,
             "viscosity_added_m2_s": self._added_m2_s,
             "U": paste.viscous_weight,
-            "D_cm": self._d_cm(fluid),
-            "yield_stress_pa": fluid.fresh[1],
+            "D_cm": self._d_cm(number),
+            "yield_stress_pa": fluid.fresh.yield_stress_pa,
             **{name: value for name, value in regime._asdict().items() if value is not None},
         }
 
@@ -229,17 +229,14 @@ class Injection:
     def _added_m2_s(self) -> float:
         return added_viscosity(self.solver.size_mm * CM, self.engine.step_s) / CM2_IN_M2
 
-    def _viscosity_pa_s(self, number: int) -> float:
-        """Viscosity that a fluid's U amounts to, of fresh sealant at a shear of 1/s."""
-        weight, density_kg_m3 = self.pastes[number].viscous_weight, self.fluids[number].density_kg_m3
-        return dynamic_viscosity(weight, density_kg_m3, 4 * self.solver.size_mm * CM, self.schedule.frame_s)
-
     def remarks_on(self, number: int) -> tuple[str, ...]:
         """Remarks on a fluid, for before the first frame."""
         return tuple(remarks_on(self.fluids[number], self.outline, self.solid, self.solver, self.schedule))
 
-    def _d_cm(self, fluid: Fluid) -> float:
-        return effective_d_cm(fluid, 4 * self.solver.size_mm * CM, self.schedule.frame_s)
+    def _d_cm(self, number: int) -> float:
+        return effective_d_cm(
+            self.fluids[number], self.pastes[number], 4 * self.solver.size_mm * CM, self.schedule.frame_s
+        )
 
     def _facts(self) -> dict[str, Any]:
         return {

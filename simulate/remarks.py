@@ -9,7 +9,7 @@ from sealtwin.core.records import Floats, Outline, Solid
 from sealtwin.core.regime import standing_stress_pa
 from simulate.settings import THICKNESSES, Fluid, Solver
 from simulate.setup.release_schedule import Schedule, course_of
-from simulate.setup.rheology import CM2_IN_M2, added_viscosity, dynamic_viscosity
+from simulate.setup.rheology import CM2_IN_M2, added_viscosity
 from simulate.setup.signed_distance import CM
 from simulate.setup_checks import solved_as
 
@@ -41,11 +41,10 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
     radius_mm, frame_s = solver.size_mm, schedule.frame_s
     frames = course_of(schedule, fluid, solver.settle_s).frames
     paste, substeps = solved_as(fluid, solver, frame_s, frames)
-    # Of fresh sealant at a shear of 1/s.
-    viscosity_pa_s = dynamic_viscosity(paste.viscous_weight, fluid.density_kg_m3, 4 * radius_mm * CM, frame_s)
     added_mm2_s = 1e6 * added_viscosity(radius_mm * CM, frame_s / substeps) / CM2_IN_M2
     lasts_s, pours_s = frames * frame_s, len(schedule.released) * frame_s
     given = [f"{key} is {value:g}" for key in THICKNESSES if (value := getattr(fluid, key)) is not None]
+    viscosity_pa_s = paste.viscosity_pa_s
     viscosity_mm2_s = 1e6 * viscosity_pa_s / fluid.density_kg_m3
     if not fluid.yields and viscosity_mm2_s * THIN < added_mm2_s:
         yield (
@@ -60,7 +59,7 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
             f"fluid.{given[0]}: without a yield stress particles move before its viscosity acts, as in the paper. No U "
             f"makes them viscous: they level like a thin liquid{until}. Viscous liquid needs fluid.viscosity_pa_s."
         )
-    _, stress_pa = fluid.fresh
+    stress_pa = fluid.fresh.yield_stress_pa
     width_mm = outline.mean_width_mm
     if stress_pa > (stands_pa := standing_stress_pa(fluid.density_kg_m3, width_mm)):
         yield (

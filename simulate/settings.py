@@ -46,6 +46,13 @@ BESIDE_NO_MATERIAL = (
 MaterialOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[Material, Tag("several")], ByForm]
 
 
+class FreshPaste(NamedTuple):
+    """Stress of fresh sealant at a shear: its yield stress and, at 1/s, its viscosity times the shear."""
+
+    viscosity_pa_s: float | None  # None beside U
+    yield_stress_pa: float
+
+
 class Fluid(Settings):
     """The sealant: the paper's U and D, a viscosity, Herschel and Bulkley's two numbers, or a table; one of them."""
 
@@ -142,17 +149,13 @@ class Fluid(Settings):
         return None if self.curve is None else course_of_tables(self.curve, self.cooling)
 
     @property
-    def fresh(self) -> tuple[float | None, float]:
-        """Viscosity in Pa s (at a shear of 1/s), None where U is given, and yield stress in Pa of fresh sealant."""
-        if (course := self.course) is None:
-            return self.thickness_pa_s, self.yield_stress_pa
-        viscosity, stress = course.at(np.zeros(1))
-        return float(viscosity[0]), float(stress[0])
-
-    @property
-    def thickness_pa_s(self) -> float | None:
-        """Viscosity, or the consistency, which is the viscosity at a shear of 1/s; None beside U."""
-        return self.viscosity_pa_s if self.consistency_pa_s_n is None else self.consistency_pa_s_n
+    def fresh(self) -> "FreshPaste":
+        """The sealant as it leaves the nozzle."""
+        if (course := self.course) is not None:
+            viscosity, stress = course.at(np.zeros(1))
+            return FreshPaste(float(viscosity[0]), float(stress[0]))
+        viscosity_pa_s = self.viscosity_pa_s if self.consistency_pa_s_n is None else self.consistency_pa_s_n
+        return FreshPaste(viscosity_pa_s, self.yield_stress_pa)
 
     @property
     def most_yield_stress_pa(self) -> float:

@@ -145,27 +145,20 @@ def check_damping(solver: Solver, step_s: float) -> None:
         )
 
 
-def effective_u(fluid: Fluid, support: float, frame_s: float) -> float:
-    """U in effect, of fresh sealant."""
-    fresh_pa_s, _ = fluid.fresh
-    if fresh_pa_s is None:
-        return fluid.U or 0.0
-    return viscous_weight(fresh_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
-
-
-def effective_d_cm(fluid: Fluid, support: float, frame_s: float) -> float:
+def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float) -> float:
     """D as given, or the one whose drag in all is that of walls to which the fluid sticks."""
     if fluid.D_cm is not None:
         return fluid.D_cm
-    fresh_pa_s, _ = fluid.fresh
-    assert fresh_pa_s is not None, "beside U it has a value"
-    return no_slip_weight(fresh_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
+    return no_slip_weight(paste.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
 
 
 def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST_AGES) -> Rheology:
     """The fluid in the solver's units, up to an age of ``frames``."""
-    _, fresh_stress_pa = fluid.fresh
-    u, by_age = effective_u(fluid, support, frame_s), None
+    (viscosity_pa_s, fresh_stress_pa), u, by_age = fluid.fresh, fluid.U or 0.0, None
+    if viscosity_pa_s is None:
+        viscosity_pa_s = dynamic_viscosity(u, fluid.density_kg_m3, support, frame_s)
+    else:
+        u = viscous_weight(viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
     if (course := fluid.course) is not None:
         last = math.ceil(min(course.age_s[-1] / frame_s, frames))
         viscosity, stress_pa = course.at(frame_s * np.arange(last + 1))
@@ -174,6 +167,7 @@ def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST
     return Rheology(
         u,
         fluid.D_cm or 0.0,
+        viscosity_pa_s=viscosity_pa_s,
         sticks=fluid.D_cm is None,
         flow_index=fluid.flow_index or 1.0,
         yield_cm2_s2=fresh_stress_pa / fluid.density_kg_m3 * CM2_IN_M2,
@@ -249,7 +243,7 @@ def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: flo
 
 def _check_yield_stress(fluid: Fluid, solver: Solver) -> None:
     """Raises InputError by the stress of fresh paste alone: what is older is at rest, and takes few iterations."""
-    _, stress_pa = fluid.fresh
+    stress_pa = fluid.fresh.yield_stress_pa
     column_pa = 1e-3 * fluid.density_kg_m3 * GRAVITY_M_S2 * 4 * solver.size_mm
     if stress_pa > HOLDS_SUPPORTS * column_pa:
         raise InputError(

@@ -25,9 +25,8 @@ from sealtwin.lab.sample_outcome import SampleOutcome
 from sealtwin.photos.batch import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
 from validate.readings.understood import OR_ANSWER
-from validate.uncertainty.earlier_trials import biases
+from validate.uncertainty.earlier_trials import bias_lines, biases
 from validate.units import counted
-from validate.wording.earlier_trials import bias_lines
 
 BROADEST = 36  # Letters of a column of names on a terminal
 MOST_TOLD = 200  # Faults on a terminal, which keeps some thousand lines

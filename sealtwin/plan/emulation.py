@@ -74,7 +74,7 @@ def emulate(
     share = faults.wider_percent / 100 * np.exp(-0.5 * ((outline.s_mm - faults.wider_at_mm) / WIDENED_MM) ** 2)
     real = widened_by(outline, share)
     solid = build_solid(real, shape)
-    thickness = fluid.thickness_pa_s or 0.0
+    thickness = fluid.fresh.viscosity_pa_s or 0.0
     key = "viscosity_pa_s" if fluid.consistency_pa_s_n is None else "consistency_pa_s_n"
     stress_pa = faults.material_factor * fluid.yield_stress_pa
     hidden = fluid.model_copy(update={key: faults.material_factor * thickness, "yield_stress_pa": stress_pa})

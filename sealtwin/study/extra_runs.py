@@ -161,7 +161,7 @@ def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[s
     """
     from simulate.setup.release_schedule import plan_releases
     from simulate.setup.signed_distance import CM
-    from simulate.setup_checks import effective_u
+    from simulate.setup_checks import rheology_of
 
     trial, health = base.trial, base.run.health.recorded()
     frame_s = plan_releases(sample.trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed).frame_s
@@ -174,7 +174,7 @@ def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[s
     changed = base.changed(changes)
     if trial.given_fluid.U is not None:
         # A viscosity in physical units would move particles otherwise than the trial's U does (decision 0155).
-        weight = effective_u(changed.given_fluid, 4 * radius_mm * CM, frame_s)
+        weight = rheology_of(changed.given_fluid, 4 * radius_mm * CM, frame_s).viscous_weight
         changed = base.changed({**changes, "fluid.U": weight, "fluid.viscosity_pa_s": None})
     return changed.model_copy(update={"readings": None, "gate": None})
 

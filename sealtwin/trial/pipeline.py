@@ -210,7 +210,7 @@ def _findings(folder: RunFolder, trial: Trial, stages: Sequence[str]) -> dict[st
 
 
 def _expected(found: EarlierTrials) -> dict[str, Any]:
-    from validate.wording.earlier_trials import expected_sentences
+    from validate.uncertainty.earlier_trials import expected_sentences
 
     content: dict[str, Any] = {"earlier_trials": len(found.trials), "told": list(expected_sentences(found))}
     for one in found.expectations:

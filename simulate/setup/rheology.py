@@ -33,6 +33,7 @@ class Rheology(NamedTuple):
 
     viscous_weight: float  # U of Eq. 5.
     wall_weight_cm: float  # D of Eq. 5.
+    viscosity_pa_s: float = 0.0  # Viscosity of fresh paste at a shear of 1/s, as given or as U amounts to
     sticks: bool = False  # To walls, by its viscosity; D is then 0
     flow_index: float = 1.0
     yield_cm2_s2: float = 0.0  # Yield stress of fresh paste

@@ -123,13 +123,13 @@ def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajector
                 f'fluid.{key}: solver.model = "slot" knows no age of the sealant, and so neither freezing nor '
                 'stiffening. Take solver.model = "particles", or a paste whose yield stress stays as it is.'
             )
-    thickness = fluid.thickness_pa_s
-    if thickness is None and not fluid.yields:
+    viscosity_pa_s = fluid.fresh.viscosity_pa_s
+    if viscosity_pa_s is None and not fluid.yields:
         raise InputError(
             f"fluid.U is {fluid.U:g}: without a yield stress it amounts to no viscosity, and the fast model needs one. "
             "Give fluid.viscosity_pa_s in its place."
         )
-    if thickness is None:
+    if viscosity_pa_s is None:
         try:
             frame_s = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed).frame_s
         except InputError as fault:
@@ -137,11 +137,11 @@ def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajector
                 f"fluid.U: its viscosity is that of particles, which cannot be released here ({fault}); give "
                 "fluid.viscosity_pa_s, which the fast model takes as it is."
             ) from None
-        thickness = dynamic_viscosity(fluid.U or 0.0, fluid.density_kg_m3, 4 * solver.size_mm * CM, frame_s)
-    if thickness == 0:
+        viscosity_pa_s = dynamic_viscosity(fluid.U or 0.0, fluid.density_kg_m3, 4 * solver.size_mm * CM, frame_s)
+    if viscosity_pa_s == 0:
         raise InputError('fluid: without a viscosity solver.model = "slot" has no flow; give viscosity_pa_s above 0.')
     index = fluid.flow_index or 1.0
-    return HerschelBulkley(fluid.density_kg_m3, fluid.yield_stress_pa, thickness, index, PARTICLES_RUB)
+    return HerschelBulkley(fluid.density_kg_m3, fluid.yield_stress_pa, viscosity_pa_s, index, PARTICLES_RUB)
 
 
 def _changes(

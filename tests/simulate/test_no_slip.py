@@ -34,10 +34,12 @@ def test_a_viscosity_brings_its_walls_and_a_weight_that_is_given_stands():
     """54 mPa s at 1690 kg/m3 are 0.3195 cm2/s."""
     fluid = Fluid(viscosity_pa_s=0.054, freeze_after_s="never")
     expected = no_slip_weight(0.054 / 1690.0 * 1e4, SUPPORT_CM, FRAME_S)
-    assert effective_d_cm(fluid, SUPPORT_CM, FRAME_S) == pytest.approx(expected)
+    assert effective_d_cm(fluid, rheology_of(fluid, SUPPORT_CM, FRAME_S), SUPPORT_CM, FRAME_S) == pytest.approx(
+        expected
+    )
     assert rheology_of(fluid, SUPPORT_CM, FRAME_S).sticks
     given = Fluid(viscosity_pa_s=0.054, D_cm=0.2, freeze_after_s="never")
-    assert effective_d_cm(given, SUPPORT_CM, FRAME_S) == 0.2
+    assert effective_d_cm(given, rheology_of(given, SUPPORT_CM, FRAME_S), SUPPORT_CM, FRAME_S) == 0.2
     assert not rheology_of(given, SUPPORT_CM, FRAME_S).sticks
 
 

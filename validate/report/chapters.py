@@ -24,6 +24,7 @@ from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_
 from validate.figures.turntable import Turntable, build_turntable
 from validate.figures.weighed_fill import draw_weighed_fill
 from validate.report_input import Evidence
+from validate.uncertainty.earlier_trials import earlier_table
 from validate.units import PageTable
 from validate.wording import sample_and_run
 from validate.wording.comparison import (
@@ -34,7 +35,6 @@ from validate.wording.comparison import (
     uncertainty_tables,
     volume_table,
 )
-from validate.wording.earlier_trials import earlier_table
 from validate.wording.prediction import prediction_sentences, prediction_table
 from validate.wording.where_off import where_off
 

@@ -1,4 +1,4 @@
-"""Bias and scatter of a lab's earlier trials, as fire models state theirs, and what they make of a new computed level.
+"""Bias and scatter of a lab's earlier trials, as fire models state theirs, and what readings of a new one should be.
 
 The model's error is a bias and a scatter of each quantity over all trials whose readings were held out (McGrattan &
 Toman 2011, *Fire Safety Journal* 46; FDS's validation guide). Fills, which are never negative, are compared by their
@@ -17,8 +17,10 @@ from validate.metrics.curve_distances import PiecewiseLinear
 from validate.metrics.verdict import kept_volume
 from validate.metrics.volumes import fill_volumes
 from validate.report_input import Evidence
+from validate.units import PageTable, counted, percent, signed
 
 FEWEST = 2  # Trials: one has no scatter
+FEW, ENOUGH = 4, 6  # Trials; the interval's half-width over the scatter is 16 at two, 5.0 at three, 2.8 at six
 ROUNDING = 1e-9  # Scatter of equal errors, mm, mm² or a logarithm
 RANGE: dict[Quantity, tuple[float, float]] = {
     "mean_level_mm": (-np.inf, np.inf),
@@ -26,6 +28,11 @@ RANGE: dict[Quantity, tuple[float, float]] = {
     "heap_mm2": (0.0, np.inf),
 }
 """Least and largest value of a quantity."""
+NAMES: dict[Quantity, str] = {
+    "mean_level_mm": "mean level",
+    "fill_ratio": "share of the room below the face that is filled",
+    "heap_mm2": "heap above the face, on each mm of crack",
+}
 
 
 def biases(trials: Sequence[EarlierTrial]) -> tuple[Bias, ...]:
@@ -66,6 +73,49 @@ def foresee(trials: Sequence[EarlierTrial], evidence: Evidence) -> EarlierTrials
     return expect(trials, computed_quantities(evidence))
 
 
+def expected_sentences(found: EarlierTrials) -> tuple[str, ...]:
+    """Return what readings are expected to find, for a reader who knows no method."""
+    told = {one.quantity: one for one in found.expectations}
+    count = counted(len(found.trials), "earlier trial")
+    level = told["mean_level_mm"]
+    side = "below" if level.bias > 0 else "above"
+    off = f"{abs(level.bias):.1f} mm {side} the computed level on average"
+    lay = off if round(abs(level.bias), 1) else "as high as the computed level on average"
+    sentence = (
+        f"In {count} of this lab, measured and held out, the sealant lay {lay}, and this differed from trial to trial "
+        f"by {level.scatter:.1f} mm: here a mean level of {_value(level, level.expected)} is to be expected, 95 % from "
+        f"{_value(level, level.expected_95[0])} to {_value(level, level.expected_95[1])}"
+    )
+    if (fill := told.get("fill_ratio")) is not None:
+        ends = " to ".join(percent(end, 0) for end in fill.expected_95)
+        sentence += f", and {percent(fill.expected, 0)} of the room below the face filled ({ends})"
+    assumed = (
+        f"The ranges, by Student t of {len(found.trials)} trials, assume that these and this one are exchangeable and "
+        "their errors normal."
+    )
+    few = (f"So few trials make these ranges wide; {ENOUGH} would make them much narrower.",)
+    return (f"{sentence}.", assumed, *(few if len(found.trials) < FEW else ()))
+
+
+def earlier_table(found: EarlierTrials) -> PageTable:
+    """Return bias, scatter and what is expected of each quantity, and each trial."""
+    rows = [
+        (
+            NAMES[one.quantity],
+            f"{_off(one)}; here {_value(one, one.computed)} computed, {_value(one, one.expected)} expected, 95 % from "
+            f"{_value(one, one.expected_95[0])} to {_value(one, one.expected_95[1])}",
+        )
+        for one in found.expectations
+    ]
+    rows += [(f"sample {one.name}", _trial(one)) for one in found.trials]
+    return PageTable("Earlier trials of this lab, measured and held out", tuple(rows))
+
+
+def bias_lines(found: Sequence[Bias]) -> list[str]:
+    """Return a line for each quantity, for a terminal."""
+    return [f"  {NAMES[one.quantity]}: {_off(one)}" for one in found]
+
+
 def computed_quantities(evidence: Evidence) -> dict[Quantity, float]:
     """Return what a run computed, over the length that its readings cover; over all of its level without readings."""
     profile = evidence.profile
@@ -104,3 +154,29 @@ def _expectation(bias: Bias, computed: float) -> Expectation:
         ends = computed - bias.bias + np.array([-half, 0.0, half])
     low, expected, high = (float(end) for end in np.clip(ends, *RANGE[bias.quantity]))
     return Expectation(**dict(bias), computed=computed, expected=expected, expected_95=(low, high))
+
+
+def _off(one: Bias) -> str:
+    if one.relative:
+        return f"computed over read {one.bias:.3f}, scatter {percent(one.scatter)}"
+    unit = _unit(one)
+    return f"computed less read {signed(one.bias, 2)} {unit}, scatter {one.scatter:.2f} {unit}"
+
+
+def _value(one: Expectation, value: float) -> str:
+    if one.relative:
+        return percent(value)
+    text = signed(value, 2) if one.quantity == "mean_level_mm" else f"{value:.2f}"
+    return f"{text} {_unit(one)}"
+
+
+def _unit(one: Bias) -> str:
+    return "mm²" if one.quantity == "heap_mm2" else "mm"
+
+
+def _trial(one: EarlierTrial) -> str:
+    return (
+        f"level {signed(one.level_error_mm, 2)} mm, filled {percent(one.computed_fill_ratio)} computed and "
+        f"{percent(one.read_fill_ratio)} read, heap {one.computed_heap_mm2:.2f} mm² computed and "
+        f"{one.read_heap_mm2:.2f} mm² read"
+    )

@@ -1,8 +1,8 @@
 """The answer in a few sentences, for a reader who knows neither the method nor its words."""
 
 from validate.report_input import Evidence
+from validate.uncertainty.earlier_trials import expected_sentences
 from validate.wording.comparison import volumes_mm3
-from validate.wording.earlier_trials import expected_sentences
 from validate.wording.where_off import worst_station_of
 
 ML = 1000.0  # mm³

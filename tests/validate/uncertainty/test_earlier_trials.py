@@ -7,8 +7,7 @@ import pytest
 
 from sealtwin.core.earlier_trials import EarlierTrial, Quantity
 from tests.evidence import FAST_FILL, make_evidence
-from validate.uncertainty.earlier_trials import biases, computed_quantities, expect, foresee
-from validate.wording.earlier_trials import expected_sentences
+from validate.uncertainty.earlier_trials import biases, computed_quantities, expect, expected_sentences, foresee
 
 HERE: dict[Quantity, float] = {"mean_level_mm": -2.0, "fill_ratio": 0.8, "heap_mm2": 0.5}
 
