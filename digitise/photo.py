@@ -18,7 +18,7 @@ from digitise.scale.face_scale import scale_by_face
 from digitise.scale.marker_scale import scale_by_markers, unused_markers
 from digitise.scale.view import Scale, View
 from digitise.settings import COARSEST_MM_PER_PX, FINEST_MM_PER_PX, PhotoInput, Pixel
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
 
 RING_POINTS = 32  # Points on each side of the face: between two, a lens of k1 = -0.2 bends the side by 0.01 px
@@ -263,8 +263,8 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
     elif settings.ruler_px is not None and settings.ruler_mm is not None:
         scale = scale_by_ruler(settings.ruler_px, settings.ruler_mm, pixels.size_px, pixels.file)
     else:
-        assert settings.mm_per_px is not None, "PhotoInput has a scale"
-        scale = given_scale(settings.mm_per_px, settings.scale_is == "assumed", pixels.size_px)
+        mm_per_px = present(settings.mm_per_px, "photo.mm_per_px")
+        scale = given_scale(mm_per_px, settings.scale_is == "assumed", pixels.size_px)
     if not FINEST_MM_PER_PX <= scale.mm_per_px <= COARSEST_MM_PER_PX:
         raise InputError(
             f"{pixels.file}: by its {scale.scale_source}, a pixel of the photo is {scale.mm_per_px:.2g} mm, outside "

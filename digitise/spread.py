@@ -11,7 +11,7 @@ from digitise.geometry.polyline import rectangle
 from digitise.image.raster import Map, blurred, sampled
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
 
 RAYS = 360  # Rays from the middle along which the edge is told
@@ -98,8 +98,8 @@ def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo
 
 def _opening(photo: Photo) -> NDArray[np.bool_]:
     """Mask of the sheet's free field: the opening of the frame, less the markers' own margin."""
-    assert photo.face_mm is not None, "a marker sheet has a face"
-    ring = np.round(photo.to_px(rectangle(photo.face_mm))).astype(np.int32)
+    face_mm = present(photo.face_mm, "the face of a marker sheet")
+    ring = np.round(photo.to_px(rectangle(face_mm))).astype(np.int32)
     mask = np.zeros(photo.brightness.shape, dtype=np.uint8)
     cv2.fillPoly(mask, [ring], 1)
     # The line to cut along lies just inside.

@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple, Self
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings
@@ -136,7 +136,7 @@ def course_of_tables(curve: MaterialCurve, cooling: CoolingCurve | None) -> Cour
     stress_pa = curve.yield_stress_pa or (0.0,) * len(curve.viscosity_pa_s)
     if curve.age_s is not None:
         return Course(*(np.array(column) for column in (curve.age_s, curve.viscosity_pa_s, stress_pa)))
-    assert cooling is not None, "found sound"
+    cooling = present(cooling, "cooling")
     order = np.argsort(np.array(curve.temperature_c))
     known_c = np.array(curve.temperature_c)[order]
     over_temperature = Course(known_c, np.array(curve.viscosity_pa_s)[order], np.array(stress_pa)[order])

@@ -11,7 +11,7 @@ from digitise.crack_path.step_costs import cheapest, off_centre
 from digitise.image.raster import shrunk
 from digitise.photo import Photo
 from digitise.settings import Pixel
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Integers
 
 WORK_PX = 2000  # Longer side of the copy on which the middle of the paint is found
@@ -24,8 +24,8 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
 
     Raises InputError if an end is not on the paint, the two lie on different pieces, or the photo shows no crack there.
     """
-    assert photo.drawn is not None, "nothing is painted"
-    count, label, stats, _ = cv2.connectedComponentsWithStats(photo.drawn.astype(np.uint8), connectivity=8)
+    paint = present(photo.drawn, "the paint")
+    count, label, stats, _ = cv2.connectedComponentsWithStats(paint.astype(np.uint8), connectivity=8)
     if ends_px is None:
         chosen = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
     else:
@@ -53,7 +53,7 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
         f"the mask has {count - 1} pieces; the one from {listed(to_photo(way)[[0, -1]])} px, {share:.0%} of the paint, "
         "was taken"
     )
-    doubts = judge_paint(photo, photo.drawn, to_photo(way), width_px, confirmed=ends_px is not None)
+    doubts = judge_paint(photo, paint, to_photo(way), width_px, confirmed=ends_px is not None)
     return CrackPath(to_photo(way), width_px, "mask", (others, *doubts) if count > 2 else doubts)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, TiffImagePlugin
 
+from sealtwin.core.errors import present
 from sealtwin.core.records import Floats
 
 DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
@@ -94,8 +95,7 @@ def _by_profile(photo: Image.Image, content: bytes) -> tuple[Image.Image, tuple[
         def by_profile(picture: Image.Image) -> Image.Image:
             intent = ImageCms.Intent.RELATIVE_COLORIMETRIC
             shown = ImageCms.profileToProfile(picture.convert(mode), profile, srgb, intent, "RGB")
-            assert shown is not None, "the picture is not changed in place"
-            return shown
+            return present(shown, "the picture in sRGB")
 
         ramp = np.asarray(by_profile(grey), dtype=float)[0].mean(axis=1) / 255
         gamma = _exponent(ramp**DISPLAY_GAMMA)

@@ -6,6 +6,7 @@ Words are those of NIST RS274/NGC (Kramer, Proctor, Messina 2000) and of Marlin 
 import numpy as np
 
 from digitise.robots.robot_path import RobotPath, comments, decimal
+from sealtwin.core.errors import present
 from sealtwin.core.records import Floats
 
 E_DECIMALS = 5
@@ -13,8 +14,7 @@ E_DECIMALS = 5
 
 def gcode_text(path: RobotPath) -> str:
     """Return the program. Raises InputError if the plunger, the tilt of the face or the reach does not allow it."""
-    settings = path.cell.gcode
-    assert settings is not None, "a cell without [gcode]"
+    settings = present(path.cell.gcode, "[gcode]")
     over_mm = path.over_mm
     path.require(path.tilt_limit, path.reach_limit("the way to the path or from it", over_mm))
     # Rounded before it is differenced: relative steps then add up to the absolute end.

@@ -11,7 +11,7 @@ from digitise.robots.cell import RobotCell, RobotFrame, fit_frame
 from digitise.robots.pump import PumpTable
 from digitise.trajectory import radii_mm
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.record_files import TRAJECTORY_COLUMNS
 from sealtwin.core.records import Floats, Trajectory
 
@@ -99,8 +99,7 @@ class RobotPath:
 
         Raises InputError if it is too far or too fast.
         """
-        plunger = self.cell.plunger
-        assert plunger is not None, "a cell without [plunger]"
+        plunger = present(self.cell.plunger, "[plunger]")
         way_mm = np.concatenate([[0.0], np.cumsum(self.trajectory.given_mm3)]) / plunger.area_mm2
         speed_mm_s = self.trajectory.flow_mm3_s.max() / plunger.area_mm2
         self.require(

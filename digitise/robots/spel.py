@@ -13,6 +13,7 @@ from digitise.geometry.polyline import at_arc_length
 from digitise.robots.cell import SPEL_POINTS, Spel
 from digitise.robots.robot_path import Limit, RobotPath, comments, decimal
 from sealtwin.core.arc_length import arc_length
+from sealtwin.core.errors import present
 from sealtwin.core.records import Floats
 
 FEWEST_IN_CURVE, MOST_IN_CURVE = 3, 200
@@ -25,8 +26,7 @@ Places = Floats  # Coordinates x, y, z, and that of an added axis that presses t
 
 def spel_text(path: RobotPath) -> str:
     """Return the program. Raises InputError if a limit of the cell, the language or the controller is exceeded."""
-    settings = path.cell.spel
-    assert settings is not None, "a cell without [spel]"
+    settings = present(path.cell.spel, "[spel]")
     places = _places(path, settings)
     follow = _along_curve if settings.motion == "curve" else _along_moves
     lifts = settings.dispenser != "z"

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from digitise.robots.cell import RobotFrame, Urscript
 from digitise.robots.robot_path import Limit, RobotPath, comments, decimal
+from sealtwin.core.errors import present
 from sealtwin.core.records import Floats
 
 JOINT_SPEED_RAD_S, JOINT_ACCELERATION_RAD_S2 = 0.5, 0.7  # Half of URScript's defaults, where the arm chooses its path
@@ -16,8 +17,7 @@ JOINT_SPEED_RAD_S, JOINT_ACCELERATION_RAD_S2 = 0.5, 0.7  # Half of URScript's de
 
 def urscript_text(path: RobotPath) -> str:
     """Return the program, movep along the path. Raises InputError if a limit is exceeded, or blends would overlap."""
-    settings = path.cell.urscript
-    assert settings is not None, "a cell without [urscript]"
+    settings = present(path.cell.urscript, "[urscript]")
     over_mm, turn = path.over_mm, _tool(path.frame, settings)
     path.require(
         _blend_limit(path, settings),

@@ -18,6 +18,7 @@ from digitise.image.raster import Map, continued, resized, shrunk, widened
 from digitise.photo import Photo
 from digitise.walls.centreline_and_walls import LEAST_WIDTH_PX
 from digitise.walls.straightened import Patch, patch_around
+from sealtwin.core.errors import present
 from sealtwin.core.records import Floats
 
 RetouchedPhoto = NewType("RetouchedPhoto", Photo)  # One with its own scale, but not everywhere its own brightness
@@ -35,8 +36,7 @@ SKIRT_PX = 3  # Reach of the blur that darkens mortar around a crack and brighte
 
 def photo_of_paint(photo: Photo, path: CrackPath) -> RetouchedPhoto:
     """The painted piece that holds the path, dark on bright, so that the rules for a photographed crack apply to it."""
-    assert photo.drawn is not None, "nothing is painted"
-    piece = holding(photo.drawn, path.points_px, connectivity=8)
+    piece = holding(present(photo.drawn, "the paint"), path.points_px, connectivity=8)
     paint = np.where(piece, PAINT_DARK, PAINT_BRIGHT).astype(np.float32)
     return RetouchedPhoto(replace(photo, brightness=paint))
 

@@ -11,7 +11,7 @@ import numpy as np
 from sealtwin.calibration import outputs
 from sealtwin.calibration.search import DRAWS, Found, Source, search, settings_at
 from sealtwin.calibration.twin import Twin
-from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
@@ -141,16 +141,15 @@ def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
 
 
 def _fitted(found: Found, twin: Twin, number: int) -> Prediction:
-    assert found.draws is not None, "asked only where there is a posterior"
+    draws = present(found.draws, "the posterior")
     return _prediction(
-        twin, "calibrated", *predicted_by_emulator(found.posterior.emulators[number], twin.evidence, found.draws)
+        twin, "calibrated", *predicted_by_emulator(found.posterior.emulators[number], twin.evidence, draws)
     )
 
 
 def _predicted(found: Found, twin: Twin) -> Prediction:
     """Run draws of the posterior in a trial that is held out; a pour keeps its own path and crack."""
-    assert found.draws is not None, "asked only where there is a posterior"
-    chosen = found.draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
+    chosen = present(found.draws, "the posterior")[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
     settings = [settings_at(found.frees, point) for point in chosen]
     own = [{name: one[name] for name in one if name.partition(".")[0] not in OF_A_POUR} for one in settings]
     levels_mm = [level for level in twin.run([(one, seed) for seed, one in enumerate(own)]) if level is not None]

@@ -10,6 +10,7 @@ import numpy as np
 from sealtwin.calibration.search import Found, settings_at
 from sealtwin.calibration.twin import Twin
 from sealtwin.core import files
+from sealtwin.core.errors import present
 from sealtwin.core.records import Floats
 from sealtwin.material.material_text import material_text
 from sealtwin.trial.job import shown
@@ -122,13 +123,12 @@ def _confirmed_mm(found: Found, trial: int) -> float | None:
 
 def _material(found: Found, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
     """Return the material, or None where the paste is a curve or thins with shear: a material has two numbers."""
-    fluid, best = twin.trial.fluid, settings_at(found.frees, found.best)
-    assert fluid is not None, "checked before"
-    assert found.draws is not None, "asked only where there is a posterior"
+    fluid, best = twin.trial.given_fluid, settings_at(found.frees, found.best)
+    points = present(found.draws, "the posterior")
     if fluid.curve is not None or fluid.consistency_pa_s_n is not None:
         return None
     ran = twin.health(len(found.points))
-    draws = {free.name: free.values(column) for free, column in zip(found.frees, found.draws.T, strict=True)}
+    draws = {free.name: free.values(column) for free, column in zip(found.frees, points.T, strict=True)}
     known = twin.trial.uncertainty
     stress_pa = best.get("fluid.yield_stress_pa", fluid.yield_stress_pa)
     low_pa, high_pa, error_pa = stress_pa, stress_pa, known.yield_stress_pa or 0.0

@@ -7,6 +7,7 @@ import typer
 
 from sealtwin.cli.answer import Answer, Device, File, Json, Number, Quiet, answering, argument, flag, option
 from sealtwin.cli.numbers import count_option, number_option
+from sealtwin.core.errors import present
 
 
 def plan(
@@ -82,8 +83,8 @@ def loop(
             answer = {"version": 1, "log": replay.as_posix(), "steps": steps, "other_versions": others}
             command.reply(Answer(answer, [*others, f"{steps} steps, all answered alike."]))
             return
-        assert emulate is not None, "one of the two"
-        content = make_loop.run_loop(folder, emulate, command.progress(), seed=seed, corrects=not uncorrected)
+        faults = present(emulate, "--emulate")
+        content = make_loop.run_loop(folder, faults, command.progress(), seed=seed, corrects=not uncorrected)
         stopped = [f"The pour stopped: {content['stopped']}"] if content["stopped"] else []
         files = f"Log: {content['folder']}/{content['log']}. Page: loop.html"
         command.reply(

@@ -12,7 +12,9 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, TypeVar
+
+Kind = TypeVar("Kind")
 
 
 class SealtwinError(Exception):
@@ -56,6 +58,13 @@ class NumericalError(SealtwinError):
     """NaN, overflow or runaway density; the message names the quantity, the frame and the particle."""
 
     exit_code = 4
+
+
+def present(value: Kind | None, name: str) -> Kind:
+    """Return a value that an earlier check has made sure of. Raises ValueError, which is a bug, if it is None."""
+    if value is None:
+        raise ValueError(f"{name} is missing")
+    return value
 
 
 def as_text(path: Path) -> str:

@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path, PurePath
 
 from sealtwin.core import files
-from sealtwin.core.errors import InputError, as_text, naming
+from sealtwin.core.errors import InputError, as_text, naming, present
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
@@ -245,9 +245,9 @@ def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: st
     One that was neither run nor edited, and whose files are the same, takes the answers in and gets no revision.
     Raises InputError if a file has changed since it was looked at, or the folder's name is taken by another sample.
     """
-    assert outcome.settings is not None, "only what has a trial is kept"
+    trial = present(outcome.settings, "the trial")
     sample, said = outcome.sample, {key: entry.value for key, entry in outcome.note.entries.items()}
-    text, name, revision = trial_text(outcome.settings), folder_name(sample.name), 1
+    text, name, revision = trial_text(trial), folder_name(sample.name), 1
     answered = False
     if before is not None:
         answered = before.files == tuple(outcome.raw) and _is_as_written(lab / before.folder, before)
@@ -282,7 +282,7 @@ def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: st
         return record
     incoming = lab / INCOMING
     shutil.rmtree(incoming, ignore_errors=True)
-    write_trial(outcome, outcome.settings, folder, incoming)
+    write_trial(outcome, trial, folder, incoming)
     files.write_json(incoming / RECORD, asdict(record))
     with naming(lab / name):
         incoming.rename(lab / name)

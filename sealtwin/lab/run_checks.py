@@ -9,7 +9,7 @@ from typing import Any
 
 from digitise.settings import CHOICE, CrackShape
 from sealtwin.core import files
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, open_folder
 from sealtwin.lab.catalogue import RUN, Catalogue, CatalogueFault, state_of
@@ -111,8 +111,7 @@ class _Forgotten(Progress):
 
 def _without_doubts(outcome: SampleOutcome) -> Trial:
     """Return the settings of a sample; of one that is held back without its readings, which are asked about."""
-    assert outcome.settings is not None, "only what has settings is tried"
-    trial = outcome.settings
+    trial = present(outcome.settings, "the trial")
     changed: dict[str, Any] = dict.fromkeys(("readings", "gate")) if outcome.faults else {}
     if DEPTH in outcome.stand_ins:
         # Upright walls hold whatever the depth is.

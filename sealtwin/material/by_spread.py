@@ -10,7 +10,7 @@ from pydantic import Field
 
 from digitise.settings import PhotoInput
 from digitise.spread import SpreadBlob, measure_spread
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import Settings, checked
 from simulate.material_file import Material
@@ -156,8 +156,9 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
         if heap.mass_g is not None:
             volume = 1e6 * (heap.mass_g + heap.mass_error_g * of("mass")) / density
         else:
-            assert heap.cone_mm is not None, "checked before"
-            a, b, c = (size + CONE_ERROR_MM * off for size, off in zip(heap.cone_mm, sizes, strict=True))
+            a, b, c = (
+                size + CONE_ERROR_MM * off for size, off in zip(present(heap.cone_mm, "cone_mm"), sizes, strict=True)
+            )
             full = np.pi / 12 * c * (a * a + a * b + b * b)
             volume = full if "mass" in sources else np.full(DRAWS, heap.cone.volume_mm3 if heap.cone else 0.0)
         radius = spread.radius_mm + spread.radius_error_mm * of("radius")
@@ -202,7 +203,7 @@ def viscosity(
     if cone is None:
         raise InputError("an early photo needs the shape that the paste began with: give --cone-mm.")
     replay = replay or slump(cone.scaled_to(found.volume_mm3), found.value, heap.density_kg_m3, steady=True)
-    assert replay.viscosity_pa_s is not None, "steady"
+    viscosity_pa_s = present(replay.viscosity_pa_s, "the viscosity of a steady slump")
     radii, times = np.maximum.accumulate(replay.radius_mm), replay.t_s
     steps = np.append(True, np.diff(radii) > 0)
     values, by_radius, by_lift = [], [], []
@@ -214,7 +215,7 @@ def viscosity(
             )
         around_mm = blob.radius_mm + blob.radius_error_mm * np.array([-1, 0, 1])
         reached = np.interp(around_mm, radii[steps], times[steps])
-        values.append(replay.viscosity_pa_s * early_s / float(reached[1]))
+        values.append(viscosity_pa_s * early_s / float(reached[1]))
         by_radius.append(float(reached[2] - reached[0]) / 2 / float(reached[1]))
         by_lift.append(LIFT_ERROR_S / early_s)
     weight = 1 / (np.square(by_radius) + np.square(by_lift))

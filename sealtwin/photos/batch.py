@@ -15,7 +15,7 @@ from digitise.image.decoding import PHOTO_SUFFIXES
 from digitise.settings import CHOICE
 from sealtwin.core import files
 from sealtwin.core.cluster import Lost, run_tasks
-from sealtwin.core.errors import InputError, SealtwinError, as_text
+from sealtwin.core.errors import InputError, SealtwinError, as_text, present
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import MANIFEST, holding, open_folder
 from sealtwin.trial.digitise_stage import REFUSED
@@ -338,8 +338,8 @@ def _thumbnail(overlay: Path) -> str:
     import cv2
     import numpy as np
 
-    picture = cv2.imdecode(np.frombuffer(files.read_bytes(overlay), dtype=np.uint8), cv2.IMREAD_COLOR)
-    assert picture is not None, "a stage wrote it"
+    pixels = np.frombuffer(files.read_bytes(overlay), dtype=np.uint8)
+    picture = present(cv2.imdecode(pixels, cv2.IMREAD_COLOR), str(overlay))
     shrink = min(1.0, THUMBNAIL_PX / max(picture.shape))
     small = cv2.resize(picture, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
     _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 82])

@@ -80,7 +80,6 @@ def run_loop(
     starter = "It has keys as flow_factor = 1.2, noise_mm = 0.15"
     faults = read_settings(Faults, faults_file, name="file of faults", starter=starter)
     trial, bench = _plan_in(folder)
-    assert trial.fluid is not None, "it was planned"
     if trial.crack is None:
         raise InputError(
             f"{folder}: the sample is a mesh, whose width cannot be hidden; a loop is emulated on a photo's."
@@ -88,7 +87,7 @@ def run_loop(
     with holding(folder), progress:
         passes = passes_of(bench, trial)
         swollen = trial.solver.model_copy(update={"volume_factor": _volume_factor(folder)})
-        physics = trial.fluid, swollen, trial.nozzle
+        physics = trial.given_fluid, swollen, trial.nozzle
         model = _model(folder, bench, trial, passes, physics, progress)
         progress.start("Pouring, EMULATED", round(passes.motion.t_s[-1]))
         how: dict[str, Any] = {"slope": trial.sample, "corrects": corrects, "report": progress.advance}

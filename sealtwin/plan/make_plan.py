@@ -89,9 +89,8 @@ def case_of(bench: Bench, trial: Trial, trajectory: Trajectory) -> Case:
     """Return the case of the fast model. Raises InputError for a paste that it does not know."""
     from simulate.slot.run import paste_of
 
-    assert trial.fluid is not None, "checked before"
     solver = trial.solver.for_crack(bench.outline.mean_width_mm)
-    paste = paste_of(trial.fluid, solver, trial.nozzle, trajectory, trial.seed)
+    paste = paste_of(trial.given_fluid, solver, trial.nozzle, trajectory, trial.seed)
     return Case(bench.solid, bench.outline, paste, trial.nozzle.diameter_mm, solver.settle_s, trial.sample)
 
 

@@ -72,8 +72,7 @@ class Verifier:
         bench, asked = self.bench, list[study_folder.StudyRun]()
         for said, path, seed in paths:
             trial = self.trial.model_copy(update={"path": path, "seed": seed})
-            assert trial.fluid is not None, "checked before"
-            check_fit(bench.outline, bench.solid, trial.fluid, trial.solver, trial.nozzle, trial.sample)
+            check_fit(bench.outline, bench.solid, *trial.physics, trial.sample)
             trajectory = plan_trajectory(bench.outline, path, bench.solid.cavity_volume_mm3, bench.solid.sections)
             settings = {**stage_settings(trial, "simulate"), "path": path.model_dump(mode="json", exclude_none=True)}
             name = stage_key({}, {"path": settings["path"]}, numbers_up_to("digitise"))[:12]

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.settings import MOST_FAULTS, Settings, checked, read_settings
 from sealtwin.trial.trial_file import PRINTABLE, SETTINGS, TABLES, Trial, folder_name, no_such_setting
 from simulate.settings import REPLACED_BY_CURVE
@@ -138,8 +138,8 @@ class Study(Settings):
             return tuple(self.grid), math.prod(map(len, values)), itertools.product(*values)
         if self.latin is not None:
             return tuple(self.latin.ranges), self.latin.count, self.latin.rows()
-        assert self.list is not None, "one of the three is given"
-        return self.list.columns, len(self.list.rows), self.list.rows
+        rows = present(self.list, "list")
+        return rows.columns, len(rows.rows), rows.rows
 
     @property
     def runs(self) -> int:

@@ -11,7 +11,7 @@ import numpy as np
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores, run_tasks
 from sealtwin.core.drawing.snapshots import FillScene
-from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import DataKind, Frame, Profile
 from sealtwin.core.run_folder import holding
@@ -267,7 +267,7 @@ def _readings(
         # The same lab writes its sheets the same way.
         settings = settings or Readings(file=sheet, data=data, role="held-out")
         settings = settings.model_copy(update={"data": data})
-    assert settings is not None, "its own sheet has settings"
+    settings = present(settings, "the settings of the study's own sheet")
     return read_readings(sheet, settings, *crack_mm), settings
 
 

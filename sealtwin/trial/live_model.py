@@ -146,8 +146,7 @@ def _changed(trial: Trial, consistency_pa_s_n: float, widens: bool) -> str:
     """Return the text of the trial file that the page completes, without readings: they are of what was run."""
     import tomlkit
 
-    fluid, photo = trial.fluid, trial.photo
-    assert fluid is not None, "it was run"
+    fluid, photo = trial.given_fluid, trial.photo
     if fluid.U is not None:
         # U is the viscosity of particles, and changes with flow and speed.
         fluid = fluid.model_copy(update={"U": None, "viscosity_pa_s": consistency_pa_s_n})

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from sealtwin.core.errors import present
 from validate.readings.header_words import is_comment, is_number, meaning, unit_of
 from validate.readings.sheet import BLANK, MOST_COLUMNS, SheetCell, SheetGrid, SheetRow, column_of
 from validate.readings.text_table import is_missing
@@ -103,8 +104,7 @@ def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
     if span is None:
         yield from rows
         return
-    low, high = (CORNER.fullmatch(corner) for corner in span.split(":"))
-    assert low is not None and high is not None, "the settings are checked"  # noqa: PT018
+    low, high = (present(CORNER.fullmatch(corner), f"a corner of {span}") for corner in span.split(":"))
     columns = range(
         column_of(low[1]) if low[1] else 0,
         column_of(high[1]) + 1 if high[1] else MOST_COLUMNS,

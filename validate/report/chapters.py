@@ -256,8 +256,7 @@ def _uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
         if evidence.readings is not None or not evidence.extra_runs:
             return (said,)
         return (f"{said} 'sealtwin validate RUN --uncertainty', about {evidence.extra_runs}, gives it a band.",)
-    assert evidence.comparison is not None
-    told = evidence.comparison.findings
+    told = () if evidence.comparison is None else evidence.comparison.findings
     return tuple(sentence for sentence in uncertainty_sentences(found) if sentence not in told)
 
 

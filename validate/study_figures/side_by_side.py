@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sealtwin.core.errors import present
 from sealtwin.core.records import Profile
 from validate.metrics.curve_distances import level_difference
 from validate.metrics.verdict import SOUND, kept_volume
@@ -162,8 +163,7 @@ def replicate_words(sides: Sequence[Side]) -> list[str]:
 
 def _mean_levels_mm(side: Side) -> tuple[float, float]:
     """Return the simulated and the measured mean level over the common stretch of s."""
-    assert side.readings is not None, "only runs with readings are replicates"
-    error = level_difference(side.profile, side.readings)
+    error = level_difference(side.profile, present(side.readings, "the readings of a replicate"))
     measured_mm = error.base.mean()
     return measured_mm + error.mean(), measured_mm
 

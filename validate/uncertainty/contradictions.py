@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Profile
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import draws_for, normals
@@ -61,12 +61,12 @@ def _require_scatter(
     """Refuse a repeatability that repeats exceed, by the chi-squared distribution of normal readings."""
     from scipy.stats import chi2
 
-    assert declared.repeatability_mm is not None, "asked only where it is declared"
-    variance_mm2 = declared.repeatability_mm**2 + resolution_mm**2 / 12
+    repeatability_mm = present(declared.repeatability_mm, "uncertainty.repeatability_mm")
+    variance_mm2 = repeatability_mm**2 + resolution_mm**2 / 12
     squares_mm2, freedom = _scatter(residual_mm, s_mm, declared)
     if squares_mm2 > variance_mm2 * chi2.ppf(1 - FALSE_ALARM, freedom):
         raise InputError(
-            f"{source}: uncertainty.repeatability_mm = {declared.repeatability_mm:g}: the repeats contradict it: they "
+            f"{source}: uncertainty.repeatability_mm = {repeatability_mm:g}: the repeats contradict it: they "
             f"scatter by {np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), as in fewer than "
             "1 of 100 sheets of normal readings with that repeatability. Leave it out: the repeats show the scatter."
         )
