@@ -24,6 +24,8 @@ from sealtwin.core.records import Outline
 from sealtwin.trial.starter_files import write_example_cell
 from sealtwin.trial.trial_file import load_trial
 from tests.evidence import axes_of
+from tests.fluids import path as short_path
+from tests.fluids import slot
 from tests.pages import leave_out_pages
 from tests.places import FIXTURE
 from tests.studies import tiny_lab
@@ -427,9 +429,15 @@ def test_the_script_of_fifteen_lines_runs_as_it_stands(tmp_path):
     assert {file.name for file in (tmp_path / "P01").iterdir()} == {*REPORT, "overlay.png"}
 
 
-def test_the_fast_model_is_refused_where_it_is_chosen_and_the_functions_that_have_it_are_named():
-    with pytest.raises(InputError, match=r'Solver: model = "slot".*run_trial\(\) or sweep\(\)'):
-        st.Solver(model="slot")
+def test_the_fast_model_is_a_model_of_the_solver_and_its_level_is_measured_like_any_other():
+    solid, crack = slot(40.0)
+    paste = st.Fluid(viscosity_pa_s=0.3, yield_stress_pa=4.0, freeze_after_s="never")
+    with pytest.warns(RuntimeWarning, match="fast model made this fill"):
+        run = st.inject(crack, solid, short_path(crack, 1.2, trim_mm=6.0), paste, solver=st.Solver(model="slot"))
+    level = st.measure_level(run, crack, solid)
+    assert not run.has_particles
+    assert level.dispensed_mm3 == pytest.approx(1200.0)
+    assert -16.0 < level.level_mm.mean() < 0.0
 
 
 @pytest.mark.parametrize("table", [st.Fluid, st.Solver, st.Nozzle])

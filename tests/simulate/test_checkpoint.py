@@ -145,15 +145,6 @@ def test_a_damaged_checkpoint_is_one_sentence_and_a_fresh_start(begun, fresh, tm
     assert bits(fresh) == before
 
 
-def test_a_checkpoint_has_the_names_that_versions_before_wrote(begun):
-    """Those of version 7065196, whose checkpoints are read on, and five more; the solver has other names by now."""
-    arrays = {"place", "velocity", "earlier_velocity", "density", "bulk", "fate", "quiet_s", "swelling"}
-    arrays |= {"pressed", "free", "wall", "number", "released_in"}
-    figures = {"density", "owner", "solves", "moving", "neighbours", "frames_s"}
-    expected = {"key", "done", *arrays, *(f"seen_{name}" for name in figures)}
-    assert set(np.load(io.BytesIO(begun)).files) == expected
-
-
 def test_a_checkpoint_is_kept_by_the_clock_and_removed_when_the_run_is_done(fresh, tmp_path, monkeypatch):
     file = tmp_path / "checkpoint.npz"
     checkpoint = Checkpoint(file, "key", pytest.fail)
@@ -192,11 +183,3 @@ class Dies:
     def after_frame(self, injection: Injection) -> None:
         if injection.done == self._frame:
             raise KeyboardInterrupt
-
-
-def test_a_checkpoint_of_a_version_that_kept_nothing_of_walls_leaves_them_unknown(begun, fresh):
-    kept = dict(np.load(io.BytesIO(begun)))
-    older = {name: array for name, array in kept.items() if name not in ("free", "wall", "pressed")}
-    fresh.restore(older)
-    free = fresh.engine.state.free.numpy()
-    assert (np.linalg.norm(free[:, :3], axis=1) + free[:, 3] < 0).all(), "a ball around the origin"
