@@ -114,9 +114,7 @@ def check(
     if not solver.has_particles:
         pour(sample, fluid, solver, nozzle, seed=seed, slope=slope)
         return
-    start_warp()
-    how: dict[str, Any] = {"seed": seed, "device": "cpu", "slope": slope}
-    prepare(sample.solid, sample.outline, sample.trajectory, [fluid], solver, nozzle, **how)
+    ready(sample, [fluid], solver, nozzle, seed=seed, device="cpu", slope=slope)
 
 
 def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher] = ()) -> None:

@@ -7,7 +7,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.earlier_trials import earlier_trials
 from sealtwin.lab.held_out import TRIAL, lab_of, readings_hash, uses
-from sealtwin.study.extra_time import time_of_extra_runs
+from sealtwin.study.extra_runs import time_of_extra_runs
 from sealtwin.trial.job import Above, Job, shown
 from sealtwin.trial.trial_file import Trial
 from validate.readings.read_readings import read_readings

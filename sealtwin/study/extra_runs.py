@@ -7,6 +7,7 @@ sweep, and computed once: after a kill the same command computes what is left.
 import shutil
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,8 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
-from sealtwin.study.drawn_runs import draw, takes_draws
-from sealtwin.study.estimate import RunSize, Timing, estimate, remarks_of, size_of
+from sealtwin.study.drawn_runs import PLACES, draw, level_of, takes_draws
+from sealtwin.study.estimate import RunSize, Timing, estimate, in_words, remarks_of, size_of
 from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
 from sealtwin.study.runner import Computing, compute
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
@@ -38,6 +39,7 @@ REPLICATES = 3
 """Runs of each particle size, which differ in seed. With two, the error has Student's t of 4 instead of 7 degrees of
 freedom and sqrt(3/2) times the noise: its interval is 1.4 times wider."""
 SEEDS = 2**31  # Number of seeds that a trial may have
+A_LITTLE = 0.1  # Of its uncertainty, by which each input is moved in the run that is timed
 
 
 _Variant = tuple[dict[str, float], Trial, Sample]
@@ -88,6 +90,44 @@ def vary(job: Job) -> bool:
     for done in folder.glob("drawn-*"):
         shutil.rmtree(done)
     return True
+
+
+def time_of_extra_runs(job: Job) -> str:
+    """Return the time in words: that of the trial's own run, by how much more the model takes for the others."""
+    base = Base.of(job)
+    trial, run, trajectory, outline = base.trial, base.run, base.sample.trajectory, base.sample.outline
+    drawn = bool(base.inputs) and takes_draws(base)
+    drawn_s = RUNS * _time_of_a_draw_s(base) / cores() if drawn else 0.0
+    if not run.has_particles:
+        return in_words(drawn_s) if drawn else ""
+    designed = len(two_level_design(len(base.inputs))) if base.inputs and not drawn else 0
+    numbers = {
+        run.radius_mm / RATIO: REPLICATES,
+        run.radius_mm: REPLICATES,
+        run.radius_mm * RATIO: REPLICATES + designed,
+    }
+    waiting = study_folder.StudyRun(number=1, key="", settings={}, trial={}, sample="", kin="", work_s=0.0)
+    runs, sizes = list[study_folder.StudyRun](), []
+    for radius_mm, number in numbers.items():
+        solver = trial.solver.model_copy(update={"radius_mm": radius_mm})
+        try:
+            sizes.append(size_of(trial.model_copy(update={"solver": solver}), trajectory, outline.mean_width_mm))
+        except InputError:
+            # Particles so small are too many, or its sealant is too stiff in them: 'sealtwin validate' says which.
+            return ""
+        runs += [replace(waiting, work_s=sizes[-1].work_s)] * number
+    # One of the trial's own size is done.
+    wall_s = job.folder.manifest["stages"]["simulate"]["wall_time_s"]
+    runs[REPLICATES] = replace(runs[REPLICATES], state="done", wall_s=wall_s)
+    jobs = cores() if run.device.startswith("CPU") else 1
+    return in_words(drawn_s + estimate(runs, sizes[0], jobs, 1, keep_runs=False).time_s)
+
+
+def _time_of_a_draw_s(base: Base) -> float:
+    """Run the fast model once with its inputs moved, and time it."""
+    began_s = time.perf_counter()
+    level_of(base, {name: A_LITTLE * by for name, by in base.inputs.items()}, np.linspace(0.0, 1.0, PLACES))
+    return time.perf_counter() - began_s
 
 
 def _compute(

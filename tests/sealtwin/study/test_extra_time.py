@@ -10,9 +10,9 @@ from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
-from sealtwin.study import extra_time
+from sealtwin.study import extra_runs
 from sealtwin.study.estimate import size_of
-from sealtwin.study.extra_time import time_of_extra_runs
+from sealtwin.study.extra_runs import time_of_extra_runs
 from sealtwin.trial.job import STAGES, Above, resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
@@ -34,7 +34,7 @@ def run_folder(tmp_path_factory):
 def test_it_is_the_own_run_scaled_to_three_of_each_size_and_the_design(run_folder, monkeypatch, declared, designed):
     """By hand: three finer runs, two more of the own size, three coarser ones and the design, on two cores."""
     (run_folder / "trial.toml").write_text(TRIAL.replace("readings.csv", "inputs/readings.csv") + declared)
-    monkeypatch.setattr(extra_time, "cores", lambda: 2)
+    monkeypatch.setattr(extra_runs, "cores", lambda: 2)
     manifest = json.loads((run_folder / "manifest.json").read_text())
     manifest["stages"]["simulate"]["wall_time_s"] = 1e5  # Hours have a decimal
     (run_folder / "manifest.json").write_text(json.dumps(manifest))
@@ -62,9 +62,9 @@ def test_the_fast_models_draws_take_as_long_as_one_of_them_on_this_machine(tmp_p
         "substeps = 2\n", 'model = "slot"\n'
     )
     (tmp_path / "trial.toml").write_text(text + DECLARED)
-    monkeypatch.setattr(extra_time, "cores", lambda: 2)
+    monkeypatch.setattr(extra_runs, "cores", lambda: 2)
     ticks = iter([0.0, 36.0])
-    monkeypatch.setattr(extra_time, "time", SimpleNamespace(perf_counter=lambda: next(ticks)))
+    monkeypatch.setattr(extra_runs, "time", SimpleNamespace(perf_counter=lambda: next(ticks)))
     with open_folder(tmp_path / "run", create=True) as folder:
         job = start_job(load_trial(tmp_path / "trial.toml"), tmp_path, folder, "cpu", Progress())
         run_stages(job, ("digitise", "simulate"))
