@@ -146,6 +146,7 @@ class PhotoInput(Settings):
     """Use of side cracks: keep makes them part of outline and solid. The nozzle always follows the main crack. What is
     less than three times as long as wide is no side crack."""
     markers: MarkerBoard | None = None
+    """Markers round the crack, of which 'sealtwin markers' prints a frame and writes the table."""
     lens: Literal["auto", "none"] = "auto"
     """Lens model: auto fits one radial term where the markers show it, none assumes no distortion."""
     camera_distance_mm: float | None = Field(default=None, gt=10, le=20_000)

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
+from sealtwin.cli.removed import REMOVED
+from sealtwin.cli.settings_options import describe
 from sealtwin.core.errors import SealtwinError, naming
 from sealtwin.packages_check import foreign_package
 
@@ -116,10 +118,20 @@ class Commands(TyperGroup):
             raise
 
 
-class OnceEach(TyperCommand):
-    """Command that refuses an option given twice, unless it is a list. Click takes the last value without a word."""
+class CheckedCommand(TyperCommand):
+    """Command that answers a removed option by its new spelling, and refuses one that is given twice and is no list.
+
+    Click takes the last value without a word. The help of a setting's option is read when it is shown.
+    """
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        describe(self)
+        super().format_help(ctx, formatter)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        for option, spelling in REMOVED.get(self.name or "", {}).items():
+            if any(arg == option or arg.startswith(f"{option}=") for arg in args):
+                ctx.fail(f"{option}: now {spelling}")
         _, _, given = self.make_parser(ctx).parse_args(args=list(args))
         for option in given:
             one = isinstance(option, TyperOption) and not (option.multiple or option.is_flag)

@@ -20,10 +20,12 @@ from sealtwin.cli.answer import (
 )
 from sealtwin.cli.material import day_of
 from sealtwin.cli.numbers import count_option, read_number
+from sealtwin.cli.settings_options import Given, takes
 
 LEAST_BUDGET = 40  # That of sealtwin.calibration; --help must not load it
 
 
+@takes()
 def calibrate(
     trials: Annotated[list[Path], argument("TRIAL ...", 'Trial files whose readings have the role "calibrated-on".')],
     free: Annotated[
@@ -34,6 +36,7 @@ def calibrate(
             "SETTING=LOW:HIGH",
         ),
     ],
+    settings: Given,
     hold_out: Annotated[
         list[Path] | None, option('A trial that is predicted and judged: role "held-out"; can be repeated.', "TRIAL")
     ] = None,
@@ -64,16 +67,28 @@ def calibrate(
         from sealtwin.trial.trial_file import load_trial
         from simulate.device import choose_device, describe_device
 
-        ranges = _ranges(free)
+        ranges, given = _ranges(free), settings.read()
+        if twice := sorted(ranges.keys() & given.keys()):
+            raise typer.BadParameter(f"--set {twice[0]} beside --free, which finds it; give one")
         for file in hold_out or []:
-            facts_above(load_trial(file), file.parent)
+            facts_above(load_trial(file, given), file.parent)
         chosen = choose_device(device)
         command.say(f"Device: {describe_device(chosen)}")
         count = jobs or (cores() if chosen == "cpu" else 1)
         # A process of its own costs seconds, once for each round.
         how = SweepOptions(device=chosen, jobs=0 if count == 1 else count)
         when = day.today() if date is None else day_of(date)
-        done = find(trials, ranges, out, how, command.progress(), held_out=hold_out or [], budget=budget, date=when)
+        done = find(
+            trials,
+            ranges,
+            out,
+            how,
+            command.progress(),
+            held_out=hold_out or [],
+            budget=budget,
+            date=when,
+            settings=given,
+        )
         for twin in done.calibrated:
             note_use(twin.sheet, twin.readings, f"calibration of '{done.content['name']}'")
         command.reply(Answer(done.content, _lines(done.content), 0 if done.content["possible"] else GATE_FAILED))

@@ -8,7 +8,7 @@ import typer
 from sealtwin.cli.answer import Answer, Json, Number, Quiet, Text, answering, argument, option
 from sealtwin.cli.drawing_words import of_a_drawing
 from sealtwin.cli.numbers import number_option
-from sealtwin.cli.samples import Data
+from sealtwin.cli.settings_options import Given, takes
 from sealtwin.cli.trial_answer import run_trial
 
 LEAST_MM, MOST_MM = 0.1, 500.0
@@ -49,10 +49,12 @@ def export(
         command.reply(Answer({"version": 1, "files": names, "other_versions": others}, [*others, *names]))
 
 
+@takes()
 def import_dxf(
     drawing: Annotated[Path, argument("DRAWING", "A DXF of the crack seen from above.")],
     depth_mm: Annotated[float, number_option("Depth of the crack's level floor.")],
     out: Annotated[Path, option("Folder for the mesh, trial.toml and run/.", "DIR")],
+    settings: Given,
     outline: Annotated[Text, option("Layer with the crack's edge as a closed line; default: OUTLINE.", "LAYER")] = None,
     walls: Annotated[
         tuple[str, str] | None,
@@ -64,7 +66,6 @@ def import_dxf(
         Literal["mm", "cm", "m", "inch", "foot"] | None,
         option("Unit of the drawing, in place of the one that it states; where it states none, it is not guessed."),
     ] = None,
-    data: Data = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -90,7 +91,7 @@ def import_dxf(
         drawn = None if line is None or width_mm is None else (line, width_mm)
         shown_by = {"outline": outline, "walls": walls, "line": drawn}
         with of_a_drawing(drawing, out / "trial.toml"):
-            trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, data or "undeclared")
+            trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, settings.read())
             for note in notes:
                 command.warn(f"note: {note}")
             run_trial(command, trial, out / "run", ("digitise",))

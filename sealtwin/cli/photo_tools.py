@@ -7,7 +7,7 @@ import typer
 
 from sealtwin.cli.answer import Answer, File, Json, Quiet, answering, argument, flag, option
 from sealtwin.cli.numbers import count_option, number_option
-from sealtwin.cli.samples import two_numbers
+from sealtwin.cli.settings_options import Given, takes, two_numbers
 from sealtwin.core.errors import InputError
 
 
@@ -54,10 +54,12 @@ def markers(
         command.reply(Answer(content, table.splitlines()))
 
 
+@takes()
 def trace(
     target: Annotated[
         Path, argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without one, or a folder of either.")
     ],
+    settings: Given,
     port: Annotated[int | None, count_option("Port of the page; default: any that is free.", 1024, 65535)] = None,
     no_browser: Annotated[bool, flag("--no-browser", "Only print the page's address.")] = False,
     as_json: Json = False,
@@ -66,7 +68,7 @@ def trace(
     """Click a crack's ends on its photo, see its walls, mend them, and save.
 
     Opens a page in your browser that only this machine can reach; it ends when you save or quit there.
-    A trial keeps all but the hints for its photo; beside a photo, a new trial is written.
+    A trial keeps all but the hints for its photo and what --set gives; beside a photo, a new trial is written.
     With a folder the page goes from photo to photo.
     """
     with answering("cpu", as_json, quiet) as command:
@@ -75,7 +77,8 @@ def trace(
         from digitise.trace_page.page import TracePage
         from sealtwin.trial.trace_sheets import sheet_of, sheets_in
 
-        sheets = sheets_in(target) if target.is_dir() else [sheet_of(target)]
+        given = settings.read()
+        sheets = sheets_in(target, given) if target.is_dir() else [sheet_of(target, given)]
         try:
             page = TracePage(sheets, port or 0)
         except OSError as fault:

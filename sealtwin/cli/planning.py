@@ -7,10 +7,13 @@ import typer
 
 from sealtwin.cli.answer import Answer, Device, File, Json, Number, Quiet, answering, argument, flag, option
 from sealtwin.cli.numbers import count_option, number_option
+from sealtwin.cli.settings_options import Given, takes
 
 
+@takes()
 def plan(
     trial: Annotated[Path, argument("TRIAL", "A trial.toml with a path and a sealant that does not age.")],
+    settings: Given,
     out: Annotated[File, option("The plan's folder; default: reports/<trial name>-plan.", "DIR")] = None,
     cell: Annotated[File, option("The robot's cell file: its limits and its pump's bound the plan.", "FILE")] = None,
     posterior: Annotated[
@@ -49,6 +52,7 @@ def plan(
             jobs=jobs,
             cell_file=cell,
             posterior=posterior,
+            settings=settings.read(),
         )
         files = f"Plan: {content['folder']}/plan.csv, and trial.toml that runs it. Page: plan.html"
         command.reply(Answer(content, [*cautions_of(content), finding(content), files]))

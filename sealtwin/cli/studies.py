@@ -7,6 +7,7 @@ import typer
 
 from sealtwin.cli.answer import Answer, Device, File, Json, Quiet, Text, answering, argument, flag, option
 from sealtwin.cli.numbers import count_option
+from sealtwin.cli.settings_options import Given, takes
 
 if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped
@@ -81,6 +82,7 @@ LAUNCH = 256  # Runs of the paper's size in one launch on a GPU: 2 GB of its mem
 SHARDS = 16  # Jobs of an array, unless --shards says otherwise
 
 
+@takes()
 def sweep(
     targets: Annotated[
         list[Path] | None,
@@ -90,6 +92,8 @@ def sweep(
             "shards.",
         ),
     ] = None,
+    *,
+    settings: Given,
     out: Annotated[File, option("The sweep's folder; default: reports/<study name>.", "DIR")] = None,
     device: Device = "auto",
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
@@ -183,9 +187,10 @@ def sweep(
             scheduler=scheduler,
             shard=part,
         )
-        swept = sweeps.sweep(targets[0], out, options, command.progress())
+        given = settings.read()
+        swept = sweeps.sweep(targets[0], out, options, command.progress(), given)
         if swept["best"] is not None:
-            note_study(targets[0])
+            note_study(targets[0], given)
         command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
 
 

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from sealtwin.cli.answer import Answer, Device, File, Json, Out, Quiet, answering, argument, flag, option
-from sealtwin.cli.numbers import count_option, number_option
+from sealtwin.cli.numbers import count_option
+from sealtwin.cli.settings_options import FLUID, Given, takes
 from sealtwin.cli.trial_answer import resume, run_trial
 
 if TYPE_CHECKING:
@@ -17,13 +18,6 @@ TrialFile = Annotated[Path, argument("TRIAL", "A trial.toml; 'sealtwin init DIR'
 RunFolderPath = Annotated[Path, argument("RUN", "A run folder.")]
 FilmOut = Annotated[File, option("A name that ends in .gif or .mp4; default: RUN/fill.gif.", "FILE")]
 DemoOut = Annotated[File, option("Folder for trial/ and run/; default: reports/demo.", "DIR")]
-FramesEveryS = Annotated[
-    float | None,
-    number_option(
-        "Write the fluid to RUN/frames every so many simulated seconds, for ParaView (fill.pvd) and 'sealtwin film'; "
-        "in place of frames_every_s in the trial's table output."
-    ),
-]
 Threads = Annotated[
     int,
     count_option(
@@ -33,7 +27,7 @@ Threads = Annotated[
 
 
 def film(folder: RunFolderPath, out: FilmOut = None, as_json: Json = False, quiet: Quiet = False) -> None:
-    """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --frames-every-s 0.1' writes.
+    """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --set output.frames_every_s=0.1' writes.
 
     It shows the section along the crack and the crack from above, coloured by speed, at the speed of the run. GIF plays
     anywhere; MP4 (VP9) has all colours, plays in browsers and VLC, and needs an OpenCV that can write it.
@@ -136,10 +130,11 @@ def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, qu
         run_trial(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
 
 
+@takes(*FLUID)
 def run(
     trial: TrialFile,
+    settings: Given,
     out: Out = None,
-    frames_every_s: FramesEveryS = None,
     threads: Threads = 1,
     device: Device = "auto",
     as_json: Json = False,
@@ -151,12 +146,13 @@ def run(
     ten seconds lets the same command continue after a kill. The trial's table output asks for snapshots and frames.
     """
     with answering(device, as_json, quiet) as command:
-        run_trial(command, trial, out, ALL_STAGES, frames_every_s=frames_every_s, threads=threads)
+        run_trial(command, trial, out, ALL_STAGES, settings.read(), threads=threads)
 
 
+@takes(*FLUID)
 def simulate(
     folder: RunFolderPath,
-    frames_every_s: FramesEveryS = None,
+    settings: Given,
     threads: Threads = 1,
     device: Device = "auto",
     as_json: Json = False,
@@ -164,11 +160,13 @@ def simulate(
 ) -> None:
     """Inject the sealant into a digitised run folder; its settings are those of RUN/trial.toml."""
     with answering(device, as_json, quiet) as command:
-        resume(command, folder, "simulate", frames_every_s=frames_every_s, threads=threads)
+        resume(command, folder, "simulate", settings.read(), threads=threads)
 
 
+@takes()
 def validate(
     folder: RunFolderPath,
+    settings: Given,
     uncertainty: Annotated[
         bool,
         flag(
@@ -185,7 +183,7 @@ def validate(
 ) -> None:
     """Compare a simulated run folder with its readings, if there are any, and write the report."""
     with answering(device, as_json, quiet) as command:
-        resume(command, folder, "validate", uncertainty=uncertainty)
+        resume(command, folder, "validate", settings.read(), uncertainty=uncertainty)
 
 
 def init(folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:

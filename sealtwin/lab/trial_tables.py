@@ -12,10 +12,9 @@ from sealtwin.lab.found_files import DEFAULTS, Role
 from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE
 from sealtwin.lab.pairing import as_columns
 from sealtwin.lab.sample_outcome import SampleOutcome, kept_as, note_of
-from sealtwin.study.study_file import with_settings
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.trial_file import Trial, with_settings
 from validate.readings.sheet import SheetFaults
 from validate.settings import Declared
 
