@@ -222,5 +222,5 @@ def test_a_trial_that_is_there_is_not_replaced(tmp_path):
 
 
 def test_numbers_are_written_as_they_were_said():
-    edited, _ = with_hints(COMMENTED, Hints(ends_px=((0.1, 1e-7), (12345.6, 3.0)), mm_per_px=0.05), SAME)
+    edited, _ = with_hints(COMMENTED, Hints(ends_px=((0.1, 1e-7), (12345.6, 3.0)), mm_per_px=0.05), SAME, {})
     assert tomllib.loads(edited)["photo"]["ends_px"] == [[0.1, 1e-7], [12345.6, 3.0]]
