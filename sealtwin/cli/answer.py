@@ -1,13 +1,16 @@
 """Answers of the commands: results on stdout, narration on stderr, an exit code and one sentence for each fault."""
 
+import functools
+import inspect
 import io
+import itertools
 import json
 import os
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
 
@@ -15,7 +18,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from sealtwin.cli.removed import REMOVED
-from sealtwin.cli.settings_options import describe
+from sealtwin.cli.settings_options import describe, parameter, parameters, settings_of
 from sealtwin.core.errors import SealtwinError, naming
 from sealtwin.packages_check import foreign_package
 
@@ -48,11 +51,9 @@ Text = str | None
 Number = float | None
 File = Path | None
 Out = Annotated[File, option("Run folder; default: reports/<trial name> under the current folder.", "DIR")]
-Device = Annotated[
-    str, option("Device of the fluid run; naming a device that is absent is an error.", "auto|cpu|cuda:0")
-]
-Json = Annotated[bool, flag("--json", "Print one JSON object on stdout, everything else on stderr.")]
-Quiet = Annotated[bool, flag("--quiet", "Print no narration and no progress; warnings are printed.")]
+DEVICE = option("Device of the fluid run; naming a device that is absent is an error.", "auto|cpu|cuda:0")
+JSON = flag("--json", "Print one JSON object on stdout, everything else on stderr.")
+QUIET = flag("--quiet", "Print no narration and no progress; warnings are printed.")
 
 
 @dataclass(frozen=True)
@@ -66,10 +67,11 @@ class Answer:
 class Command:
     """Options of a command that concern its answer, and the device of its fluid run."""
 
-    device: str
-    as_json: bool
-    quiet: bool
-    stdout: TextIO  # Standard output, for the answer alone: whatever a library prints is sent to stderr
+    device: str = "cpu"
+    as_json: bool = False
+    quiet: bool = False
+    stdout: TextIO = field(default_factory=lambda: sys.stdout)
+    """Standard output, for the answer alone: whatever a library prints is sent to stderr."""
 
     def say(self, text: str) -> None:
         if not self.quiet:
@@ -140,13 +142,50 @@ class CheckedCommand(TyperCommand):
         return super().parse_args(ctx, args)
 
 
+def answers(
+    *names: str, needs: Sequence[str] = (), device: bool = False, quiet: bool = True, as_json: bool = True
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a function of a ``Command`` and its own parameters the options of an answer, and let it end as a command.
+
+    Its parameter ``settings`` stands for --set and for the options of every day in ``names``; those in ``needs`` are
+    required.
+    """
+    ends = [("device", str, DEVICE, "auto")] if device else []
+    ends += [("as_json", bool, JSON, False)] if as_json else []
+    ends += [("quiet", bool, QUIET, False)] if quiet else []
+
+    def decorated(function: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(function)
+        def command(**given: Any) -> None:
+            answer = Command(**{name: given.pop(name) for name, *_ in ends})
+            with ending(answer):
+                if "set" in given:
+                    options = {name: given.pop(name) for name in names}
+                    given["settings"] = settings_of(options, given.pop("set") or ())
+                function(answer, **given)
+
+        own = list(inspect.signature(function).parameters.values())[1:]
+        shown = [*itertools.chain(*(_shown(one, names, needs) for one in own)), *itertools.starmap(parameter, ends)]
+        command.__signature__ = inspect.Signature(shown)  # pyright: ignore[reportAttributeAccessIssue]
+        command.__annotations__ = {one.name: one.annotation for one in shown}
+        return command
+
+    return decorated
+
+
+def _shown(own: inspect.Parameter, names: Sequence[str], needs: Sequence[str]) -> Iterable[inspect.Parameter]:
+    """Return the options in place of a function's own parameter."""
+    if own.name == "settings":
+        return parameters(names, needs)
+    return [own.replace(kind=inspect.Parameter.KEYWORD_ONLY)]
+
+
 @contextmanager
-def answering(device: str, as_json: bool, quiet: bool) -> Iterator[Command]:
+def ending(command: Command) -> Iterator[None]:
     """Turn faults that the user can mend into one message and an exit code; bugs keep their traceback."""
-    command = Command(device, as_json, quiet, sys.stdout)
     try:
         with redirect_stdout(sys.stderr):
-            yield command
+            yield
     except SealtwinError as fault:
         command.fail(str(fault), fault.exit_code)
     except BrokenPipeError:

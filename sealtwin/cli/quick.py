@@ -4,22 +4,20 @@ from pathlib import Path
 from shlex import quote
 from typing import Annotated
 
-from sealtwin.cli.answer import Device, File, Json, Quiet, answering, argument, option
+from sealtwin.cli.answer import Command, File, answers, argument, option
 from sealtwin.cli.samples import require_depth
-from sealtwin.cli.settings_options import FLUID, PHOTO, Given, takes
+from sealtwin.cli.settings_options import FLUID, PHOTO, Given
 from sealtwin.cli.trial_answer import run_trial
 from sealtwin.cli.trials import ALL_STAGES
 
 
-@takes(*PHOTO, *FLUID)
+@answers(*PHOTO, *FLUID, device=True)
 def quick(
+    command: Command,
     photo: Annotated[Path, argument("PHOTO", "A photo of the crack from above.")],
     settings: Given,
     caliper: Annotated[File, option("Readings taken after sealing, CSV or XLSX.", "SHEET")] = None,
     out: Annotated[File, option("Folder for trial.toml and run/; default: reports/<photo name>-quick.", "DIR")] = None,
-    device: Device = "auto",
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Go from a photo and a depth to mesh, path, fluid run and report, by the starter's fluid and nozzle.
 
@@ -28,16 +26,14 @@ def quick(
 
     Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
     """
-    with answering(device, as_json, quiet) as command:
-        from sealtwin.trial.quick_trial import quick_trial, write_quick_trial
+    from sealtwin.trial.quick_trial import quick_trial, write_quick_trial
 
-        given = settings.read()
-        require_depth(given)
-        folder = out or Path("reports", f"{photo.stem}-quick")
-        trial = folder / "trial.toml"
-        text, assumed = quick_trial(photo, folder, given, caliper)
-        write_quick_trial(trial, text)
-        run = folder / "run"
-        command.warn(f"Assumed, since not given: {', '.join(assumed)}.")
-        command.say(f"Correct it in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
-        run_trial(command, trial, run, ALL_STAGES)
+    require_depth(settings)
+    folder = out or Path("reports", f"{photo.stem}-quick")
+    trial = folder / "trial.toml"
+    text, assumed = quick_trial(photo, folder, settings, caliper)
+    write_quick_trial(trial, text)
+    run = folder / "run"
+    command.warn(f"Assumed, since not given: {', '.join(assumed)}.")
+    command.say(f"Correct it in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
+    run_trial(command, trial, run, ALL_STAGES)

@@ -5,32 +5,31 @@ from typing import Annotated, Any
 
 import typer
 
-from sealtwin.cli.answer import Json, Out, Quiet, answering, argument
+from sealtwin.cli.answer import Command, Out, answers, argument
 from sealtwin.cli.numbers import count_option
-from sealtwin.cli.settings_options import PHOTO, Given, takes
+from sealtwin.cli.settings_options import PHOTO, Given
 from sealtwin.cli.trial_answer import run_trial
 
 
-@takes("units", needs=("units",))
+@answers("units", needs=("units",))
 def import_mesh(
+    command: Command,
     mesh: Annotated[Path, argument("MESH", "STL, PLY, OBJ, OFF, GLB or 3MF of a cracked block.")],
     settings: Given,
     out: Out = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Turn your own mesh of a cracked sample into a checked, watertight solid and a nozzle path.
 
     Example: sealtwin import-mesh scan.stl --units mm --set mesh.up=z --out scan
     """
-    with answering("cpu", as_json, quiet) as command:
-        from sealtwin.trial.trial_file import sample_trial
+    from sealtwin.trial.trial_file import sample_trial
 
-        run_trial(command, mesh, out, ("digitise",), trial=sample_trial("mesh", mesh, settings.read()))
+    run_trial(command, mesh, out, ("digitise",), trial=sample_trial("mesh", mesh, settings))
 
 
-@takes(*PHOTO)
+@answers(*PHOTO)
 def digitise(
+    command: Command,
     targets: Annotated[
         list[Path],
         argument("TRIAL|PHOTO...", "A trial.toml, or a photo with the options below; several, or a folder."),
@@ -38,8 +37,6 @@ def digitise(
     settings: Given,
     out: Out = None,
     jobs: Annotated[int, count_option("Photos digitised at the same time.", 1, 64)] = 1,
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Turn a photo into a watertight crack mesh and a nozzle path.
 
@@ -47,33 +44,31 @@ def digitise(
 
     sealtwin digitise photos/*.jpg --depth-mm 16 --face-mm 160x40 --out photos-digitised
     """
-    with answering("cpu", as_json, quiet) as command:
-        from sealtwin.core.mesh_file import READERS
+    from sealtwin.core.mesh_file import READERS
 
-        if meshes := [target for target in targets if target.suffix.lower() in READERS]:
-            raise typer.BadParameter(f"{meshes[0]} is a mesh: 'sealtwin import-mesh {meshes[0]}' takes it")
-        from sealtwin.photos.batch import are_several, digitise_many, plan
-        from sealtwin.trial.trial_file import sample_trial
+    if meshes := [target for target in targets if target.suffix.lower() in READERS]:
+        raise typer.BadParameter(f"{meshes[0]} is a mesh: 'sealtwin import-mesh {meshes[0]}' takes it")
+    from sealtwin.photos.batch import are_several, digitise_many, plan
+    from sealtwin.trial.trial_file import sample_trial
 
-        given = settings.read()
-        if not are_several(targets):
-            photo = targets[0]
-            if photo.suffix.lower() == ".toml":
-                run_trial(command, photo, out, ("digitise",), given)
-                return
-            require_depth(given)
-            run_trial(command, photo, out, ("digitise",), trial=sample_trial("photo", photo, given))
+    if not are_several(targets):
+        photo = targets[0]
+        if photo.suffix.lower() == ".toml":
+            run_trial(command, photo, out, ("digitise",), settings)
             return
-        if of_one := sorted(filter(_is_of_one_photo, given)):
-            raise typer.BadParameter(
-                f"{', '.join(of_one)} for several photos: put it into a trial file beside the photo that it is of, "
-                "with the photo's name and .toml; 'sealtwin trace' writes one"
-            )
-        if out is None:
-            raise typer.BadParameter("several photos need --out, a folder for all of them")
-        from sealtwin.cli.folder_answer import batch_answer
+        require_depth(settings)
+        run_trial(command, photo, out, ("digitise",), trial=sample_trial("photo", photo, settings))
+        return
+    if of_one := sorted(filter(_is_of_one_photo, settings)):
+        raise typer.BadParameter(
+            f"{', '.join(of_one)} for several photos: put it into a trial file beside the photo that it is of, "
+            "with the photo's name and .toml; 'sealtwin trace' writes one"
+        )
+    if out is None:
+        raise typer.BadParameter("several photos need --out, a folder for all of them")
+    from sealtwin.cli.folder_answer import batch_answer
 
-        command.reply(batch_answer(digitise_many(plan(targets, given), out, command.progress(), jobs=jobs)))
+    command.reply(batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=jobs)))
 
 
 def require_depth(given: dict[str, Any]) -> None:

@@ -1,11 +1,9 @@
 """Settings of a trial file on the command line: the options of every day, and --set for all others."""
 
-import functools
 import inspect
 import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -13,6 +11,9 @@ import typer
 
 from sealtwin.cli.numbers import read_number
 from sealtwin.core.errors import InputError
+
+Given = dict[str, Any]
+"""Settings of a trial by dotted name, in place of those of its file."""
 
 
 def two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
@@ -134,77 +135,44 @@ SET = typer.Option(
 )
 
 
-@dataclass(frozen=True)
-class Given:
-    """Settings as they were typed."""
-
-    options: Mapping[str, Any]  # By the name of the parameter in ``OPTIONS``
-    others: Sequence[str]  # table.key=value
-
-    def read(self) -> dict[str, Any]:
-        """Return the settings by dotted name; names of files are absolute.
-
-        Raises typer.BadParameter for what cannot be read and for a setting that is given twice, InputError for a file
-        that cannot be used.
-        """
-        settings: dict[str, Any] = {}
-        for name, text in self.options.items():
-            if text is not None:
-                settings[OPTIONS[name].key] = OPTIONS[name].read(text, _spelt(name))
-        for text in self.others:
-            key, value = _setting(text)
-            if beside := [
-                one for one in settings if f"{one}.".startswith(f"{key}.") or f"{key}.".startswith(f"{one}.")
-            ]:
-                raise typer.BadParameter(f"--set {text}: {beside[0]} is given already; give it once")
-            settings[key] = value
-        return settings
+def parameters(names: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.Parameter]:
+    """Yield the parameters of options of every day, those in ``needs`` without a default, and of --set."""
+    for name in names:
+        option, needed = OPTIONS[name], name in needs
+        shown = typer.Option(_spelt(name), metavar=option.metavar, help=option.key)
+        yield parameter(name, str if needed else option.kind, shown, inspect.Parameter.empty if needed else None)
+    yield parameter("set", list[str] | None, SET, None)
 
 
-def takes(*names: str, needs: Sequence[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command these options of every day, and --set; it gets them as its parameter ``settings``.
+def parameter(name: str, kind: Any, shown: Any, default: Any) -> inspect.Parameter:
+    """Return the parameter of a command that an option is read into."""
+    annotation = Annotated[kind, shown]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
-    Those in ``needs`` are required.
+
+def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
+    """Return settings by dotted name, of options by the names of their parameters and of "table.key=value".
+
+    Names of files are absolute. Raises typer.BadParameter for what cannot be read and for a setting that is given
+    twice, InputError for a file that cannot be used.
     """
-
-    def decorated(command: Callable[..., None]) -> Callable[..., None]:
-        @functools.wraps(command)
-        def with_options(**arguments: Any) -> None:
-            options = {name: arguments.pop(name) for name in names}
-            command(settings=Given(options, arguments.pop("set") or ()), **arguments)
-
-        parameters = []
-        for name, parameter in inspect.signature(command).parameters.items():
-            own = parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
-            parameters += _parameters(names, needs) if name == "settings" else [own]
-        with_options.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportAttributeAccessIssue]
-        with_options.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-        return with_options
-
-    return decorated
+    given = {name: text for name, text in options.items() if text is not None}
+    settings = {OPTIONS[name].key: OPTIONS[name].read(text, _spelt(name)) for name, text in given.items()}
+    for text in others:
+        key, value = _setting(text)
+        if beside := [name for name in settings if f"{name}.".startswith(f"{key}.") or key.startswith(f"{name}.")]:
+            raise typer.BadParameter(f"--set {text}: {beside[0]} is given already; give it once")
+        settings[key] = value
+    return settings
 
 
 def describe(command: Any) -> None:
     """Fill in the help of a command's options of settings: first sentences of their docstrings, and their names."""
-    for parameter in command.params:
-        if parameter.name in OPTIONS and parameter.help == OPTIONS[parameter.name].key:
-            text, values = _described(parameter.help)
-            parameter.help = f"{text} ({parameter.help})"
-            parameter.metavar = parameter.metavar or values
-
-
-def _parameters(names: Sequence[str], needs: Sequence[str]) -> list[inspect.Parameter]:
-    found = []
-    for name in names:
-        option = OPTIONS[name]
-        shown = typer.Option(_spelt(name), metavar=option.metavar, help=option.key)
-        default = inspect.Parameter.empty if name in needs else None
-        found.append(_parameter(name, Annotated[str if name in needs else option.kind, shown], default))
-    return [*found, _parameter("set", Annotated[list[str] | None, SET], None)]
-
-
-def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+    for shown in command.params:
+        if shown.name in OPTIONS and shown.help == OPTIONS[shown.name].key:
+            text, values = _described(shown.help)
+            shown.help = f"{text} ({shown.help})"
+            shown.metavar = shown.metavar or values
 
 
 def _spelt(name: str) -> str:

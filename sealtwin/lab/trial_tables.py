@@ -164,7 +164,8 @@ def rest_of(outcome: SampleOutcome) -> dict[str, Any]:
     """Return the values of path, nozzle and solver that 'sealtwin quick' marks as assumed too, if nobody says them."""
     said = outcome.note.entries
     tables: dict[str, Any] = {table: Trial.model_fields[table].default for table in ("path", "nozzle", "solver")}
-    values = {f"{table}.{key}": getattr(one, key) for table, one in tables.items() for key in ASSUMED[table]}
+    names = [name.partition(".") for name in ASSUMED]
+    values = {f"{table}.{key}": getattr(tables[table], key) for table, _, key in names if table in tables}
     values |= _solver()
     replaced = {
         "path.plan": "path.",

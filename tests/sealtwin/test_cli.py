@@ -18,7 +18,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from sealtwin.cli.answer import answering
+from sealtwin.cli.answer import Command, ending
 from sealtwin.cli.app import app
 from tests.pictures import mortar, with_crack, write_png
 from tests.places import FIXTURE
@@ -227,11 +227,11 @@ def test_the_module_is_the_command(module):
 
 INTERRUPTED_WHERE_CPYTHON_NOTES_IT = """
 import typer
-from sealtwin.cli.answer import answering
+from sealtwin.cli.answer import answers
 
-def command():
-    with answering("cpu", False, True):
-        exec("import signal; signal.raise_signal(signal.SIGINT); done = 1")
+@answers()
+def command(command):
+    exec("import signal; signal.raise_signal(signal.SIGINT); done = 1")
 
 typer.run(command)
 """
@@ -379,10 +379,10 @@ def test_a_full_disk_behind_stdout_is_one_sentence(tmp_path):
 
 @pytest.mark.parametrize("text", ["x.so: failed to map segment from shared object", "x.so: Cannot allocate memory"])
 def test_a_library_that_finds_no_memory_is_one_sentence_and_another_fault_a_bug(text, capsys):
-    with pytest.raises(typer.Exit) as end, answering("cpu", as_json=False, quiet=False):
+    with pytest.raises(typer.Exit) as end, ending(Command()):
         raise ImportError(text)
     assert (end.value.exit_code, "not enough memory" in capsys.readouterr().err) == (3, True)
-    with pytest.raises(ImportError, match="no such name"), answering("cpu", as_json=False, quiet=False):
+    with pytest.raises(ImportError, match="no such name"), ending(Command()):
         raise ImportError("no such name")
 
 
