@@ -8,16 +8,17 @@ import json
 import os
 import re
 import sys
+import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
 
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
-from sealtwin.cli.removed import REMOVED
 from sealtwin.cli.settings_options import describe, parameter, parameters, settings_of
 from sealtwin.core.errors import SealtwinError, naming
 from sealtwin.packages_check import foreign_package
@@ -131,10 +132,13 @@ class CheckedCommand(TyperCommand):
         super().format_help(ctx, formatter)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        for option, spelling in REMOVED.get(self.name or "", {}).items():
-            if any(arg == option or arg.startswith(f"{option}=") for arg in args):
+        try:
+            _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        except typer.TyperException as fault:
+            option = getattr(fault, "option_name", None)
+            if spelling := removed_options().get(self.name or "", {}).get(option):
                 ctx.fail(f"{option}: now {spelling}")
-        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+            raise
         for option in given:
             one = isinstance(option, TyperOption) and not (option.multiple or option.is_flag)
             if one and given.count(option) > 1:
@@ -178,6 +182,11 @@ def _shown(own: inspect.Parameter, names: Sequence[str], needs: Sequence[str]) -
     if own.name == "settings":
         return parameters(names, needs)
     return [own.replace(kind=inspect.Parameter.KEYWORD_ONLY)]
+
+
+def removed_options() -> dict[str, dict[str, str]]:
+    """Return what is given in place of options that went, by command and option."""
+    return tomllib.loads(files("sealtwin").joinpath("templates/removed_options.toml").read_text(encoding="utf-8"))
 
 
 @contextmanager

@@ -133,7 +133,7 @@ def with_hints(text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any
 
 
 def _replaced(document: Any, settings: Mapping[str, Any]) -> list[str]:
-    """Put settings into their tables; return the keys that changed. Hints and shape are left to the page."""
+    """Put settings into their tables; return the keys that changed."""
     import tomlkit
 
     wanted, changed = with_settings(document.unwrap(), settings), list[str]()
@@ -145,8 +145,7 @@ def _replaced(document: Any, settings: Mapping[str, Any]) -> list[str]:
         gone = [key for key in home if key not in wanted[name]]
         for key in gone:
             home.remove(key)
-        of_page = (*Hints.model_fields, *Shape.model_fields) if name in ("photo", "crack") else ()
-        changed += [*gone, *_filled(home, {key: value for key, value in wanted[name].items() if key not in of_page})]
+        changed += [*gone, *_filled(home, wanted[name])]
     return changed
 
 

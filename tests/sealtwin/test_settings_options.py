@@ -12,8 +12,8 @@ import typer
 import typer.main
 from typer.testing import CliRunner
 
+from sealtwin.cli.answer import removed_options
 from sealtwin.cli.app import app
-from sealtwin.cli.removed import REMOVED
 from sealtwin.cli.settings_options import OPTIONS, describe, settings_of
 from sealtwin.core.settings import names_file, table_of
 from sealtwin.trial.trial_file import Trial
@@ -21,6 +21,7 @@ from tests.pages import leave_out_pages
 from tests.places import FIXTURE, ROOT
 from tests.studies import tiny_lab
 
+REMOVED = removed_options()
 COMMANDS = typer.main.get_command(app).commands  # pyright: ignore[reportAttributeAccessIssue]
 
 
