@@ -87,7 +87,7 @@ def import_dxf(
 
     drawn = None if line is None or width_mm is None else (line, width_mm)
     shown_by = {"outline": outline, "walls": walls, "line": drawn}
-    with of_a_drawing(drawing, out / "trial.toml"):
+    with of_a_drawing(drawing):
         trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, settings)
         for note in notes:
             command.warn(f"note: {note}")

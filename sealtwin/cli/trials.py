@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
 TrialFile = Annotated[Path, argument("TRIAL", "A trial.toml; 'sealtwin init DIR' writes one.")]
 RunFolderPath = Annotated[Path, argument("RUN", "A run folder.")]
-FilmOut = Annotated[File, option("A name that ends in .gif or .mp4; default: RUN/fill.gif.", "FILE")]
-DemoOut = Annotated[File, option("Folder for trial/ and run/; default: reports/demo.", "DIR")]
 Threads = Annotated[
     int,
     count_option(
@@ -27,7 +25,11 @@ Threads = Annotated[
 
 
 @answers()
-def film(command: Command, folder: RunFolderPath, out: FilmOut = None) -> None:
+def film(
+    command: Command,
+    folder: RunFolderPath,
+    out: Annotated[File, option("A name that ends in .gif or .mp4; default: RUN/fill.gif.", "FILE")] = None,
+) -> None:
     """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --set output.frames_every_s=0.1' writes.
 
     It shows the section along the crack and the crack from above, coloured by speed, at the speed of the run. GIF plays
@@ -119,7 +121,9 @@ def _pump_line(pump: dict[str, Any] | None) -> list[str]:
 
 
 @answers(device=True)
-def demo(command: Command, out: DemoOut = None) -> None:
+def demo(
+    command: Command, out: Annotated[File, option("Folder for trial/ and run/; default: reports/demo.", "DIR")] = None
+) -> None:
     """Run the paper's trial, reconstructed: copy its photo, readings and trial, then run all stages."""
     from sealtwin.trial.starter_files import place_paper_trial
 

@@ -9,7 +9,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
 from sealtwin.lab.fill_sheet import read_fill
 from sealtwin.lab.found_files import DEFAULTS, Role
-from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE
+from sealtwin.lab.note_words import ALTERNATIVES, DATA, OF_READINGS, OWN, SCALE
 from sealtwin.lab.pairing import as_columns
 from sealtwin.lab.sample_outcome import SampleOutcome, kept_as, note_of
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
@@ -76,11 +76,7 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
         said[key], remedy = NEEDED[key]
         if not meant & SAME.get(key, {key}):
             outcome.faults.append(f"{key} is not said{remedy} in {DEFAULTS}, or in the sample's note (NAME.toml).")
-    columns = {key: said.pop(key) for key in list(said) if key.startswith(f"{COLUMNS}.")}
-    content = with_settings({}, said)
-    if columns:
-        content["readings"]["columns"] = {key.rpartition(".")[2]: value for key, value in columns.items()}
-    return content
+    return with_settings({}, said)
 
 
 def _said(outcome: SampleOutcome) -> dict[str, Any]:
