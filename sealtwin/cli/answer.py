@@ -135,7 +135,7 @@ class CheckedCommand(TyperCommand):
         try:
             _, _, given = self.make_parser(ctx).parse_args(args=list(args))
         except typer.TyperException as fault:
-            option = getattr(fault, "option_name", None)
+            option = getattr(fault, "option_name", "")
             if spelling := removed_options().get(self.name or "", {}).get(option):
                 ctx.fail(f"{option}: now {spelling}")
             raise

@@ -295,7 +295,7 @@ def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_th
 def test_a_time_between_frames_that_cannot_be_is_one_sentence(unbroken):
     answer = CliRunner().invoke(app, ["simulate", str(unbroken[1]), "--set", "output.frames_every_s=0"])
     assert answer.exit_code == 3
-    assert answer.stderr.endswith("frames_every_s = 0.0: should be greater than or equal to 0.001.\n")
+    assert answer.stderr.endswith("--set: output.frames_every_s = 0: should be greater than or equal to 0.001.\n")
 
 
 def test_a_film_without_frames_says_how_to_get_them(unbroken):
