@@ -3,21 +3,18 @@
 Every import of the documented classes stands in this file.
 """
 
-import ast
 import inspect
 import json
 import re
-import textwrap
 import typing
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args
 
 import sealtwin
 from digitise.robots.cell import RobotCell
 from sealtwin.cli.app import app
-from sealtwin.core.settings import Settings
+from sealtwin.core.settings import Settings, described
 from sealtwin.study.study_file import Study
 from sealtwin.trial.trial_file import Trial
 
@@ -104,7 +101,7 @@ def escaped(text: str) -> str:
 
 
 def _entries(settings: type[Settings]) -> Iterator[str]:
-    described = _field_docstrings(settings)
+    texts = described(settings)
     schema = settings.model_json_schema()
     for name, field in settings.model_fields.items():
         # A table that may also be a file's name has an entry beside its own heading.
@@ -116,24 +113,9 @@ def _entries(settings: type[Settings]) -> Iterator[str]:
         # An optional setting without a default has none to show.
         traits = [kind, *([] if field.default is None and not field.is_required() else [default])]
         yield f": *{escaped('; '.join(trait for trait in traits if trait))}*"
-        if text := described.get(name, ""):
+        if text := texts.get(name, ""):
             yield f"\n  {escaped(text)}"
         yield ""
-
-
-def _field_docstrings(settings: type[Settings]) -> dict[str, str]:
-    """The string below each field, those of base classes included."""
-    found: dict[str, str] = {}
-    for kind in reversed(settings.__mro__):
-        if not issubclass(kind, Settings) or kind is Settings:
-            continue
-        body = typing.cast(ast.ClassDef, ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]).body
-        for statement, below in pairwise(body):
-            if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
-                match below:
-                    case ast.Expr(value=ast.Constant(value=str(text))):
-                        found[statement.target.id] = inspect.cleandoc(text)
-    return found
 
 
 def _settings_in(annotation: Any) -> tuple[type[Settings] | None, bool]:

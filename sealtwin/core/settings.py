@@ -1,10 +1,15 @@
 """Settings files: TOML, checked against a model; every fault is reported in one sentence."""
 
+import ast
 import difflib
+import inspect
 import json
 import re
+import sys
 import tomllib
 from collections.abc import Callable
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -138,6 +143,29 @@ def _keys_beside(kind: type[Settings], location: tuple[int | str, ...]) -> list[
         if table is not None and part in table.model_fields:
             table = _settings_in(table.model_fields[str(part)].annotation)
     return [] if table is None else sorted(table.model_fields)
+
+
+@cache
+def described(kind: type[Settings]) -> dict[str, str]:
+    """Return the docstring of each field by its name, those of base classes included.
+
+    Read from the source when first needed: pydantic's own ``use_attribute_docstrings`` costs each start 45 ms.
+    """
+    texts: dict[str, str] = {}
+    for base in reversed(kind.__mro__):
+        if issubclass(base, Settings) and base is not Settings:
+            for statement, below in pairwise(_bodies(base.__module__).get(base.__name__, ())):
+                match statement, below:
+                    case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
+                        texts[name] = inspect.cleandoc(text)
+    return texts
+
+
+@cache
+def _bodies(module: str) -> dict[str, list[ast.stmt]]:
+    """Return the statements of each class of a module."""
+    tree = ast.parse(inspect.getsource(sys.modules[module]))
+    return {node.name: node.body for node in tree.body if isinstance(node, ast.ClassDef)}
 
 
 def dotted_names(kind: type[Settings]) -> list[str]:
