@@ -38,6 +38,11 @@ class Output(Settings):
     """Moments that snapshots/ shows, by default the paper's; [] for none."""
 
 
+class FluidOfFile(Fluid):
+    # A trial says whether its sealant stiffens; the paper's did.
+    freeze_after_s: float | Literal["never"]  # pyright: ignore[reportGeneralTypeIssues]
+
+
 class Trial(Settings):
     """Crack, its sealing, and the readings that were taken afterwards."""
 
@@ -45,13 +50,14 @@ class Trial(Settings):
     """Name in the report, and of the folder under reports/."""
     note: Annotated[str, Field(max_length=2000)] = ""
     """Note in the report: facts that a reader must know about this trial."""
-    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0  # Seed of the small disorder with which particles leave the nozzle
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    """Seed of the small disorder with which particles leave the nozzle."""
     photo: PhotoInput | None = None
     crack: CrackShape | None = None  # Depth and walls, which a photo cannot show; a mesh shows them
     mesh: MeshInput | None = None  # Mesh, in place of photo and crack
     sample: SampleSlope = SampleSlope()  # Slopes of the sample's face
     path: NozzlePath = NozzlePath()
-    fluid: Fluid | None = None  # Fluid, which only the fluid run needs
+    fluid: FluidOfFile | None = None  # Fluid, which only the fluid run needs
     solver: Solver = Solver()
     nozzle: Nozzle = Nozzle()
     output: Output = Output()
