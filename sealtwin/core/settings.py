@@ -196,18 +196,21 @@ def described(kind: type[Settings]) -> dict[str, str]:
     texts: dict[str, str] = {}
     for base in reversed(kind.__mro__):
         if issubclass(base, Settings) and base is not Settings:
-            for statement, below in pairwise(_bodies(base.__module__).get(base.__name__, ())):
+            for statement, below in pairwise(_body_of(base)):
                 match statement, below:
                     case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
                         texts[name] = inspect.cleandoc(text)
     return texts
 
 
-@cache
-def _bodies(module: str) -> dict[str, list[ast.stmt]]:
-    """Return the statements of each class of a module."""
-    tree = ast.parse(inspect.getsource(sys.modules[module]))
-    return {node.name: node.body for node in tree.body if isinstance(node, ast.ClassDef)}
+def _body_of(kind: type[Settings]) -> list[ast.stmt]:
+    """Return the statements of a class at the top of its module. Only they are parsed, since help waits for it."""
+    module = inspect.getsource(sys.modules[kind.__module__])
+    found = re.search(rf"^class {kind.__name__}\b.*?(?=^[\w@]|\Z)", module, re.MULTILINE | re.DOTALL)
+    match ast.parse(found[0] if found else "").body:
+        case [ast.ClassDef(body=body), *_]:
+            return body
+    return []
 
 
 def dotted_names(kind: type[Settings]) -> list[str]:
