@@ -169,6 +169,11 @@ class PhotoInput(Settings):
     """Origin of mm_per_px; an assumed scale is stated wherever a length is shown."""
 
     @property
+    def hints(self) -> tuple[tuple[Pixel, Pixel] | None, tuple[Pixel, ...], tuple[Pixel, ...] | None, int | None]:
+        """Ends, points between them, region and number, as ``find_path`` takes them."""
+        return self.ends_px, self.via_px, self.roi_px, self.crack
+
+    @property
     def width_stations_mm(self) -> Floats | None:
         """Arc lengths and widths given, (k, 2)."""
         given = self.width_mm

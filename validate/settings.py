@@ -201,6 +201,9 @@ class Gate(Settings):
 PASS_MM = 0.2
 """Standard deviation of a pass that is allowed for if none is declared: three passes leave two degrees of freedom, and
 cannot tell it from none."""
+ANGLE = "wall_angle_deg"
+OF_THE_WALLS = ("width_mm", ANGLE, "depth_mm")
+"""Settings of [uncertainty] that change the solid, in the order of a weighed fill."""
 NO_INPUTS = ("differences", "station_mm", "station_each_mm", "common_mm", "pass_mm", "repeatability_mm")
 """Settings of [uncertainty] about the readings, or about how inputs are moved."""
 Standard = Annotated[float, Field(gt=0, le=1000)]
@@ -260,8 +263,7 @@ class Uncertainty(Settings):
         given. Without one, a width fitted to a photo has the doubt ``width_mm``, unless one is declared.
         """
         if weighed is not None:
-            names = ("width_mm", "wall_angle_deg", "depth_mm")
-            return self.model_copy(update={name: weighed.steps[i][i] or None for i, name in enumerate(names)})
+            return self.model_copy(update={name: weighed.steps[i][i] or None for i, name in enumerate(OF_THE_WALLS)})
         if width_mm is None or self.width_mm is not None:
             return self
         return self.model_copy(update={"width_mm": width_mm})

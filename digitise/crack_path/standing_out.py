@@ -7,7 +7,7 @@ with masks: no path on a crack comes near them.
 import numpy as np
 from numpy.typing import NDArray
 
-from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
 from digitise.crack_path.profiles import Profiles, median_known, profiles_across, row_medians
 from digitise.photo import Photo
 from sealtwin.core.errors import InputError
@@ -37,7 +37,7 @@ def require_dark(photo: Photo, path: CrackPath) -> None:
             f"{photo.file}: no crack between the ends: the path is as bright as the ground on one side of it, and "
             f"something {brightest:.1f} times as bright as the ground runs along it. A crack brighter than the ground, "
             "as one that is filled or has a light crust, is not found by its darkness: paint it in photo.mask, and "
-            "give ends_px on the paint. If the crack is dark, give ends_px in the middle of it, and via_px."
+            f"give ends_px on the paint. If the crack is dark, {IN_ITS_MIDDLE}."
         )
 
 

@@ -8,7 +8,7 @@ from manifold3d import CrossSection, FillRule, OpType
 from digitise.geometry.mesh_topology import MeshFigures, examine_mesh, mesh_volume_mm3
 from digitise.geometry.region import box_region
 from digitise.settings import CrackShape
-from digitise.solid.dams import Dam, dam_box, dams, label_faces, tilted_out
+from digitise.solid.dams import REDUCE_ANGLE, Dam, dam_box, dams, label_faces, tilted_out
 from digitise.solid.float_mesh import tidy
 from digitise.solid.footprint import Footprint, lay_out
 from digitise.solid.tilt_variants import Slicer, TiltVariants, cavity_volume_mm3, compare_tilts, crack_sections
@@ -151,7 +151,7 @@ def _require_volume(variants: TiltVariants, shape: CrackShape) -> None:
     remedy = "Check depth_mm and the photo's scale."
     # Only a funnel takes room away; otherwise the crack itself is too shallow or too small.
     if shape.tilt == "funnel" and variants.volume_mm3["vertical"] >= SMALLEST_CAVITY_MM3:
-        remedy = 'Reduce wall_angle_deg or choose tilt = "flare" or "lean".'
+        remedy = f'{REDUCE_ANGLE} or choose tilt = "flare" or "lean".'
     raise InputError(
         f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
         f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. {remedy}"

@@ -143,12 +143,12 @@ def trace_crack(
     given = {name: value for name, value in locals().items() if value is not None}
     settings = settings_from(PhotoInput, "trace_crack", photo.settings.model_dump(), **given)
     from digitise.crack_path.find_path import find_path
-    from digitise.outline import outline_as_set
+    from digitise.outline import trace_outline
 
     if photo.drawn is not None and (settings.via_px or settings.roi_px is not None):
         raise InputError("trace_crack: via_px or roi_px beside a mask, which shows the crack itself. Leave them out.")
-    path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px, settings.crack)
-    outline = outline_as_set(photo, path, settings)
+    path = find_path(photo, *settings.hints)
+    outline = trace_outline(photo, path, settings)
     return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
 
 

@@ -15,7 +15,7 @@ from sealtwin.core.records import Outline, Solid
 from sealtwin.core.settings import Settings, checked, dotted_names, read_settings
 from simulate.material_file import Material
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
-from validate.settings import Gate, Readings, Uncertainty
+from validate.settings import ANGLE, Gate, Readings, Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
 
@@ -90,8 +90,8 @@ class Trial(Settings):
             )
         if self.gate is not None and self.readings is None:
             raise ValueError("[gate] without [readings]: there is nothing to compare with")
-        if self.crack is not None and self.crack.fill is not None and self.uncertainty.wall_angle_deg is not None:
-            raise ValueError("uncertainty.wall_angle_deg beside crack.fill, which gives it: leave it out")
+        if self.crack is not None and self.crack.fill is not None and getattr(self.uncertainty, ANGLE) is not None:
+            raise ValueError(f"uncertainty.{ANGLE} beside crack.fill, which gives it: leave it out")
         if self.path.weighed is not None and self.uncertainty.volume_ml is not None:
             raise ValueError("uncertainty.volume_ml beside path.weighed, which gives it: leave it out")
         fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted
