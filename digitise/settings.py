@@ -82,6 +82,7 @@ class MarkerBoard(Settings):
     """
 
     dictionary: Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"] = "4x4_50"
+    """Set that the markers are of, as it was printed."""
     size_mm: float = Field(gt=0.5, le=1000)
     """Outer edge of the black square: below 0.5 it does not print, above a metre it is larger than a sample."""
     markers: tuple[Marker, ...] = Field(min_length=4, max_length=1000)

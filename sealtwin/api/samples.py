@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from digitise.photo import Photo
 from digitise.settings import CrackShape, MeshInput, MeshUnit, PhotoInput, Tilt
 from sealtwin.api.shared import FilePath, Points, content_of, file_of, settings_from, sha256_of
-from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind, Outline, Solid
 from sealtwin.core.settings_text import keywords_of
 
@@ -141,12 +140,12 @@ def trace_crack(
         A point lies off the photo or on no crack; no crack is found, or several compete; it is too short.
     """
     given = {name: value for name, value in locals().items() if value is not None}
-    settings = settings_from(PhotoInput, "trace_crack", photo.settings.model_dump(), **given)
+    # A crack that was painted needs few hints, as the table says.
+    painted = None if photo.drawn is None else photo.file
+    settings = settings_from(PhotoInput, "trace_crack", photo.settings.model_dump(), **given, mask=painted)
     from digitise.crack_path.find_path import find_path
     from digitise.outline import trace_outline
 
-    if photo.drawn is not None and (settings.via_px or settings.roi_px is not None):
-        raise InputError("trace_crack: via_px or roi_px beside a mask, which shows the crack itself. Leave them out.")
     path = find_path(photo, *settings.hints)
     outline = trace_outline(photo, path, settings)
     return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
