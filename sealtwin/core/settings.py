@@ -1,16 +1,11 @@
 """Settings files: TOML, checked against a model; every fault is reported in one sentence."""
 
-import ast
 import difflib
-import inspect
 import json
 import re
-import sys
 import tomllib
 from collections.abc import Callable, Mapping
-from functools import cache
 from inspect import Parameter, Signature
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -19,6 +14,7 @@ from pydantic_core import ErrorDetails
 
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.plain_files import read_text
+from sealtwin.core.settings_text import described, text_of_table
 
 if TYPE_CHECKING:
     # Checkers read the keywords and their types off the fields.
@@ -33,8 +29,6 @@ else:
 
         @property
         def __doc__(cls) -> str:
-            from sealtwin.core.settings_text import text_of_table
-
             return text_of_table(cls)
 
 
@@ -63,6 +57,7 @@ class Settings(BaseModel, metaclass=KeywordTables):
         cls.__signature__ = Signature(names)
 
 
+__all__ = ["Settings", "as_json", "checked", "described", "dotted_names", "read_settings", "read_toml"]
 Table = TypeVar("Table", bound=Settings)
 
 LARGEST_BYTES = 200_000
@@ -185,32 +180,6 @@ def _keys_beside(kind: type[Settings], location: tuple[int | str, ...]) -> list[
         if table is not None and part in table.model_fields:
             table = _settings_in(table.model_fields[str(part)].annotation)
     return [] if table is None else sorted(table.model_fields)
-
-
-@cache
-def described(kind: type[Settings]) -> dict[str, str]:
-    """Return the docstring of each field by its name, those of base classes included.
-
-    Read from the source when first needed: pydantic's own ``use_attribute_docstrings`` costs each start 45 ms.
-    """
-    texts: dict[str, str] = {}
-    for base in reversed(kind.__mro__):
-        if issubclass(base, Settings) and base is not Settings:
-            for statement, below in pairwise(_body_of(base)):
-                match statement, below:
-                    case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
-                        texts[name] = inspect.cleandoc(text)
-    return texts
-
-
-def _body_of(kind: type[Settings]) -> list[ast.stmt]:
-    """Return the statements of a class at the top of its module. Only they are parsed, since help waits for it."""
-    module = inspect.getsource(sys.modules[kind.__module__])
-    found = re.search(rf"^class {kind.__name__}\b.*?(?=^[\w@]|\Z)", module, re.MULTILINE | re.DOTALL)
-    match ast.parse(found[0] if found else "").body:
-        case [ast.ClassDef(body=body), *_]:
-            return body
-    return []
 
 
 def dotted_names(kind: type[Settings]) -> list[str]:
