@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -13,7 +13,7 @@ from digitise.weighing.moved_walls import widened_by
 from sealtwin.core.records import Outline, Profile
 from sealtwin.core.settings import Settings
 from sealtwin.plan.loop_model import TwoPasses
-from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
+from sealtwin.plan.loop_step import LevelFrame, LoggedStep, LoopModel, LoopState, step
 from sealtwin.plan.verify import Misfit, misfit
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.steered import SteeredPour
@@ -24,10 +24,10 @@ WIDENED_MM = 8.0  # Standard deviation of a hidden widening along the crack
 
 
 class Faults(Settings):
-    """Content of faults.toml: what the plan does not know. Without a key there is no such fault."""
+    """Content of faults.toml: faults that the plan does not know of. Without a key there is no such fault."""
 
     flow_factor: Factor = 1.0
-    """Flow that the pump gives over the flow that it is asked for."""
+    """Flow that the pump gives over the flow asked for."""
     material_factor: Factor = 1.0
     """Yield stress and viscosity over the plan's."""
     wider_percent: float = Field(default=0.0, ge=-50, le=100)
@@ -53,7 +53,7 @@ class Emulated:
     after_first: Misfit
     level: Profile
     given_mm3: float
-    lines: tuple[dict[str, Any], ...]  # Of the log
+    lines: tuple[LoggedStep, ...]
 
 
 def emulate(
@@ -82,7 +82,7 @@ def emulate(
     pour = SteeredPour(
         solid, real, passes.motion, hidden, solver, nozzle, most_mm3_s=most_mm3_s, seed=seed, slope=slope
     )
-    random, state, lines = np.random.default_rng(seed), LoopState.start(model), list[dict[str, Any]]()
+    random, state, lines = np.random.default_rng(seed), LoopState.start(model), list[LoggedStep]()
     begin_s, end_s = float(passes.motion.t_s[0]), float(passes.motion.t_s[-1])
 
     def flow(t_s: float) -> float:
@@ -98,12 +98,12 @@ def emulate(
             after_first = misfit(real, solid, level.s_mm, level.level_mm)
         if corrects:
             state, plan = step(model, state, t_s, frame)
-            lines.append(as_line(t_s, frame, state, plan))
+            lines.append(LoggedStep(t_s, frame, state, plan))
         report(round(t_s))
     pour.advance(end_s + solver.settle_s, flow)
     level = pour.level()
-    found = misfit(real, solid, level.s_mm, level.level_mm)
-    return Emulated(found, after_first or found, level, pour.given_mm3, tuple(lines))
+    at_end = misfit(real, solid, level.s_mm, level.level_mm)
+    return Emulated(at_end, after_first or at_end, level, pour.given_mm3, tuple(lines))
 
 
 def _seen(pour: SteeredPour, passes: TwoPasses, faults: Faults, random: np.random.Generator) -> LevelFrame | None:

@@ -5,13 +5,15 @@ by each flow and by the paste's thickness as the fast model has them. The fast m
 gives differences alone. All of it is linear, and a step takes some hundredths of a second.
 """
 
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import with_config
 
-from sealtwin.core.records import Floats
+from sealtwin.core.record_files import Amount
+from sealtwin.core.records import FROM_JSON, Floats, Numbers
 from sealtwin.plan.search import DECIMALS
 from simulate.slot.sections import Trapezoids
 
@@ -27,9 +29,10 @@ STIFF, AT_EASE, WHOLE = 0.3, 0.003, 3.0
 """Weights of a command's distance from the plan's flow in the first pass, and from none in the top-up, and of the whole
 volume's error in the first pass, beside relative errors of the areas."""
 TRUSTED = 0.65, 1.5  # Bounds of a command of the first pass, beyond which the tables no longer hold
-REWEIGHTED = 4  # Times that cells over their target are told anew
+REWEIGHTED = 4  # Times that cells over their target are weighted anew
 
 
+@with_config(FROM_JSON)
 @dataclass(frozen=True)
 class LoopModel:
     """Tables of a plan with a top-up pass; C cells, T moments, n intervals of time.
@@ -38,16 +41,33 @@ class LoopModel:
     """
 
     sections: Trapezoids
-    moment_s: Floats  # (T,)
-    edge_s: Floats  # (n, 2): begin and end of each interval
-    base_mm3_s: Floats  # (n,): mean
-    nominal: Floats  # (n,): 1 in the first pass, 0 in the top-up
-    reference_mm2: Floats  # (T, C): areas by particles with the nominal commands
-    by_command: Floats  # (n, T, C)
-    by_material: Floats  # (T, C)
-    target_mm2: Floats  # (2, C): of the first pass and of the top-up
-    most_mm3_s: float
-    linear_off_mm: float  # RMS error of the tables over the fast model itself, flow and paste 20 % off
+    moment_s: Numbers  # (T,)
+    edge_s: Numbers  # (n, 2): begin and end of each interval
+    base_mm3_s: Numbers  # (n,): mean
+    nominal: Numbers  # (n,): 1 in the first pass, 0 in the top-up
+    reference_mm2: Numbers  # (T, C): areas by particles with the nominal commands
+    by_command: Numbers  # (n, T, C)
+    by_material: Numbers  # (T, C)
+    target_mm2: Numbers  # (2, C): of the first pass and of the top-up
+    most_mm3_s: Amount
+    linear_off_mm: Amount  # RMS error of the tables over the fast model itself, flow and paste 20 % off
+
+    def __post_init__(self) -> None:
+        cells, moments, intervals = len(self.sections.s_mm), len(self.moment_s), len(self.nominal)
+        sizes = {
+            **{f"sections.{name}": (cells,) for name in ("floor_mm", "mouth_mm", "depth_mm", "slant", "bottom_mm")},
+            "edge_s": (intervals, 2),
+            "base_mm3_s": (intervals,),
+            "reference_mm2": (moments, cells),
+            "by_command": (intervals, moments, cells),
+            "by_material": (moments, cells),
+            "target_mm2": (2, cells),
+        }
+        for name, size in sizes.items():
+            if (shape := attrgetter(name)(self).shape) != size:
+                raise ValueError(f"{name} has {shape} numbers, by moment_s, nominal and sections.s_mm it has {size}")
+        if min(cells, moments, intervals) < 2:
+            raise ValueError("moment_s, nominal and sections.s_mm have two numbers or more each")
 
     @property
     def first(self) -> int:
@@ -66,6 +86,7 @@ class LoopModel:
         return between(self.reference_mm2), between(self.by_command), between(self.by_material)
 
 
+@with_config(FROM_JSON)
 @dataclass(frozen=True)
 class LevelFrame:
     """Levels that a sensor saw at a moment, where it could see them."""
@@ -74,21 +95,30 @@ class LevelFrame:
     s_mm: tuple[float, ...]
     level_mm: tuple[float, ...]
 
+    def __post_init__(self) -> None:
+        if len(self.s_mm) != len(self.level_mm):
+            raise ValueError(f"{len(self.s_mm)} numbers in s_mm, and {len(self.level_mm)} in level_mm")
+
 
 @dataclass(frozen=True)
 class LoopState:
-    """All that a step keeps for the next one."""
+    """Input of the next step that this one computed."""
 
     commands: tuple[float, ...]
     level_s: float = 0.0  # Moment of the latest level
     flow: float = 1.0
-    material: float = 0.0
+    material: float = 0.0  # Logarithm
     left_mm2: tuple[float, ...] = field(default=())  # Areas that the estimates leave unexplained, (C,)
     stopped: str = ""  # Why it stopped, in a sentence
 
     @classmethod
     def start(cls, model: LoopModel) -> "LoopState":
         return cls(commands=tuple(model.nominal.tolist()), left_mm2=(0.0,) * len(model.sections.s_mm))
+
+    @property
+    def material_factor(self) -> float:
+        """Thickness of the paste over the plan's."""
+        return float(np.exp(self.material))
 
 
 @dataclass(frozen=True)
@@ -99,6 +129,23 @@ class RemainingPlan:
     end_s: tuple[float, ...]
     flow_mm3_s: tuple[float, ...]
     said: str  # What was done, in words: corrected, as before, open loop or stopped
+
+
+@with_config(FROM_JSON)
+@dataclass(frozen=True)
+class StepInput:
+    """Moment and level that a logged step was given."""
+
+    t_s: float
+    level: LevelFrame | None
+
+
+@dataclass(frozen=True)
+class LoggedStep(StepInput):
+    """Line of a log: what a step was given, and its answer."""
+
+    state: LoopState
+    plan: RemainingPlan
 
 
 def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | None) -> tuple[LoopState, RemainingPlan]:
@@ -219,9 +266,3 @@ def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
         weight = np.where(table @ chosen > lacks, OVER_WEIGHT[int(again)], 1.0)
     commands[free] = np.clip(chosen.round(DECIMALS), least, most)
     return replace(state, commands=tuple(commands.tolist()))
-
-
-def as_line(t_s: float, level: LevelFrame | None, state: LoopState, plan: RemainingPlan) -> dict[str, Any]:
-    """Return a line of the log: what a step was given, and what it answered."""
-    seen = None if level is None else asdict(level)
-    return {"t_s": t_s, "level": seen, "state": asdict(state), "plan": asdict(plan)}
