@@ -11,7 +11,7 @@ from sealtwin.calibration.search import Found, settings_at
 from sealtwin.calibration.twin import Twin
 from sealtwin.core import files
 from sealtwin.core.records import Floats
-from sealtwin.material.material_text import material_text
+from sealtwin.material.paste import material_text
 from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS
 from simulate.material_file import Material

@@ -12,7 +12,7 @@ from digitise.settings import PhotoInput
 from digitise.spread import SpreadBlob, measure_spread
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.core.settings import Settings, checked
+from sealtwin.material.paste import Estimate, PasteOnPlate, measured_material
 from simulate.material_file import Material
 from simulate.slump import Slump, SlumpCurve, slump
 from simulate.spread_law import (
@@ -25,11 +25,7 @@ from simulate.spread_law import (
 )
 
 DRAWS, SEED = 4000, 16
-EDGE_N_M = 0.005
-"""Weight of R^2 / V that surface tension takes off the yield stress, for cement pastes (Roussel et al. 2005)."""
-EDGE_ERROR_N_M = 0.0015  # Its standard uncertainty for a paste that nobody measured: it is known to one digit
 CONE_ERROR_MM = 0.1  # Standard uncertainty of each size of a cone, by caliper
-DENSITY_ERROR = 0.01  # Relative standard uncertainty of a density by a weighed syringe
 MASS_ERROR_G = 0.1  # Of a kitchen scale, and of what sticks to the cone
 FORMULA = 0.25  # Standard uncertainty of the closed form over what stretching adds to it: the next order is left out
 REPLAY = 0.05  # Relative standard uncertainty of a yield stress by slumps in particles (benchmarks/slumps.py)
@@ -43,20 +39,6 @@ NOT_FOR = (
     "walls on which the paste slips: the plate is taken for rough",
     "comparison with another method's number without saying both methods",
 )
-
-
-class PasteOnPlate(Settings):
-    """Density of a paste, and what surface tension does to it. Errors are standard uncertainties."""
-
-    density_kg_m3: float = Field(ge=100, le=2e4)
-    density_error_kg_m3: float | None = Field(default=None, gt=0, le=2e4)
-    edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
-    edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
-
-    @property
-    def spread_of_density(self) -> float:
-        """Standard uncertainty of the density in kg/m3, given or usual."""
-        return self.density_error_kg_m3 or DENSITY_ERROR * self.density_kg_m3
 
 
 class Heap(PasteOnPlate):
@@ -83,12 +65,9 @@ class Draws:
 
 
 @dataclass(frozen=True)
-class PasteEstimate:
-    """Yield stress with its uncertainty, and how it was found."""
+class PasteEstimate(Estimate):
+    """Yield stress in Pa, and how it was found."""
 
-    value: float
-    error: float
-    interval: tuple[float, float]
     flat_pa: float  # By Roussel and Coussot's formula alone
     height_to_radius: float
     volume_mm3: float
@@ -116,12 +95,10 @@ def estimate(
                 "replay of the slump needs the shape that it began with: give --cone-mm, or spread more paste."
             )
         note(f"The heap is {height:.2f} of its radius high: its slump is replayed in particles, a minute or two.")
-        volume = float(middle.volume_mm3[0])
-        known = curve or SlumpCurve(cone.scaled_to(volume), heap.density_kg_m3, {})
-        law = _replayed(known)
+        law = _replayed(curve or SlumpCurve(cone.scaled_to(float(middle.volume_mm3[0])), heap.density_kg_m3, {}))
     values = law(drawn) - _surface_pa(drawn)
-    found = float((law(middle) - _surface_pa(middle))[0])
-    if not found > 0:
+    stress = float((law(middle) - _surface_pa(middle))[0])
+    if not stress > 0:
         raise InputError(
             f"the paste spread to {2 * spread.radius_mm:.0f} mm, as far as surface tension lets water: it has no yield "
             "stress that a spread shows. Check mass and density, or take a thicker paste."
@@ -129,9 +106,9 @@ def estimate(
     low, high = (float(end) for end in np.quantile(values, (0.025, 0.975)))
     parts = {name: float((law(of) - _surface_pa(of)).std()) for name, of in by_source.items()}
     return PasteEstimate(
-        found,
+        stress,
         (high - low) / 4,
-        (max(0.0, min(low, found)), max(high, found)),
+        (max(0.0, min(low, stress)), max(high, stress)),
         float(flat_stress_pa(middle.volume_mm3, middle.radius_mm, middle.density_kg_m3)[0]),
         height,
         float(middle.volume_mm3[0]),
@@ -190,7 +167,7 @@ def _replayed(curve: SlumpCurve) -> Callable[[Draws], Floats]:
 
 
 def viscosity(
-    heap: Heap, found: PasteEstimate, early: Sequence[tuple[SpreadBlob, float]], replay: Slump | None = None
+    heap: Heap, stress: PasteEstimate, early: Sequence[tuple[SpreadBlob, float]], replay: Slump | None = None
 ) -> tuple[float, float]:
     """Return the viscosity from radii at earlier times, in Pa s, and its standard uncertainty in percent.
 
@@ -201,7 +178,7 @@ def viscosity(
     cone = heap.cone
     if cone is None:
         raise InputError("an early photo needs the shape that the paste began with: give --cone-mm.")
-    replay = replay or slump(cone.scaled_to(found.volume_mm3), found.value, heap.density_kg_m3, steady=True)
+    replay = replay or slump(cone.scaled_to(stress.volume_mm3), stress.value, heap.density_kg_m3, steady=True)
     assert replay.viscosity_pa_s is not None, "steady"
     radii, times = np.maximum.accumulate(replay.radius_mm), replay.t_s
     steps = np.append(True, np.diff(radii) > 0)
@@ -220,7 +197,7 @@ def viscosity(
     weight = 1 / (np.square(by_radius) + np.square(by_lift))
     weight /= weight.sum()
     value = float(np.exp(weight @ np.log(values)))
-    galilei = heap.density_kg_m3**2 * GRAVITY_M_S2 * found.volume_mm3 * 1e-9 / value**2
+    galilei = heap.density_kg_m3**2 * GRAVITY_M_S2 * stress.volume_mm3 * 1e-9 / value**2
     if galilei > MOST_GALILEI:
         raise InputError(
             f"early photos would say {value:.2g} Pa s, and so thin a paste is slowed by its inertia and by the hand "
@@ -242,43 +219,31 @@ def material_of(
     spread = measure_spread(photo, folder)
     for warning in spread.warnings:
         note(f"note: {warning}")
-    found = estimate(heap, spread, note)
-    thick, thick_percent = None, None
+    stress = estimate(heap, spread, note)
+    thickness = None
     if early:
         blobs = [(measure_spread(photo.model_copy(update={"file": file}), folder), at_s) for file, at_s in early]
         note("The slump is replayed once more, for its course in time.")
-        thick, thick_percent = viscosity(heap, found, blobs)
-    way = "slump of a cone replayed in particles" if found.replayed else "spread, closed form with stretching"
-    parts = ", ".join(f"{name} {value:.2g}" for name, value in found.parts.items())
+        thickness = viscosity(heap, stress, blobs)
+    way = "slump of a cone replayed in particles" if stress.replayed else "spread, closed form with stretching"
+    parts = ", ".join(f"{name} {value:.2g}" for name, value in stress.parts.items())
     small, large = spread.diameters_mm
-    basis = (
-        f"spread of {2 * spread.radius_mm:.2f} mm by its area ({small:.1f} to {large:.1f} mm across), "
-        f"{found.volume_mm3 / 1000:.4g} ml",
-        f"height over radius {found.height_to_radius:.3f}; Roussel and Coussot's flat formula alone says "
-        f"{found.flat_pa:.4g} Pa",
-        f"standard uncertainty in Pa by source: {parts}",
-    )
-    material = checked(
-        Material,
+    material = measured_material(
         photo.file,
-        {
-            "method": f"{way}, surface tension's term subtracted",
-            "date": day.isoformat(),
-            "data": photo.data,
-            "yield_stress_pa": four_digits(found.value),
-            "yield_stress_error_pa": four_digits(found.error),
-            "yield_stress_95_pa": (four_digits(found.interval[0]), four_digits(found.interval[1])),
-            "viscosity_pa_s": None if thick is None else four_digits(thick),
-            "viscosity_error_percent": None if thick_percent is None else four_digits(thick_percent),
-            "density_kg_m3": heap.density_kg_m3,
-            "density_error_kg_m3": heap.spread_of_density,
-            "basis": basis,
-            "not_for": NOT_FOR,
-        },
+        day,
+        photo.data,
+        stress,
+        thickness,
+        method=f"{way}, surface tension's term subtracted",
+        density_kg_m3=heap.density_kg_m3,
+        density_error_kg_m3=heap.spread_of_density,
+        basis=(
+            f"spread of {2 * spread.radius_mm:.2f} mm by its area ({small:.1f} to {large:.1f} mm across), "
+            f"{stress.volume_mm3 / 1000:.4g} ml",
+            f"height over radius {stress.height_to_radius:.3f}; Roussel and Coussot's flat formula alone says "
+            f"{stress.flat_pa:.4g} Pa",
+            f"standard uncertainty in Pa by source: {parts}",
+        ),
+        not_for=NOT_FOR,
     )
-    return material, found, spread
-
-
-def four_digits(value: float) -> float:
-    """Round a number to four digits."""
-    return float(f"{value:.4g}")
+    return material, stress, spread
