@@ -14,7 +14,7 @@ from typing import Literal
 
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
-from sealtwin.lab.free_text import kind_of_text
+from sealtwin.lab.sheets import kind_of_text
 from validate.readings.samples import SamplePart, parts_of, sample_key
 from validate.readings.text_table import WORDS as LAB_WORDS
 from validate.readings.text_table import plain_letters

@@ -23,7 +23,7 @@ def uses(catalogue: Catalogue) -> tuple[dict[str, list[str]], list[str]]:
 
     These are its studies, and its trials that are calibrated on their readings.
     """
-    found = {digest: sorted(names) for digest, names in catalogue.uses.items()}
+    found = {digest: sorted(names) for digest, names in catalogue.content.uses.items()}
     cautions = list[str]()
     for record in catalogue.records:
         path = catalogue.lab / record.folder / TRIAL
@@ -69,7 +69,7 @@ def note_use(sheet: Path, readings: Profile, what: str) -> None:
     if (lab := lab_of(sheet.parent)) is not None:
         with holding(lab, lambda _: None):
             catalogue = Catalogue(lab)
-            uses = catalogue.uses.setdefault(readings_hash(readings), [])
+            uses = catalogue.content.uses.setdefault(readings_hash(readings), [])
             if what not in uses:
                 uses.append(what)
                 catalogue.save()

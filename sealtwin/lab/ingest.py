@@ -33,7 +33,7 @@ from sealtwin.lab.pairing import (
 )
 from sealtwin.lab.sample_outcome import INPUTS, SampleOutcome
 from sealtwin.lab.sample_trials import gather, prepare
-from sealtwin.photos.batch import OWN
+from sealtwin.study.photos import OWN
 from sealtwin.trial.trial_file import Trial, folder_name, trial_text
 from validate.readings.samples import sample_key
 
@@ -80,7 +80,7 @@ def ingest(
 
     given = None if pairing is None else said_in(pairing)
     with _catalogue(lab, progress, dry_run) as catalogue:
-        if given is None and (lab / PAIRING).is_file() and files.sha256(lab / PAIRING) != catalogue.pairing:
+        if given is None and (lab / PAIRING).is_file() and files.sha256(lab / PAIRING) != catalogue.content.pairing:
             given = said_in(lab / PAIRING)
         decisions = catalogue.decisions(source) if given is None else given
         by_user = {file: said for (file, _), said in decisions.items()}
@@ -132,7 +132,7 @@ def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
     }
     samples = [outcome.sample for outcome in ingested.outcomes]
     files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, samples, about))
-    catalogue.pairing = files.sha256(catalogue.lab / PAIRING)
+    catalogue.content.pairing = files.sha256(catalogue.lab / PAIRING)
 
 
 def _name_of_source(folder: Path, lab: Path) -> str:

@@ -13,7 +13,6 @@ from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.settings import read_toml
 from sealtwin.lab import note_words
 from sealtwin.lab.found_files import FREE_TEXT, NOTE_SUFFIX, plain
-from sealtwin.lab.free_text import kind_of_text, text_of
 from sealtwin.lab.note_sentences import LONGEST_TEXT, names_of_samples, read_sentences, squeezed
 from sealtwin.lab.note_words import (
     IGNORED,
@@ -26,6 +25,7 @@ from sealtwin.lab.note_words import (
     read_value,
     tables,
 )
+from sealtwin.lab.sheets import kind_of_text, text_of
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetCell, clipped
 from validate.readings.text_table import is_missing

@@ -3,7 +3,7 @@
 import re
 import unicodedata
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path, PurePath
@@ -27,14 +27,6 @@ from validate.readings.samples import SamplePart, named_cells, read_table, sampl
 from validate.readings.text_table import plain_letters
 
 PAIRING = "pairing.csv"
-ANSWERS = (
-    *("sheet", "s", "levels", "unit", "sign", "s_from", "range", "skip", "missing", "as_written"),
-    *("crack", "mass", "settings"),
-)
-"""Columns that answer what a sheet leaves open, by letters of its columns, a photo, by the number of a crack, and all
-else, by settings of the trial."""
-COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
-"""The part is that of a file that several samples share; blank for the whole file."""
 SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"  # B, or B:D; of several small letters a name is likelier
 SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
 LIKENESS = 0.4  # Share of letters in one order from which a photo is offered for a file without one
@@ -68,10 +60,10 @@ class SampleFiles:
 
 
 def place_files(named: Mapping[Piece, Said], decisions: Decisions) -> dict[Piece, Said]:
-    """Place each piece by the user's decision, on it or on all of its file, or else by what its name says.
+    """Place each piece by the user's decision on it or on its whole file, or else by its name.
 
-    Where a photo's name and that of a file without one differ by words alone that hold no number, as L08.jpg and
-    l08_misure.csv, they are of one sample, unless that has one of the kind, or another photo may be meant.
+    A file without a photo belongs to the photo whose name differs by words without a number, as L08.jpg and
+    l08_misure.csv, unless that sample has a file of its role, or another photo may be meant.
     """
     placed: dict[Piece, Said] = {}
     for piece, said in named.items():
@@ -160,7 +152,7 @@ def _sample(key: str, group: Mapping[Piece, Said], groups: Mapping[str, Mapping[
 
 
 def _twins(pieces: Sequence[Piece]) -> str:
-    """Return what tells files apart whose names look alike."""
+    """Return in words how names differ that look alike."""
     names = [str(piece.file) for piece in pieces]
     if len({unicodedata.normalize("NFC", name) for name in names}) == len(names):
         return ""
@@ -171,7 +163,7 @@ def _twins(pieces: Sequence[Piece]) -> str:
 
 @dataclass(frozen=True)
 class PairingRow:
-    """Row of the pairing file as the user wrote it."""
+    """Row of the pairing file, as the user wrote it."""
 
     where: str  # The file and the line
     file: str
@@ -182,9 +174,9 @@ class PairingRow:
 
 
 def pairing_text(placed: Mapping[Piece, Said], samples: Sequence[SampleFiles], about: Mapping[Piece, str]) -> str:
-    """Write a row for each piece, in the order of samples; a question stands beside the pieces that it is about.
+    """Return the pairing file: a row for each piece, in the order of samples, with the question about it.
 
-    ``about`` are questions on what single pieces hold.
+    ``about`` are questions on the content of single pieces.
     """
     asked = {sample.key: " ".join(sample.questions) for sample in samples}
     rows = list[tuple[tuple[str, int, PurePath, str], tuple[str, ...]]]()
@@ -197,39 +189,53 @@ def pairing_text(placed: Mapping[Piece, Said], samples: Sequence[SampleFiles], a
     return sheet_text(COLUMNS, [row for _, row in sorted(rows)])
 
 
-def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
-    """Return answers as a table of columns of a trial, with ``as_written``."""
-    table: dict[str, Any] = {key: answers[key].lower() for key in ("unit", "sign", "s_from") if key in answers}
-    if "sheet" in answers:
-        table["sheet"] = answers["sheet"]
-    if "range" in answers:
-        table["range"] = answers["range"].upper()
-    if "s" in answers:
-        table["s"] = _column(answers["s"])
-    if "levels" in answers:
-        levels = answers["levels"]
-        table["levels"] = [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(levels) else r"\s*;\s*", levels))]
-    if "as_written" in answers:
-        cells = re.split(r'[\s,;"]+', answers["as_written"].strip('" ,;'))
-        table["as_written"] = [cell.upper() if CELL.fullmatch(cell) else cell.lower() for cell in cells]
-    if "missing" in answers:
-        table["missing"] = re.split(r"\s*;\s*", answers["missing"])
-    if "skip" in answers:
-        parts = re.split(r"\s*[;,]\s*", answers["skip"])
-        table["skip"] = [int(part) if part.isdecimal() else part for part in parts]
-    return table
-
-
 def _column(reference: str) -> str:
     """Return a letter as a span of letters, which no column has for a name."""
     return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
 
 
+def _levels(text: str) -> list[str]:
+    return [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(text) else r"\s*;\s*", text))]
+
+
+def _skip(text: str) -> list[int | str]:
+    return [int(part) if part.isdecimal() else part for part in re.split(r"\s*[;,]\s*", text)]
+
+
+def _as_written(text: str) -> list[str]:
+    cells = re.split(r'[\s,;"]+', text.strip('" ,;'))
+    return [cell.upper() if CELL.fullmatch(cell) else cell.lower() for cell in cells]
+
+
+OF_COLUMNS: Mapping[str, Callable[[str], Any]] = {
+    "sheet": str,
+    "s": _column,
+    "levels": _levels,
+    "unit": str.lower,
+    "sign": str.lower,
+    "s_from": str.lower,
+    "range": str.upper,
+    "skip": _skip,
+    "missing": lambda text: re.split(r"\s*;\s*", text),
+    "as_written": _as_written,
+}
+"""Answers on a sheet, as the settings of its columns."""
+ANSWERS = (*OF_COLUMNS, "crack", "mass", "settings")
+"""Columns of answers: on a sheet, on a photo (the number of a crack), on a fill, and other settings of the trial."""
+COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
+"""Columns of the pairing file; the part is that of a file that several samples share, blank for the whole file."""
+
+
+def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
+    """Return answers as a table of columns of a trial, with ``as_written``."""
+    return {key: read(answers[key]) for key, read in OF_COLUMNS.items() if key in answers}
+
+
 def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decisions:
     """Return the user's decisions: pieces whose rows differ from their names, and files taken as a whole.
 
-    Raises InputError, naming all that is wrong: a row whose file or part is not there or stands there twice, a role or
-    a sample that cannot be.
+    Raises InputError with every fault: a file or a part that is not there or is named twice, a role or a sample that
+    cannot be.
     """
     pieces: dict[PurePath, dict[str, Said]] = defaultdict(dict)
     for piece, said in named.items():
@@ -261,7 +267,7 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decision
 
 
 def read_pairing(path: Path) -> list[PairingRow]:
-    """Read a pairing in whatever dialect a spreadsheet has saved it. Raises InputError where it is none."""
+    """Read a pairing file in any dialect of a spreadsheet. Raises InputError if it is none."""
     table = read_table(path, f"'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}")
     rows = []
     for place, cells in named_cells(table, COLUMNS[:3], ["part", *ANSWERS]):

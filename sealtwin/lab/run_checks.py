@@ -20,7 +20,7 @@ from sealtwin.lab.note_words import SCALE
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.sample_outcome import SampleOutcome
 from sealtwin.lab.trial_tables import NEEDED
-from sealtwin.photos.batch import Batch, BatchRow, PlannedPhoto, digitise_many
+from sealtwin.study.photos import Batch, BatchRow, PlannedPhoto, digitise_many
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import check_run
 from sealtwin.trial.trial_file import Trial, folder_name, load_trial
@@ -69,7 +69,7 @@ def check_runs(
         catalogue = Catalogue(ingested.lab)
         batch, told = _checked(ingested.lab, taken, progress, jobs, missed, catalogue)
         # What was edited since is read first.
-        if files.sha256(ingested.lab / PAIRING) == catalogue.pairing:
+        if files.sha256(ingested.lab / PAIRING) == catalogue.content.pairing:
             write_pairing(ingested, catalogue)
         catalogue.save()
     return batch, [*faults, *told]
@@ -142,7 +142,7 @@ def _checked(
         state = state_of(place / name)
         if row.status != "ok":
             told = [row.reason.replace(CHOICE, f"a 2 in the column crack of {PAIRING}")]
-        elif catalogue is not None and catalogue.checked.get(name) == (state, []):
+        elif catalogue is not None and catalogue.content.checked.get(name) == (state, []):
             told = []
         else:
             told = [] if DEPTH in tried[name].stand_ins else _told(place / name / RUN)
@@ -150,7 +150,7 @@ def _checked(
         for raw in tried[name].raw:
             told = [sentence.replace(f"{place / name / raw.kept_as}", raw.original) for sentence in told]
         if catalogue is not None:
-            catalogue.checked[name] = (state, told)
+            catalogue.content.checked[name] = (state, told)
         tried[name].ask(PICTURE.sub("", sentence) if catalogue is None else sentence for sentence in told)
         faults += [CatalogueFault(tried[name].sample.name, sentence) for sentence in told]
         progress.advance(number, row.folder)

@@ -7,11 +7,11 @@ from typing import Any
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
-from sealtwin.lab.fill_sheet import read_fill
 from sealtwin.lab.found_files import DEFAULTS, Role
 from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, OF_READINGS, OWN, SCALE
 from sealtwin.lab.pairing import as_columns
 from sealtwin.lab.sample_outcome import SampleOutcome, kept_as, note_of
+from sealtwin.lab.sheets import read_fill
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
 from sealtwin.trial.starter_files import TRIAL
