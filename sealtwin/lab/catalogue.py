@@ -142,7 +142,7 @@ class Catalogue:
 
     def state(self, source: str, decisions: Decisions, faults: Iterable[CatalogueFault]) -> None:
         """Set what the user decided on a source, and what could not be taken in from it."""
-        rows = [
+        rows: list[tuple[str, str, Role, str, dict[str, str]]] = [
             (file.as_posix(), part, said.role, said.sample, dict(said.answers))
             for (file, part), said in decisions.items()
         ]

@@ -1,6 +1,6 @@
-"""Photos, sheets and notes in a lab's folder: which there are, and of which sample and role they are by their names.
+"""Photos, sheets and notes in a lab's folder, with the sample and the role of each by its name.
 
-No link is followed, and no file is opened but tables of readings, which several samples may share, and texts.
+No link is followed. Only texts and tables of readings, which several samples may share, are opened.
 """
 
 import os
@@ -24,8 +24,7 @@ Role = Literal["photo", "second_photo", "mask", "readings", "fill", "note", "tex
 
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
-UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}
-"""Formats that are not read: a lab's own numbers, to be named and not passed over."""
+UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Named as a fault, since they have a lab's numbers
 TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods"} | UNREAD_TABLES
 FREE_TEXT = {".txt", ".md"}
 TABLES = ("readings", "fill")  # Roles of tables of numbers
@@ -34,35 +33,35 @@ WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, wo
 CAMERA = re.compile(
     r"(img|imag|dsc[nf]?|pxl|mvimg|cimg|gopr)[ _-]?\d{3,}([ _-]\d+)*([ _-]wa\d+)?|p\d{7}|\d{8}_\d{6}", re.IGNORECASE
 )
-"""A name that a camera gave says nothing of a sample."""
+"""Name by a camera, which names no sample."""
 BESIDE_CAMERA = re.compile(rf"(?:{CAMERA.pattern})[ _-]+(?=[^\W\d_])|(?<=\w)[ _-]+(?:{CAMERA.pattern})$", re.IGNORECASE)
 """A camera's name before or behind another, as in IMG_0412_P4."""
 REMARK = re.compile(r"\s*[(\[{][^)\]}]*[)\]}]")  # Remark in brackets: P-03 (von oben)
 WORD = re.compile(r"[^\W_]+")
 OUTSIDE_LABELS = re.compile(r"[^\w .-]+")
-DEFAULTS = "lab.toml"  # Name of the file, at the top of a lab's folder, whose settings hold for all samples
-MOST_ENTRIES = 50_000  # Files and folders that are looked at. More is a disk given by mistake.
+DEFAULTS = "lab.toml"  # Settings of all samples, on top of a lab's folder
+MOST_ENTRIES = 50_000  # Files and folders; more is a disk given by mistake
 MOST_TOLD = 3  # Names in one sentence
 HIDDEN = (".", "~$")
-NOT_DOWNLOADED = re.compile(r"\.(.+)\.icloud")  # What iCloud leaves of a file that it took from the disk
-UNSEEN = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of what controls a text and is no part of it
+NOT_DOWNLOADED = re.compile(r"\.(.+)\.icloud")  # iCloud's placeholder of a file
+UNSEEN = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that control a text
 
 
 @dataclass(frozen=True)
 class Said:
-    """Sample and role of a file by its name, or as the user says them, with the answers about it."""
+    """Sample and role of a file, by its name or by the user, with the answers about it."""
 
-    sample: str  # Letters, digits, spaces and -_. only; empty where the name says none.
+    sample: str  # Letters, digits, spaces and -_. only; empty if the name says none
     role: Role
-    stated: bool = field(default=False, compare=False)  # True where a word of the file's own name says it
-    answers: Mapping[str, str] = field(default_factory=dict)  # As they stand in the pairing file
+    stated: bool = field(default=False, compare=False)  # True if a word of the file's own name says the role
+    answers: Mapping[str, str] = field(default_factory=dict)  # As written in the pairing file
 
 
 def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:
     """Read the names of a lab's photos, sheets and notes, which are relative to the lab's folder.
 
-    Where no part of a name says a sample, the file is of the one that ``folder``, the lab's folder itself, is named by.
-    A camera's name is that of a sample only where a sheet or a note bears it too, as those of 'sealtwin trace' do.
+    A file whose name says no sample is of the sample that ``folder``, the lab's folder, is named by. A camera's name is
+    a sample's only if a sheet or a note has it too, as those of 'sealtwin trace' do.
     """
     files = list(files)
     by_camera = {
@@ -77,17 +76,17 @@ def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:
 
 
 def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
-    """Read one name by itself. Return None for a file that is neither photo, sheet nor note by its suffix.
+    """Read one name by itself. Returns None for a file that is neither photo, sheet nor note by its suffix.
 
-    A folder is part of a sample's name too, unless its own name only says what lies in it: photos/P01.jpg and
-    sheets/P01.csv are of one sample, May/P01.jpg and June/P01.jpg are not.
+    A folder is part of the sample's name, unless it is named by a role: photos/P01.jpg and sheets/P01.csv are of one
+    sample, May/P01.jpg and June/P01.jpg are not.
     """
     possible = possible_roles(file.suffix.lower())
     if not possible:
         return None
     stem = REMARK.sub("", file.stem).strip() or file.stem
     stem = stem if CAMERA.fullmatch(stem) else BESIDE_CAMERA.sub("", stem)
-    rest, said = ("", list[Role]()) if file.name == TRIAL else _without(stem, possible)
+    rest, own = ("", list[Role]()) if file.name == TRIAL else _without(stem, possible)
     folders = [_without(part, tuple(WORDS)) for part in file.parent.parts]
     named = [folder for folder, _ in folders if folder]
     if camera_counts or not (named and CAMERA.fullmatch(rest)):
@@ -96,8 +95,9 @@ def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
     parts = [part for before, part in pairwise(["", *named]) if sample_key(part) not in ("", sample_key(before))]
     by_folder: list[Role] = [role for _, roles in folders for role in roles]
     # A mask in a folder of photos is a mask: what a name adds to its suffix counts.
-    told: list[Role] = [role for role in (*said, *by_folder[::-1]) if role in possible[1:]]
-    return Said("-".join(parts), told[0] if told else possible[0], bool(told) and told[0] in said)
+    roles: list[Role] = [role for role in (*own, *by_folder[::-1]) if role in possible[1:]]
+    role = roles[0] if roles else possible[0]
+    return Said("-".join(parts), role, role in own and role != possible[0])
 
 
 def as_label(text: str) -> str:
@@ -117,19 +117,18 @@ def possible_roles(suffix: str) -> tuple[Role, ...]:
 
 
 def _without(name: str, roles: tuple[Role, ...]) -> tuple[str, list[Role]]:
-    """``name`` less the words at its ends that name one of ``roles``, and the roles that they named."""
+    """Return ``name`` without the words at its ends that name one of ``roles``, and these roles."""
     name = unicodedata.normalize("NFC", name)
-    words = list(WORD.finditer(name))
-    found: list[Role] = []
+    words, named_roles = list(WORD.finditer(name)), list[Role]()
 
     def named(word: str) -> Role | None:
         return next((role for role in roles if plain_letters(word) in WORDS.get(role, ())), None)
 
     for place in (-1, 0):
         while words and (role := named(words[place].group())) is not None:
-            found.append(role)
+            named_roles.append(role)
             del words[place]
-    return as_label(name[words[0].start() : words[-1].end()] if words else ""), found
+    return as_label(name[words[0].start() : words[-1].end()] if words else ""), named_roles
 
 
 @dataclass(frozen=True)
@@ -147,10 +146,10 @@ class Piece:
 
 
 def divide(folder: Path, named: Mapping[PurePath, Said], known: Set[str]) -> dict[Piece, Said]:
-    """Return each file as a whole, but for tables of readings that name samples themselves: these in parts.
+    """Return each file as a whole; a table of readings that names samples in parts.
 
-    A column that names samples counts always, a worksheet's name where it is that of a sample in ``known``, the keys of
-    samples with a photo; the other tables of such a workbook are then asked about.
+    A column that names samples always counts. A worksheet's name counts if it is that of a sample in ``known``, the
+    keys of samples with a photo; the other tables of such a workbook are then asked about.
     """
     pieces: dict[Piece, Said] = {}
     for file, said in named.items():
@@ -185,9 +184,9 @@ def _divided(folder: Path, file: PurePath, said: Said, known: Set[str]) -> dict[
 
 
 def _sample(file: PurePath, part: SamplePart, known: Set[str]) -> str:
-    """Return the sample that a part names, as if a file of that name lay there: in May/all.csv, P01 is May-P01.
+    """Return the sample that a part names, as a file of that name there would: in May/all.csv, P01 is May-P01.
 
-    Where none of that name is known, it is P01.
+    If May-P01 is not known, it is P01.
     """
     name = PurePath(f"{as_label(part.rows_of or part.sheet or '')}.csv")
     there, alone = (read_name(place / name, camera_counts=True) for place in (file.parent, PurePath()))
@@ -202,13 +201,13 @@ class LeftOut:
 
     file: str
     reason: str
-    lost: bool  # True where data of the lab is missing without it
+    lost: bool  # True if data of the lab is missing without it
 
 
 def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
-    """Return the photos, sheets and notes in ``folder`` and all below it, relative to it, and what is left out.
+    """Return the photos, sheets and notes in ``folder`` and below, relative to it, and what is left out.
 
-    Raises InputError where it is no folder, or holds more than is looked at.
+    Raises InputError if it is no folder, or has more files than are looked at.
     """
     if not folder.is_dir():
         raise InputError(f"{as_text(folder)}: no such folder; give the one that holds photos, sheets and notes.")
@@ -230,7 +229,7 @@ def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
 
 
 def plain(text: str) -> str:
-    """Return ``text`` on one line, with nothing in it that moves a terminal's cursor or turns its letters round."""
+    """Return ``text`` on one line, without characters that move a terminal's cursor or turn letters round."""
     return "".join("?" if unicodedata.category(letter) in UNSEEN else letter for letter in text)
 
 
@@ -243,7 +242,7 @@ def few(names: Sequence[object]) -> str:
 def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:
     """Yield all but folders and hidden files: a Mac leaves a ._photo.jpg beside each photo, Excel a ~$sheet.xlsx.
 
-    Folders that cannot be read are added to ``left_out``. Raises InputError where there is too much of it all.
+    Folders that cannot be read are added to ``left_out``. Raises InputError if there are too many files.
     """
 
     def leave_out(fault: OSError) -> None:
@@ -251,10 +250,10 @@ def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:
         reason = f"a folder that cannot be read ({fault.strerror}). Make it readable, or move it away."
         left_out.append(LeftOut(place, reason, lost=True))
 
-    seen = 0
+    entries = 0
     for place, folders, names in os.walk(folder, onerror=leave_out):
-        seen += len(folders) + len(names)
-        if seen > MOST_ENTRIES:
+        entries += len(folders) + len(names)
+        if entries > MOST_ENTRIES:
             raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
         folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
         for name in names:
