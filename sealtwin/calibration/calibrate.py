@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from sealtwin.calibration.search import DRAWS, Found, Source, search, settings_at
+from sealtwin.calibration.search import DRAWS, SearchResult, Source, search, settings_at
 from sealtwin.calibration.twin import Twin
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
@@ -92,11 +92,11 @@ def calibrate(
             left = sum(budget - len(twin.plan.runs) for twin in twins) * float(np.mean(spent_s)) / max(1, how.jobs)
             progress.note(f"{text} About {in_words(left)} of runs left.")
 
-        found = search(frees, [Source(twin.name, twin.evidence, twin.run) for twin in twins], budget, say)
-        predictions = [_fitted(found, twin, number) for number, twin in enumerate(twins)] if found.possible else []
-        predictions += [_predicted(found, twin) for twin in others] if found.possible else []
-        calibrated = _summary(found, twins, others, predictions)
-        content = _written(folder, found, calibrated, twins, others, date or day.today())
+        result = search(frees, [Source(twin.name, twin.evidence, twin.run) for twin in twins], budget, say)
+        predictions = [_fitted(result, twin, number) for number, twin in enumerate(twins)] if result.possible else []
+        predictions += [_predicted(result, twin) for twin in others] if result.possible else []
+        calibrated = _summary(result, twins, others, predictions)
+        content = _written(folder, result, calibrated, twins, others, date or day.today())
         content["files"] += write_sheet_of_figures(folder, PAGE, calibration_sheet(calibrated))
         files.write_json(folder / RECORD, content)
         return Calibration(content, twins, others)
@@ -154,18 +154,18 @@ def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
     return measured
 
 
-def _fitted(found: Found, twin: Twin, number: int) -> Prediction:
-    assert found.draws is not None, "asked only where there is a posterior"
+def _fitted(result: SearchResult, twin: Twin, number: int) -> Prediction:
+    assert result.draws is not None, "asked only where there is a posterior"
     return _prediction(
-        twin, "calibrated", *predicted_by_emulator(found.posterior.emulators[number], twin.evidence, found.draws)
+        twin, "calibrated", *predicted_by_emulator(result.posterior.emulators[number], twin.evidence, result.draws)
     )
 
 
-def _predicted(found: Found, twin: Twin) -> Prediction:
+def _predicted(result: SearchResult, twin: Twin) -> Prediction:
     """Run draws of the posterior in a trial that is held out; a pour keeps its own path and crack."""
-    assert found.draws is not None, "asked only where there is a posterior"
-    chosen = found.draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
-    settings = [settings_at(found.frees, point) for point in chosen]
+    assert result.draws is not None, "asked only where there is a posterior"
+    chosen = result.draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
+    settings = [settings_at(result.frees, point) for point in chosen]
     own = [{name: one[name] for name in one if name.partition(".")[0] not in OF_A_POUR} for one in settings]
     levels_mm = [level for level in twin.run([(one, seed) for seed, one in enumerate(own)]) if level is not None]
     if len(levels_mm) < PREDICTING // 2:
@@ -183,27 +183,27 @@ def _prediction(twin: Twin, role: Literal["calibrated", "held out"], mean_mm: Fl
 
 
 def _summary(
-    found: Found, twins: Sequence[Twin], others: Sequence[Twin], predictions: Sequence[Prediction]
+    result: SearchResult, twins: Sequence[Twin], others: Sequence[Twin], predictions: Sequence[Prediction]
 ) -> Calibrated:
     warned = [sentence for twin in (*twins, *others) for sentence in twin.warnings]
-    if len(found.frees) >= (stations := sum(twin.stations for twin in twins)):
-        read = f"{counted(len(found.frees), 'setting')} free, and {counted(stations, 'station')} read"
+    if len(result.frees) >= (stations := sum(twin.stations for twin in twins)):
+        read = f"{counted(len(result.frees), 'setting')} free, and {counted(stations, 'station')} read"
         warned.append(f"{read}: so many settings can fit any readings exactly.")
     return Calibrated(
         name=" and ".join(twin.name for twin in twins),
         emulated=any(twin.held.data != "measured" for twin in twins),
-        frees=tuple(found.frees),
-        draws=found.draws,
-        best=found.best,
-        runs=len(found.points),
+        frees=tuple(result.frees),
+        draws=result.draws,
+        best=result.best,
+        runs=len(result.points),
         unused=tuple((twin.name, *one) for twin in twins for one in twin.unused()),
-        reaches=tuple(zip((twin.name for twin in twins), found.reaches, strict=True)),
-        least_implausibility=found.least_implausibility,
-        mixing=found.mixing,
-        discrepancy_mm=found.discrepancy_mm,
+        reaches=tuple(zip((twin.name for twin in twins), result.reaches, strict=True)),
+        least_implausibility=result.least_implausibility,
+        mixing=result.mixing,
+        discrepancy_mm=result.discrepancy_mm,
         run_noise_mm=tuple(
             float(np.sqrt(emulator.run_noise_mm2.diagonal().mean() * emulator.processes.relative.mean()))
-            for emulator in found.posterior.emulators
+            for emulator in result.posterior.emulators
         ),
         predictions=tuple(predictions),
         radius_mm=tuple(twin.radius_mm for twin in twins),
@@ -212,25 +212,25 @@ def _summary(
 
 
 def _written(
-    folder: Path, found: Found, calibrated: Calibrated, twins: Sequence[Twin], others: Sequence[Twin], date: day
+    folder: Path, result: SearchResult, calibrated: Calibrated, twins: Sequence[Twin], others: Sequence[Twin], date: day
 ) -> dict[str, Any]:
     """Write posterior and material, if there is a posterior, and return the content of the record."""
     written: list[str] = [RECORD]
     for name in (POSTERIOR, MATERIAL):
         (folder / name).unlink(missing_ok=True)
-    if found.draws is not None:
-        rows = (settings_at(found.frees, point).values() for point in found.draws)
-        names = [free.name for free in found.frees]
+    if result.draws is not None:
+        rows = (settings_at(result.frees, point).values() for point in result.draws)
+        names = [free.name for free in result.frees]
         files.write_text(folder / POSTERIOR, "".join(",".join(map(str, row)) + "\n" for row in (names, *rows)))
         written.append(POSTERIOR)
-        if (material := _material(found, calibrated, twins[0], date)) is not None:
+        if (material := _material(result, calibrated, twins[0], date)) is not None:
             files.write_text(folder / MATERIAL, material_text(material))
             written.append(MATERIAL)
     return {
         "version": 1,
         "name": calibrated.name,
         "emulated": calibrated.emulated,
-        "possible": found.possible,
+        "possible": result.possible,
         "finding": calibrated.finding,
         "advice": calibrated.advice,
         "cautions": calibrated.cautions,
@@ -239,9 +239,9 @@ def _written(
         "radius_mm": list(calibrated.radius_mm),
         "runs_of_each_trial": calibrated.runs,
         "stage_numbers": NUMBERS,
-        "free": [_free(one) for one in calibrated.marginals] or [free.name for free in found.frees],
+        "free": [_free(one) for one in calibrated.marginals] or [free.name for free in result.frees],
         "combinations": [
-            {"parts": dict(zip((free.name for free in found.frees), _rounded(one.parts), strict=True)),
+            {"parts": dict(zip((free.name for free in result.frees), _rounded(one.parts), strict=True)),
              "deviation_over_prior": round(one.deviation, 4)}
             for one in calibrated.combinations
         ],
@@ -268,7 +268,7 @@ def _written(
              "flat_rms_mm": round(one.flat_rms_mm, 4), "stations_in_band": round(one.held, 4)}
             for one in calibrated.predictions
         ],
-        "confirmed_rms_mm": [_confirmed_mm(found, number) for number in range(len(twins))] if found.possible else [],
+        "confirmed_rms_mm": [_confirmed_mm(result, number) for number in range(len(twins))] if result.possible else [],
         "unused_runs": [list(one) for one in calibrated.unused],
         "page": shown(folder / PAGE),
         "files": written,
@@ -291,24 +291,24 @@ def _rounded(values: Sequence[float]) -> list[float]:
     return [float(f"{value:.4g}") for value in values]
 
 
-def _confirmed_mm(found: Found, trial: int) -> float | None:
+def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
     """Root mean square distance of the readings from the mean of the runs that confirm the best setting."""
-    levels_mm = found.confirmed_mm(trial)
+    levels_mm = result.confirmed_mm(trial)
     if not len(levels_mm):
         return None
-    read_mm = found.posterior.evidence[trial].level_mm
+    read_mm = result.posterior.evidence[trial].level_mm
     return round(float(np.sqrt(np.mean((levels_mm.mean(axis=0) - read_mm) ** 2))), 4)
 
 
-def _material(found: Found, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
+def _material(result: SearchResult, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
     """Return the material; None if the paste is a curve or thins with shear, since a material has two numbers."""
-    fluid, best = twin.trial.fluid, settings_at(found.frees, found.best)
+    fluid, best = twin.trial.fluid, settings_at(result.frees, result.best)
     assert fluid is not None, "checked before"
-    assert found.draws is not None, "asked only where there is a posterior"
+    assert result.draws is not None, "asked only where there is a posterior"
     if fluid.curve is not None or fluid.consistency_pa_s_n is not None:
         return None
-    ran = twin.health(len(found.points))
-    draws = {free.name: free.values(column) for free, column in zip(found.frees, found.draws.T, strict=True)}
+    ran = twin.health(len(result.points))
+    draws = {free.name: free.values(column) for free, column in zip(result.frees, result.draws.T, strict=True)}
     known = twin.trial.uncertainty
     stress_pa = best.get(STRESS, fluid.yield_stress_pa)
     low_pa, high_pa, error_pa = stress_pa, stress_pa, known.yield_stress_pa or 0.0
@@ -326,7 +326,7 @@ def _material(found: Found, calibrated: Calibrated, twin: Twin, date: day) -> Ma
     if unknown := [one.free.name for one in calibrated.marginals if not one.identified]:
         basis.append(f"not identified by the readings: {', '.join(unknown)}")
     return Material(
-        method=f"calibration on {len(found.levels_mm)} trial(s), {len(found.points)} runs each",
+        method=f"calibration on {len(result.levels_mm)} trial(s), {len(result.points)} runs each",
         date=date.isoformat(),
         data="synthetic" if calibrated.emulated else "measured",
         yield_stress_pa=stress_pa,

@@ -40,7 +40,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """Result of a search."""
 
     frees: Sequence[Free]
@@ -138,7 +138,7 @@ def settings_at(frees: Sequence[Free], point: Floats) -> Setting:
     return {free.name: float(f"{free.values(share):.6g}") for free, share in zip(frees, point, strict=True)}
 
 
-def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: Callable[[str], None]) -> Found:
+def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: Callable[[str], None]) -> SearchResult:
     """Spend ``budget`` runs of each trial, at least ``FEWEST``, and return the posterior.
 
     It stops early where no setting of the ranges, or no sum of the shapes that runs have, makes the readings. The same
@@ -156,12 +156,12 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
         posterior, reaches = at.posterior()
     least = posterior.least_implausibility
     if least > 1 or not all(reach.possible for reach in reaches):
-        return Found(frees, at.points, at.levels_mm, reaches, posterior, least, None)
+        return SearchResult(frees, at.points, at.levels_mm, reaches, posterior, least, None)
     best = at.next_round(posterior, 1)[0]
     at.run(np.tile(best, (CONFIRM, 1)))
     posterior, reaches = at.posterior()
     draws, mixing = posterior.draws(DRAWS, STEPS)
-    return Found(frees, at.points, at.levels_mm, reaches, posterior, least, draws, mixing, best)
+    return SearchResult(frees, at.points, at.levels_mm, reaches, posterior, least, draws, mixing, best)
 
 
 def _words_on(posterior: Posterior) -> str:

@@ -11,7 +11,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import Amount, Result, read_checked, read_record
 from sealtwin.core.stage_keys import other_numbers, stage_key
-from sealtwin.lab.found_files import TRIAL, Role, Said
+from sealtwin.lab.found_files import TRIAL, FilePlace, Role
 from sealtwin.lab.pairing import Decisions
 from sealtwin.lab.sample_outcome import KeptFile
 from sealtwin.trial.stage_numbers import NUMBERS
@@ -138,13 +138,13 @@ class Catalogue:
     def decisions(self, source: str) -> Decisions:
         """Return the user's corrections of the pairing of a source, and answers on its sheets."""
         rows = self.content.sources[source].decisions if source in self.content.sources else []
-        return {(PurePath(file), part): Said(name, role, answers=said) for file, part, role, name, said in rows}
+        return {(PurePath(file), part): FilePlace(name, role, answers=given) for file, part, role, name, given in rows}
 
     def state(self, source: str, decisions: Decisions, faults: Iterable[CatalogueFault]) -> None:
         """Set what the user decided on a source, and what could not be taken in from it."""
         rows: list[tuple[str, str, Role, str, dict[str, str]]] = [
-            (file.as_posix(), part, said.role, said.sample, dict(said.answers))
-            for (file, part), said in decisions.items()
+            (file.as_posix(), part, place.role, place.sample, dict(place.answers))
+            for (file, part), place in decisions.items()
         ]
         self.content.sources[source] = SourceFile(decisions=rows, faults=[astuple(fault) for fault in faults])
 

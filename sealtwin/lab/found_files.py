@@ -48,7 +48,7 @@ UNSEEN = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that con
 
 
 @dataclass(frozen=True)
-class Said:
+class FilePlace:
     """Sample and role of a file, by its name or by the user, with the answers about it."""
 
     sample: str  # Letters, digits, spaces and -_. only; empty if the name says none
@@ -57,7 +57,7 @@ class Said:
     answers: Mapping[str, str] = field(default_factory=dict)  # As written in the pairing file
 
 
-def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:
+def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, FilePlace]:
     """Read the names of a lab's photos, sheets and notes, which are relative to the lab's folder.
 
     A file whose name says no sample is of the sample that ``folder``, the lab's folder, is named by. A camera's name is
@@ -69,13 +69,13 @@ def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:
     }
     named = {file: read_name(file, camera_counts=file.parent in by_camera) for file in files}
     return {
-        file: said if said.sample else replace(said, sample=as_label(folder))
-        for file, said in named.items()
-        if said is not None
+        file: place if place.sample else replace(place, sample=as_label(folder))
+        for file, place in named.items()
+        if place is not None
     }
 
 
-def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
+def read_name(file: PurePath, *, camera_counts: bool = False) -> FilePlace | None:
     """Read one name by itself. Returns None for a file that is neither photo, sheet nor note by its suffix.
 
     A folder is part of the sample's name, unless it is named by a role: photos/P01.jpg and sheets/P01.csv are of one
@@ -97,7 +97,7 @@ def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
     # A mask in a folder of photos is a mask: what a name adds to its suffix counts.
     roles: list[Role] = [role for role in (*own, *by_folder[::-1]) if role in possible[1:]]
     role = roles[0] if roles else possible[0]
-    return Said("-".join(parts), role, role in own and role != possible[0])
+    return FilePlace("-".join(parts), role, role in own and role != possible[0])
 
 
 def as_label(text: str) -> str:
@@ -145,42 +145,44 @@ class Piece:
         return f"{self.file}, {self.part}" if self.part else str(self.file)
 
 
-def divide(folder: Path, named: Mapping[PurePath, Said], known: Set[str]) -> dict[Piece, Said]:
+def divide(folder: Path, named: Mapping[PurePath, FilePlace], known: Set[str]) -> dict[Piece, FilePlace]:
     """Return each file as a whole; a table of readings that names samples in parts.
 
     A column that names samples always counts. A worksheet's name counts if it is that of a sample in ``known``, the
     keys of samples with a photo; the other tables of such a workbook are then asked about.
     """
-    pieces: dict[Piece, Said] = {}
-    for file, said in named.items():
+    pieces: dict[Piece, FilePlace] = {}
+    for file, place in named.items():
         if (folder / file).is_symlink():
-            pieces[Piece(file)] = said
+            pieces[Piece(file)] = place
             continue
         is_text, is_table = file.suffix.lower() in FREE_TEXT, file.suffix.lower() in TABLE_SUFFIXES
-        looked_at = is_text or (is_table and not (said.stated and said.role == "note"))
+        looked_at = is_text or (is_table and not (place.stated and place.role == "note"))
         kind = kind_of_text(folder / file) if looked_at else None
         # A text may be named note and hold sentences, and a table words and values; a fill is known by its columns.
-        of_words = kind == "note" and said.role == "readings" and not said.stated
-        if kind is not None and (kind == "fill" or of_words or (is_text and not (said.stated and said.role in TABLES))):
-            said = replace(said, role=kind)
-        pieces |= _divided(folder, file, said, known) if said.role == "readings" else {Piece(file): said}
+        of_words = kind == "note" and place.role == "readings" and not place.stated
+        if kind is not None and (
+            kind == "fill" or of_words or (is_text and not (place.stated and place.role in TABLES))
+        ):
+            place = replace(place, role=kind)
+        pieces |= _divided(folder, file, place, known) if place.role == "readings" else {Piece(file): place}
     return pieces
 
 
-def _divided(folder: Path, file: PurePath, said: Said, known: Set[str]) -> dict[Piece, Said]:
+def _divided(folder: Path, file: PurePath, place: FilePlace, known: Set[str]) -> dict[Piece, FilePlace]:
     samples = {part: _sample(file, part, known) for part in parts_of(folder / file)}
     # A worksheet of a known sample is its own though no readings are found in it: reading it tells why.
     samples = {part: sample for part, sample in samples.items() if part.headed or sample_key(sample) in known}
     naming = [part for part, sample in samples.items() if part.rows_of is not None or sample_key(sample) in known]
-    keys, own = {sample_key(samples[part]) for part in naming}, sample_key(said.sample)
+    keys, own = {sample_key(samples[part]) for part in naming}, sample_key(place.sample)
     told_apart = len(samples) > 1 and any(part.headed for part in naming)
     if not naming or (keys == {own} and not told_apart):
-        return {Piece(file): said}
+        return {Piece(file): place}
     if own in known and own not in keys:
         # The file's name and its rows contradict each other: reading it as that sample's tells so.
         by_column = next((part for part in naming if part.rows_of is not None), None)
-        return {Piece(file, by_column and replace(by_column, rows_of=said.sample)): said}
-    return {Piece(file, part): Said(sample, "readings") for part, sample in samples.items()}
+        return {Piece(file, by_column and replace(by_column, rows_of=place.sample)): place}
+    return {Piece(file, part): FilePlace(sample, "readings") for part, sample in samples.items()}
 
 
 def _sample(file: PurePath, part: SamplePart, known: Set[str]) -> str:
@@ -189,10 +191,10 @@ def _sample(file: PurePath, part: SamplePart, known: Set[str]) -> str:
     If May-P01 is not known, it is P01.
     """
     name = PurePath(f"{as_label(part.rows_of or part.sheet or '')}.csv")
-    there, alone = (read_name(place / name, camera_counts=True) for place in (file.parent, PurePath()))
-    said = alone if alone is not None and sample_key(alone.sample) in known else there
-    said = there if there is not None and sample_key(there.sample) in known else said
-    return said.sample if said is not None else ""
+    there, alone = (read_name(folder / name, camera_counts=True) for folder in (file.parent, PurePath()))
+    place = alone if alone is not None and sample_key(alone.sample) in known else there
+    place = there if there is not None and sample_key(there.sample) in known else place
+    return place.sample if place is not None else ""
 
 
 @dataclass(frozen=True)
@@ -202,6 +204,10 @@ class LeftOut:
     file: str
     reason: str
     lost: bool  # True if data of the lab is missing without it
+
+    @property
+    def sentence(self) -> str:
+        return f"{self.file}: {self.reason}"
 
 
 def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:

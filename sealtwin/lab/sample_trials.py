@@ -94,8 +94,8 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
             name = kept_as(role if role != "text" else f"text-{1 + texts.index((role, file))}", file)
             outcome.raw.append(KeptFile(role, file.as_posix(), name, files.sha256(path), size))
     cells = {
-        role: read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
-        for role, said in sample.answers.items()
+        role: read_cell(answers.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
+        for role, answers in sample.answers.items()
     }
     about = OfNote(
         sample.name,
@@ -106,9 +106,9 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     notes = (read_note(folder / raw.original, defaults.words, about) for raw in outcome.raw if raw.role == "note")
     own = next(notes, Note())
     if "readings" not in sample.files:
-        # What the folder says of readings concerns other samples.
-        kept = {key: entry for key, entry in defaults.entries.items() if not key.startswith(OF_READINGS)}
-        defaults = replace(defaults, entries=kept)
+        # The folder's settings of readings concern other samples.
+        entries = {key: entry for key, entry in defaults.entries.items() if not key.startswith(OF_READINGS)}
+        defaults = replace(defaults, entries=entries)
         outcome.faults += [
             f"{entry.origin}: {key} of a sample without readings; add its sheet, or leave {key} out."
             for key, entry in sorted(own.entries.items())
@@ -123,22 +123,22 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
         if (theirs := defaults.entries.get(key)) is not None and theirs.value != entry.value
     ]
     outcome.remarks += [
-        f"{file}: its name has {', '.join(found)}, and a name is no setting."
+        f"{file}: its name has {', '.join(numbers)}, and a name is no setting."
         for file in sample.files.values()
-        if (found := _numbers_in(file))
+        if (numbers := _numbers_in(file))
     ]
     for cell in cells.values():
         outcome.note = cell.over(outcome.note)
     given = {
         key: text
-        for role, said in sample.answers.items()
-        for key, text in said.items()
+        for role, answers in sample.answers.items()
+        for key, text in answers.items()
         if role != "fill" and (role, key) != ("note", "skip")
     }
-    said = of_columns(as_columns(given))
+    settings = of_columns(as_columns(given))
     if "crack" in given:
-        said["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
-    outcome.note.entries |= {key: NoteEntry(value, PAIRING) for key, value in said.items()}
+        settings["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
+    outcome.note.entries |= {key: NoteEntry(value, PAIRING) for key, value in settings.items()}
     outcome.faults += outcome.note.faults
     outcome.remarks += outcome.note.remarks
     return outcome
@@ -152,15 +152,15 @@ def _numbers_in(file: PurePath) -> list[str]:
 
 def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
     for text in (text for text in outcome.sample.texts if not (folder / text).is_symlink()):
-        told = f"{text} is kept as text, and not read"
-        if found := seems_to_say(folder / text, outcome.sample.name):
-            told += f"; {found}: if that is of the sample, give it the role note in {PAIRING}, else leave it"
-            outcome.asked[text] = [shorten(f"{told}.", LONGEST_QUESTION, placeholder="...")]
-        outcome.remarks.append(f"{told}.")
+        remark = f"{text} is kept as text, and not read"
+        if seems := seems_to_say(folder / text, outcome.sample.name):
+            remark += f"; {seems}: if that is of the sample, give it the role note in {PAIRING}, else leave it"
+            outcome.asked[text] = [shorten(f"{remark}.", LONGEST_QUESTION, placeholder="...")]
+        outcome.remarks.append(f"{remark}.")
 
 
 def prepare(folder: Path, outcome: SampleOutcome) -> None:
-    """Look at what ``gather`` found: give ``outcome`` its settings and its dialect, or its faults."""
+    """Give ``outcome``, as ``gather`` returns it, its settings and its dialect, or its faults."""
     content = tables_of(folder, outcome)
     try:
         trial = checked(Trial, folder, content, lambda key: origin_of(folder, outcome, key))
@@ -196,11 +196,11 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
     elif role == "readings":
         readings = content["readings"]
         try:
-            # How it is written; what else is said of the readings may be wrong, and keeps no fault of the sheet back.
+            # Its dialect alone: other settings of the readings may be wrong, and hide no fault of the sheet.
             keys = Declared.model_fields.keys() & readings.keys()
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
-            return  # Told of already, by the key that is at fault.
+            return  # A fault already, by its key.
         outcome.faults += _contradictions(path, declared, content, outcome)
         try:
             profile = read_readings(path, declared, None, deepest_mm)
@@ -214,15 +214,15 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
 
 
 def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], outcome: SampleOutcome) -> list[str]:
-    """Return titles and remarks of a sheet that say another value of a setting than the one that would run.
+    """Return a fault for each title or remark of a sheet with another value of a setting than the one that would run.
 
-    What the pairing file says of that setting is the answer.
+    A value in the pairing file is the answer to it.
     """
-    told, assumed = list[str](), rest_of(outcome)
+    faults, assumed = list[str](), rest_of(outcome)
     try:
         rows = read_cells(path, declared).rows
     except InputError:
-        return told  # Told of by whoever reads the readings.
+        return faults  # A fault of the readings themselves.
     for row in rows:
         texts = [cell.text for cell in row.cells if cell.text]
         if len(texts) > MOST_CELLS or len(" ".join(texts)) > LONGEST_QUESTION:
@@ -236,11 +236,11 @@ def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], 
             if not table and entry is None:
                 continue
             other = f"{entry.origin} says {toml_value(entry.value)}" if entry else "no note says so"
-            told.append(
+            faults.append(
                 f"{path}, row {row.number}: {words!r} says {key} = {toml_value(value)}, and {other}. Write the "
                 f"right one into settings of {PAIRING}: {key} = {toml_value(value)}."
             )
-    return told
+    return faults
 
 
 def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
@@ -249,40 +249,40 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     Other settings of solver and fluid are the starter's: without a rest the jet, still falling, would be taken for the
     sealant's level; and no one radius fits all cracks of a lab.
     """
-    said = _said(outcome)
-    _weigh(folder, outcome, said)
-    said = {"note": assumed_of(outcome)} | _solver() | _fluid(said.keys()) | said
+    settings = _settings_of(outcome)
+    _weigh(folder, outcome, settings)
+    settings = {"note": assumed_of(outcome)} | _solver() | _fluid(settings.keys()) | settings
     roles = {"photo", *outcome.sample.files}
-    missing = {key: it for key, it in NEEDED.items() if it.role in roles and not said.keys() & {key, *it.others}}
+    missing = {key: it for key, it in NEEDED.items() if it.role in roles and not settings.keys() & {key, *it.others}}
     outcome.stand_ins = frozenset(missing)
     for key, it in missing.items():
-        said[key] = it.stand_in
+        settings[key] = it.stand_in
         if not outcome.note.meant & {key, *it.others}:
             outcome.faults.append(f"{key} is not said{it.remedy} in {DEFAULTS}, or in the sample's note (NAME.toml).")
-    columns = {key: said.pop(key) for key in list(said) if key.startswith(f"{COLUMNS}.")}
-    content = with_settings({}, said)
+    columns = {key: settings.pop(key) for key in list(settings) if key.startswith(f"{COLUMNS}.")}
+    content = with_settings({}, settings)
     if columns:
         content["readings"]["columns"] = {key.rpartition(".")[2]: value for key, value in columns.items()}
     return content
 
 
-def _said(outcome: SampleOutcome) -> dict[str, Any]:
+def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
     """Return the settings of a trial by dotted key: of its notes, its files, and its part of a shared file.
 
     A note may name a file or a part too, if it is the same.
     """
     sample, entries = outcome.sample, outcome.note.entries
-    said: dict[str, Any] = {"name": sample.name}
+    settings: dict[str, Any] = {"name": sample.name}
     if DATA in entries:
-        said |= dict.fromkeys(("photo.data", "readings.data"), entries[DATA].value)
-    said |= {key: entry.value for key, entry in entries.items() if key not in OWN}
+        settings |= dict.fromkeys(("photo.data", "readings.data"), entries[DATA].value)
+    settings |= {key: entry.value for key, entry in entries.items() if key not in OWN}
     if "readings" not in sample.files:
-        said = {key: value for key, value in said.items() if not key.startswith(OF_READINGS)}
+        settings = {key: value for key, value in settings.items() if not key.startswith(OF_READINGS)}
     given: dict[str, tuple[str, str, str]] = {}  # Name that a note may give, place, and name in the trial
     for role, key in NAMED_FILES.items():
         if (file := sample.files.get(role)) is not None:
             given[key] = file.name, str(file), kept_as(role, file)
-        elif key in said:
+        elif key in settings:
             given[key] = "", f"no {role.replace('_', ' ')}", ""
     if (part := sample.part) is not None:
         place = f"{sample.files['readings']}, {part},"
@@ -291,29 +291,29 @@ def _said(outcome: SampleOutcome) -> dict[str, Any]:
     for key, (name, place, value) in given.items():
         if key in entries:
             _hold_against(outcome, key, entries[key].value, name, place)
-        said[key] = value
-    return {key: value for key, value in said.items() if value or key not in given}
+        settings[key] = value
+    return {key: value for key, value in settings.items() if value or key not in given}
 
 
-def _hold_against(outcome: SampleOutcome, key: str, told: Any, name: str, place: str) -> None:
+def _hold_against(outcome: SampleOutcome, key: str, named: Any, name: str, place: str) -> None:
     """Add a fault if a note calls a file or a part of this sample otherwise than its ``name``."""
-    if name not in (told, PurePath(str(told)).name):
+    if name not in (named, PurePath(str(named)).name):
         outcome.faults.append(
-            f"{outcome.note.entries[key].origin}: {key} = {str(told)!r:.80}, but {place} is of this sample by its "
+            f"{outcome.note.entries[key].origin}: {key} = {str(named)!r:.80}, but {place} is of this sample by its "
             "name; leave it out, and say in the pairing file which is."
         )
 
 
-def _weigh(folder: Path, outcome: SampleOutcome, said: dict[str, Any]) -> None:
-    """Put the content of the fill's sheet into ``said`` in place of its name; settings of the liquid stay."""
+def _weigh(folder: Path, outcome: SampleOutcome, settings: dict[str, Any]) -> None:
+    """Put the content of the fill's sheet into ``settings`` in place of its name; settings of the liquid stay."""
     file = outcome.sample.files.get("fill")
-    given = said.pop(FILL, {})
+    given = settings.pop(FILL, {})
     table = dict(given) if isinstance(given, Mapping) else {"file": given}
     if (named := table.pop("file", None)) is not None:
         _hold_against(outcome, FILL, named, "" if file is None else file.name, "no fill" if file is None else str(file))
     if file is None:
         # What the folder says of liquids concerns other samples.
-        said |= {FILL: table} if "mass_g" in table else {}
+        settings |= {FILL: table} if "mass_g" in table else {}
         return
     # "B g", or the name of a column.
     answers = outcome.sample.answers.get("fill", {})
@@ -329,23 +329,23 @@ def _weigh(folder: Path, outcome: SampleOutcome, said: dict[str, Any]) -> None:
         outcome.faults += str(fault).splitlines()
         return
     outcome.remarks.append(shown)
-    said[FILL] = {**table, **columns}
+    settings[FILL] = {**table, **columns}
 
 
-def _fluid(said: Set[str]) -> dict[str, Any]:
+def _fluid(settings: Set[str]) -> dict[str, Any]:
     """Return the starter's settings of the fluid that nobody says; either of two ways for flow and slope."""
     fluid = {f"fluid.{key}": value for key, value in STARTER["fluid"].items()}
-    if "fluid.viscosity_pa_s" in said:
+    if "fluid.viscosity_pa_s" in settings:
         # D goes with it: the drag of the walls then follows from the viscosity.
         del fluid["fluid.U"], fluid["fluid.D_cm"]
-    if "fluid.freeze_after_s" in said:
+    if "fluid.freeze_after_s" in settings:
         del fluid["fluid.yield_stress_pa"]
-    return {key: value for key, value in fluid.items() if key not in said}
+    return {key: value for key, value in fluid.items() if key not in settings}
 
 
 def rest_of(outcome: SampleOutcome) -> dict[str, Any]:
     """Return the values of path, nozzle and solver that nobody says, and that 'sealtwin quick' marks as assumed."""
-    said = outcome.note.entries
+    settings = outcome.note.entries
     tables: dict[str, Any] = {table: Trial.model_fields[table].default for table in ("path", "nozzle", "solver")}
     values = {f"{table}.{key}": getattr(one, key) for table, one in tables.items() for key in ASSUMED[table]}
     values |= _solver()
@@ -354,8 +354,8 @@ def rest_of(outcome: SampleOutcome) -> dict[str, Any]:
         "path.weighed": "path.volume_ml",
         "solver.model": "solver.",  # The fast model has neither particles nor a rest.
     }
-    without = tuple(prefix for key, prefix in replaced.items() if key in said)
-    return {key: value for key, value in values.items() if key not in said and not key.startswith(without)}
+    without = tuple(prefix for key, prefix in replaced.items() if key in settings)
+    return {key: value for key, value in values.items() if key not in settings and not key.startswith(without)}
 
 
 def _solver() -> dict[str, Any]:
@@ -364,9 +364,9 @@ def _solver() -> dict[str, Any]:
 
 def assumed_of(outcome: SampleOutcome) -> str:
     """Return the trial's note, which every report shows: the settings that nobody of the lab said."""
-    said = {*outcome.note.entries, *([ANGLE] if "fill" in outcome.sample.files else [])}
-    crack = {key: value for key, value in UNSEEN.items() if key not in said}
-    assumed = {**crack, **_fluid(said), **rest_of(outcome)}
+    settings = {*outcome.note.entries, *([ANGLE] if "fill" in outcome.sample.files else [])}
+    crack = {key: value for key, value in UNSEEN.items() if key not in settings}
+    assumed = {**crack, **_fluid(settings), **rest_of(outcome)}
     listed = ", ".join(f"{key} = {toml_value(value)}" for key, value in assumed.items())
     return f"Assumed, since no note of the lab says it: {listed}." if listed else ""
 
