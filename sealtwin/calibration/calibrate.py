@@ -155,7 +155,7 @@ def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
 
 
 def _fitted(result: SearchResult, twin: Twin, number: int) -> Prediction:
-    assert result.draws is not None, "asked only where there is a posterior"
+    assert result.draws is not None, "called only with a posterior"
     return _prediction(
         twin, "calibrated", *predicted_by_emulator(result.posterior.emulators[number], twin.evidence, result.draws)
     )
@@ -163,7 +163,7 @@ def _fitted(result: SearchResult, twin: Twin, number: int) -> Prediction:
 
 def _predicted(result: SearchResult, twin: Twin) -> Prediction:
     """Run draws of the posterior in a trial that is held out; a pour keeps its own path and crack."""
-    assert result.draws is not None, "asked only where there is a posterior"
+    assert result.draws is not None, "called only with a posterior"
     chosen = result.draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
     settings = [settings_at(result.frees, point) for point in chosen]
     own = [{name: one[name] for name in one if name.partition(".")[0] not in OF_A_POUR} for one in settings]
@@ -304,7 +304,7 @@ def _material(result: SearchResult, calibrated: Calibrated, twin: Twin, date: da
     """Return the material; None if the paste is a curve or thins with shear, since a material has two numbers."""
     fluid, best = twin.trial.fluid, settings_at(result.frees, result.best)
     assert fluid is not None, "checked before"
-    assert result.draws is not None, "asked only where there is a posterior"
+    assert result.draws is not None, "called only with a posterior"
     if fluid.curve is not None or fluid.consistency_pa_s_n is not None:
         return None
     ran = twin.health(len(result.points))

@@ -93,9 +93,9 @@ def ingest(
         if not samples and not lost:
             raise InputError(f"{folder}: no photos, sheets or notes in it.")
         progress.start(f"Taking in {len(samples)} samples", len(samples))
-        outcomes = []
+        intake, outcomes = SampleIntake(folder, source, defaults, catalogue, dry_run), list[SampleOutcome]()
         for done, sample in enumerate(samples, start=1):
-            outcomes.append(take_in(sample, folder, defaults, source, catalogue, progress, dry_run))
+            outcomes.append(intake.take_in(sample, progress))
             progress.advance(done, sample.name)
         faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
         faults += [CatalogueFault(each.file, each.sentence) for each in lost]
@@ -176,117 +176,118 @@ def _refuse_nested(folder: Path, lab: Path) -> None:
         )
 
 
-def take_in(
-    sample: SampleFiles,
-    folder: Path,
-    defaults: Note,
-    source: str,
-    catalogue: Catalogue,
-    progress: Progress,
-    dry_run: bool,
-) -> SampleOutcome:
-    """Take in a sample. Its faults stop no other sample, unless the lab's own disk fails."""
-    outcome = SampleOutcome(sample)
-    try:
-        outcome = gather(folder, sample, defaults)
-        _take_in(outcome, folder, source, catalogue, dry_run)
-    except InputError as fault:
-        outcome.faults += str(fault).splitlines()
-    except OSError as fault:
-        if fault.filename is None or Path(fault.filename).is_relative_to(catalogue.lab):
-            raise
-        outcome.faults.append(f"{fault.filename}: {fault.strerror}. Make it readable.")
-    except Exception as fault:
-        # A bug of ours in one sample must not cost the others; the command ends with code 1.
-        progress.note(traceback.format_exc())
-        last = traceback.extract_tb(fault.__traceback__)[-1]
-        place = f"{Path(last.filename).name}, line {last.lineno}"
-        report = f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug of ours: please report it."
-        outcome.fate, outcome.faults = "bug", [report]
-    # Files are named as the lab knows them: from its own folder on, which is absolute here.
-    outcome.faults = [fault.replace(f"{folder}/", "") for fault in outcome.faults]
-    outcome.remarks = [remark.replace(f"{folder}/", "") for remark in outcome.remarks]
-    if outcome.fate != "bug" and not sample.questions:
-        outcome.ask(outcome.faults)
-    return outcome
+@dataclass(frozen=True)
+class SampleIntake:
+    """Takes the samples of a lab's folder into its catalogue, one by one."""
 
+    folder: Path
+    source: str  # Name of the folder in the catalogue
+    defaults: Note  # Content of its lab.toml
+    catalogue: Catalogue
+    dry_run: bool
 
-def _take_in(outcome: SampleOutcome, folder: Path, source: str, catalogue: Catalogue, dry_run: bool) -> None:
-    """Set the fate of the sample, or its faults. Raises InputError too."""
-    sample, lab = outcome.sample, catalogue.lab
-    before = None if sample.questions else next(reversed(catalogue.of_sample(sample.key)), None)
-    if before is not None and not outcome.faults:
-        if before.content == outcome.content and _is_whole(lab / before.folder, before):
-            outcome.fate, outcome.trial, outcome.revision = "unchanged", before.folder, before.revision
-            outcome.remarks, outcome.dialect = list(before.remarks), before.dialect
+    def take_in(self, sample: SampleFiles, progress: Progress) -> SampleOutcome:
+        """Take in a sample. Its faults stop no other sample, unless the lab's own disk fails."""
+        outcome = SampleOutcome(sample)
+        try:
+            outcome = gather(self.folder, sample, self.defaults)
+            self._decide(outcome)
+        except InputError as fault:
+            outcome.faults += str(fault).splitlines()
+        except OSError as fault:
+            if fault.filename is None or Path(fault.filename).is_relative_to(self.catalogue.lab):
+                raise
+            outcome.faults.append(f"{fault.filename}: {fault.strerror}. Make it readable.")
+        except Exception as fault:
+            # A bug of ours in one sample must not cost the others; the command ends with code 1.
+            progress.note(traceback.format_exc())
+            last = traceback.extract_tb(fault.__traceback__)[-1]
+            place = f"{Path(last.filename).name}, line {last.lineno}"
+            report = f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug of ours: please report it."
+            outcome.fate, outcome.faults = "bug", [report]
+        # Files are named as the lab knows them: from its own folder on, which is absolute here.
+        outcome.faults = [fault.replace(f"{self.folder}/", "") for fault in outcome.faults]
+        outcome.remarks = [remark.replace(f"{self.folder}/", "") for remark in outcome.remarks]
+        if outcome.fate != "bug" and not sample.questions:
+            outcome.ask(outcome.faults)
+        return outcome
+
+    def _decide(self, outcome: SampleOutcome) -> None:
+        """Set the fate of the sample, or its faults. Raises InputError too."""
+        sample, lab = outcome.sample, self.catalogue.lab
+        before = None if sample.questions else next(reversed(self.catalogue.of_sample(sample.key)), None)
+        if before is not None and not outcome.faults:
+            if before.content == outcome.content and _is_whole(lab / before.folder, before):
+                outcome.fate, outcome.trial, outcome.revision = "unchanged", before.folder, before.revision
+                outcome.remarks, outcome.dialect = list(before.remarks), before.dialect
+                return
+            # Another folder's sample of the same name is another sample, unless its photo is the same.
+            photo = before.file("photo")
+            same_photo = photo is not None and outcome.hashes.get("photo") == photo.sha256
+            if not same_photo and before.source not in (self.source, as_text(self.folder)):
+                raise InputError(
+                    f"{sample.files['photo']}: a sample {before.name} with another photo came from {before.source}; "
+                    "give this one another name in the pairing file."
+                )
+        if not sample.questions:
+            prepare(self.folder, outcome)
+        if outcome.faults:
             return
-        # Another folder's sample of the same name is another sample, unless its photo is the same.
-        photo = before.file("photo")
-        same_photo = photo is not None and outcome.hashes.get("photo") == photo.sha256
-        if not same_photo and before.source not in (source, as_text(folder)):
+        if not self.dry_run:
+            record = self.keep(outcome, before)
+            others = [one for one in self.catalogue.records if one.folder != record.folder]
+            self.catalogue.records = [*others, record]
+            outcome.trial, outcome.revision = record.folder, record.revision
+        outcome.fate = "new" if before is None else "revised"
+
+    def keep(self, outcome: SampleOutcome, before: Record | None) -> Record:
+        """Write a trial's folder: its files byte for byte, trial.toml, record.json. ``before`` is its latest trial.
+
+        A trial that was neither run nor edited, and whose files are the same, takes the answers and gets no revision.
+        Raises InputError if a file has changed since it was read, or the folder's name is taken by another sample.
+        """
+        assert outcome.settings is not None, "a sample without faults has settings"
+        lab, sample, text = self.catalogue.lab, outcome.sample, trial_text(outcome.settings)
+        settings = {key: entry.value for key, entry in outcome.note.entries.items()}
+        name, revision, answered = folder_name(sample.name), 1, False
+        if before is not None:
+            answered = before.files == tuple(outcome.raw) and _is_as_written(lab / before.folder, before)
+            # A later revision has its number behind an @, which no other name has.
+            later = f"{before.folder.partition('@')[0]}@{before.revision + 1}"
+            name, revision = (before.folder, before.revision) if answered else (later, before.revision + 1)
+        if (lab / name).exists() and not answered:
             raise InputError(
-                f"{sample.files['photo']}: a sample {before.name} with another photo came from {before.source}; "
-                "give this one another name in the pairing file."
+                f"{sample.files['photo']}: {lab / name} is taken by another sample; give this one another name "
+                "in the pairing file."
             )
-    if not sample.questions:
-        prepare(folder, outcome)
-    if outcome.faults:
-        return
-    if not dry_run:
-        record = keep(outcome, before, folder, source, lab)
-        catalogue.records = [*(one for one in catalogue.records if one.folder != record.folder), record]
-        outcome.trial, outcome.revision = record.folder, record.revision
-    outcome.fate = "new" if before is None else "revised"
-
-
-def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: str, lab: Path) -> Record:
-    """Write a trial's folder: its files byte for byte, trial.toml, record.json. ``before`` is its latest trial.
-
-    A trial that was neither run nor edited, and whose files are the same, takes the answers and gets no revision.
-    Raises InputError if a file has changed since it was read, or the folder's name is taken by another sample.
-    """
-    assert outcome.settings is not None, "a sample without faults has settings"
-    sample, settings = outcome.sample, {key: entry.value for key, entry in outcome.note.entries.items()}
-    text, name, revision = trial_text(outcome.settings), folder_name(sample.name), 1
-    answered = False
-    if before is not None:
-        answered = before.files == tuple(outcome.raw) and _is_as_written(lab / before.folder, before)
-        # A later revision has its number behind an @, which no other name has.
-        later = f"{before.folder.partition('@')[0]}@{before.revision + 1}"
-        name, revision = (before.folder, before.revision) if answered else (later, before.revision + 1)
-    if (lab / name).exists() and not answered:
-        raise InputError(
-            f"{sample.files['photo']}: {lab / name} is taken by another sample; give this one another name "
-            "in the pairing file."
+        record = Record(
+            sample=sample.key,
+            name=sample.name,
+            revision=revision,
+            folder=name,
+            source=self.source,
+            content=outcome.content,
+            files=tuple(outcome.raw),
+            dialect=outcome.dialect,
+            date=settings.get("date"),
+            operator=settings.get("operator"),
+            said=json.loads(json.dumps(settings, default=str)),
+            remarks=tuple(outcome.remarks),
+            ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
+            sealtwin=version("sealtwin"),
+            trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
         )
-    record = Record(
-        sample=sample.key,
-        name=sample.name,
-        revision=revision,
-        folder=name,
-        source=source,
-        content=outcome.content,
-        files=tuple(outcome.raw),
-        dialect=outcome.dialect,
-        date=settings.get("date"),
-        operator=settings.get("operator"),
-        said=json.loads(json.dumps(settings, default=str)),
-        remarks=tuple(outcome.remarks),
-        ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
-        sealtwin=version("sealtwin"),
-        trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
-    )
-    if answered:
-        files.write_text(lab / name / TRIAL, text)
-        files.write_json(lab / name / RECORD, asdict(record))
+        if answered:
+            files.write_text(lab / name / TRIAL, text)
+            files.write_json(lab / name / RECORD, asdict(record))
+            return record
+        incoming = lab / INCOMING
+        shutil.rmtree(incoming, ignore_errors=True)
+        write_trial(outcome, outcome.settings, self.folder, incoming)
+        files.write_json(incoming / RECORD, asdict(record))
+        with naming(lab / name):
+            incoming.rename(lab / name)
         return record
-    incoming = lab / INCOMING
-    shutil.rmtree(incoming, ignore_errors=True)
-    write_trial(outcome, outcome.settings, folder, incoming)
-    files.write_json(incoming / RECORD, asdict(record))
-    with naming(lab / name):
-        incoming.rename(lab / name)
-    return record
 
 
 def _is_whole(folder: Path, record: Record) -> bool:

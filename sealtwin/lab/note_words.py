@@ -17,7 +17,7 @@ from validate.settings import OF_THE_SHEET, SIGNS, Columns
 NAME = "name"
 DATA, DATE, OPERATOR = "data", "date", "operator"
 OWN = frozenset({DATA, DATE, OPERATOR})
-"""data: where photo and readings come from, both at once. Date and operator go into the catalogue."""
+"""Keys of a note alone: the origin of both photo and readings; date and operator go into the catalogue."""
 IGNORED = "ignore"  # What lab.toml says of a word that means no setting
 OF_READINGS = ("readings.", "gate.")  # Prefixes of the keys that concern no sample without readings
 COLUMNS = "readings.columns"  # A table of the trial within another

@@ -13,7 +13,7 @@ from digitise.settings import OnFace, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED
-from sealtwin.material.paste import Estimate, PasteOnPlate, four_digits, measured_material
+from sealtwin.material.paste import PasteValue, PasteOnPlate, four_digits, measured_material
 from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
 from simulate.material_file import Material
 from simulate.spread_law import GRAVITY_M_S2
@@ -23,10 +23,10 @@ SPEED_ERROR = 0.005  # Relative standard uncertainty of an arm's speed on a stra
 LAW = 0.057  # Relative standard uncertainty of a yield stress: RMS over the beads in particles (benchmarks/beads.py)
 SECTION = 0.03  # That of the section in the middle, by the same beads
 STIFFEST = 0.16
-"""Stress over rho g sqrt(A) beyond which a bead is so near the shape in which it was laid that it shows none."""
+"""Stress over rho g sqrt(A) beyond which a bead hardly flows, and shows no yield stress."""
 SHORTEST = 4.0  # Length as laid over the root of the section, below which the ends drain the middle
 SOURCES = ("density", "mass", "scale", "edge", "surface tension", "law", "section", "speed")
-END = 0.1  # Standard uncertainty of where the nozzle began to give, over the bead's width: ends spread as they like
+END = 0.1  # Standard uncertainty of the bead's begin over its width, since ends spread irregularly
 BINS = 40  # Of the distance to the edge
 BESIDE = 0.5  # Largest distance of the mark from the bead's line, over its width
 BEAD_NOT_FOR = (
@@ -52,9 +52,9 @@ class LaidBead(PasteOnPlate):
 class BeadEstimate:
     """Values that a bead shows, with their intervals."""
 
-    stress_pa: Estimate
-    flow_mm3_s: Estimate
-    delay_s: Estimate | None  # None without a mark of the start
+    stress_pa: PasteValue
+    flow_mm3_s: PasteValue
+    delay_s: PasteValue | None  # None without a mark of the start
     time_s: float  # In which the nozzle gave
     section_mm2: float  # In the middle
     stiffness: float  # tau / (rho g sqrt(A))
@@ -129,13 +129,13 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
     )
 
 
-def _estimate(value: float, drawn: Floats) -> Estimate:
+def _estimate(value: float, drawn: Floats) -> PasteValue:
     low, high = np.quantile(drawn, (0.025, 0.975)).tolist()
     low, high = min(low, value), max(high, value)
-    return Estimate(value, (high - low) / 4, (low, high))
+    return PasteValue(value, (high - low) / 4, (low, high))
 
 
-def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) -> Estimate:
+def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) -> PasteValue:
     """Return the time from the nozzle's start to the bead's own. Raises InputError for a mark beside the bead."""
     near, far = bead.tips_mm[np.argsort(np.linalg.norm(bead.tips_mm - start_mm, axis=1))]
     forth = (far - near) / bead.length_mm
@@ -149,11 +149,11 @@ def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) 
             f"along and {aside:.1f} mm beside it: give x and y in mm from the lower left corner of the opening."
         )
     delay, error = max(0.0, begins_mm / laid.speed_mm_s), error_mm / laid.speed_mm_s
-    return Estimate(delay, error, (max(0.0, delay - 2 * error), delay + 2 * error))
+    return PasteValue(delay, error, (max(0.0, delay - 2 * error), delay + 2 * error))
 
 
 def footprint_of(bead: BeadOutline) -> PasteArea:
-    """Return where a bead's paste lies, for the law."""
+    """Return the area of a bead's paste by its distance to the edge."""
     ends = np.linspace(0, bead.inward_mm.max() * (1 + 1e-9), BINS + 1)
     piece_mm = MIDDLE * bead.length_mm
     middle = np.abs(bead.along_mm) < piece_mm / 2

@@ -1,4 +1,4 @@
-"""A rheometer's flow curve: yield stress and plastic viscosity by Bingham's line, with what it misses of the table."""
+"""A rheometer's flow curve: yield stress and plastic viscosity by Bingham's line, and its misfit."""
 
 from datetime import date
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import DataKind, Floats
-from sealtwin.material.paste import DENSITY_ERROR, Estimate, measured_material
+from sealtwin.material.paste import DENSITY_ERROR, PasteValue, measured_material
 from simulate.material_file import Material
 
 BOUNDS = {"shear_rate_per_s": (1e-6, 1e6), "stress_pa": (1e-6, 1e6)}
@@ -73,7 +73,7 @@ def material_of_table(
         path,
         day,
         data,
-        Estimate(yields, error, (max(0.0, yields - 2 * error), yields + 2 * error)),
+        PasteValue(yields, error, (max(0.0, yields - 2 * error), yields + 2 * error)),
         (thick, percent),
         method="rheometer's flow curve, Bingham's line by least squares of relative differences",
         density_kg_m3=density_kg_m3,
@@ -124,7 +124,7 @@ def _change(rate: Floats, stress: Floats, row: int) -> float | None:
 def _bingham(rate: Floats, stress: Floats) -> tuple[Floats, Floats, float]:
     """Return yield stress and viscosity, their covariance by the scatter, and the relative RMS miss.
 
-    Neighbouring rows of a sweep share their misses where the line is not the paste's law, so that they count as few:
+    Neighbouring rows of a sweep share their misses if the line is not the paste's law, so that they count as few:
     as many as the misses change sign.
     """
     slopes = np.column_stack([1 / stress, rate / stress])

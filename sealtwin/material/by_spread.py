@@ -12,7 +12,7 @@ from digitise.settings import PhotoInput
 from digitise.spread import SpreadBlob, measure_spread
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.material.paste import Estimate, PasteOnPlate, measured_material
+from sealtwin.material.paste import PasteValue, PasteOnPlate, measured_material
 from simulate.material_file import Material
 from simulate.slump import Slump, SlumpCurve, slump
 from simulate.spread_law import (
@@ -55,7 +55,7 @@ class Heap(PasteOnPlate):
 
 @dataclass(frozen=True)
 class Draws:
-    """Draws of all that the yield stress depends on, (DRAWS,) each."""
+    """Draws of the inputs of the yield stress, (DRAWS,) each."""
 
     volume_mm3: Floats
     radius_mm: Floats
@@ -65,7 +65,7 @@ class Draws:
 
 
 @dataclass(frozen=True)
-class PasteEstimate(Estimate):
+class PasteEstimate(PasteValue):
     """Yield stress in Pa, and how it was found."""
 
     flat_pa: float  # By Roussel and Coussot's formula alone
@@ -81,7 +81,7 @@ def estimate(
     note: Callable[[str], None] = lambda _: None,
     curve: SlumpCurve | None = None,
 ) -> PasteEstimate:
-    """Return the yield stress of a spread; ``curve`` holds slumps that are known. Raises InputError out of range."""
+    """Return the yield stress of a spread; ``curve`` has known slumps. Raises InputError out of range."""
     middle, drawn, by_source = _draws(heap, spread)
     one = _closed(middle)
     height = float(heap_height_mm(one, middle.radius_mm, middle.density_kg_m3)[0]) / spread.radius_mm
@@ -171,9 +171,9 @@ def viscosity(
 ) -> tuple[float, float]:
     """Return the viscosity from radii at earlier times, in Pa s, and its standard uncertainty in percent.
 
-    The slump is replayed with a constant viscosity, unless ``replay`` is known; time goes with it where inertia has no
-    part. Photos count by how well radius and lift tell their time; all share the lift, and the slump's course. Raises
-    InputError for a time that shows nothing.
+    The slump is replayed with a constant viscosity, unless ``replay`` is given; without inertia, its time is
+    proportional to the viscosity. Photos are weighted by the error of their time; all share those of the lift and of
+    the slump's course. Raises InputError for a time that shows nothing.
     """
     cone = heap.cone
     if cone is None:

@@ -1,4 +1,4 @@
-"""What each way of measuring a paste has in common: an estimate with its interval, and material.toml."""
+"""Parts that all ways of measuring a paste share: a value with its interval, and material.toml."""
 
 import json
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class PasteOnPlate(Settings):
 
 
 @dataclass(frozen=True)
-class Estimate:
+class PasteValue:
     """A value with its standard uncertainty and its 95 % interval."""
 
     value: float
@@ -53,7 +53,7 @@ def measured_material(
     path: Path,
     day: date,
     data: DataKind,
-    stress_pa: Estimate,
+    stress_pa: PasteValue,
     viscosity: tuple[float, float] | None = None,
     **rest: Any,
 ) -> Material:

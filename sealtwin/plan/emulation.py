@@ -1,4 +1,4 @@
-"""An emulated pour under correction: particles with hidden faults in place of the lab, and a sensor with its own."""
+"""An emulated pour under correction: particles and a sensor, both with hidden faults."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -69,7 +69,7 @@ def emulate(
     corrects: bool = True,
     report: Callable[[int], None] = lambda t_s: None,
 ) -> Emulated:
-    """Pour with faults and answer with ``step``; without ``corrects`` the plan is poured as it is."""
+    """Pour with faults and correct by ``step``; without ``corrects`` the plan is poured as it is."""
     fluid, solver, nozzle = physics
     share = faults.wider_percent / 100 * np.exp(-0.5 * ((outline.s_mm - faults.wider_at_mm) / WIDENED_MM) ** 2)
     real = widened_by(outline, share)
@@ -107,7 +107,7 @@ def emulate(
 
 
 def _seen(pour: SteeredPour, passes: TwoPasses, faults: Faults, random: np.random.Generator) -> LevelFrame | None:
-    """Return what the sensor sees: where the nozzle has been, but not around it."""
+    """Return the level that the sensor sees: behind the nozzle, but not around it."""
     level, t_s = pour.level(), pour.t_s
     s_mm = np.arange(SEEN_EVERY_MM / 2, level.s_mm[-1], SEEN_EVERY_MM)
     at_mm, start_mm = np.interp(t_s, passes.motion.t_s, passes.motion.s_mm), passes.motion.s_mm[0]

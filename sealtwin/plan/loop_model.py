@@ -1,4 +1,4 @@
-"""The tables of a correction, made before the pour: particles along the plan, differences by the fast model."""
+"""The tables of a correction, made before the pour: levels by particles, derivatives by the fast model."""
 
 import itertools
 from collections.abc import Callable, Mapping
@@ -32,11 +32,9 @@ CELLS, STEPS = 40, 150
 FIRST_MARGIN_MM, TOP_UP_MARGIN_MM = 0.8, 1.0
 """Levels below the face at which both passes aim: nothing takes away what is too much."""
 START_SHARE, START_MM = 1 / 1.3, 25.0
-"""Share of its section that the first pass aims at where it begins, and the length over which that grows to all of it:
-as much is filled before a level shows what the pump gives, which may be 20 % more, of a paste that heaps up."""
-REACH_MM = 8.0  # Beyond the way of an interval of the top-up, where its sealant ends; farther off a derivative is noise
-
-
+"""Share of the section that the first pass aims at in its beginning, and the length over which it grows to 1. So much
+is filled before a level shows the pump's flow, which may be 20 % more, of a paste that heaps up."""
+REACH_MM = 8.0  # Beyond an interval of the top-up, where its sealant ends; farther off a derivative is noise
 REMEDY = "Delete it; 'sealtwin loop PLAN --emulate FAULTS' makes the tables anew."
 
 
@@ -182,7 +180,7 @@ def make_model(
 
 
 def _near(areas_mm2: Floats, passes: TwoPasses, number: int, sections: Trapezoids, moments: Floats) -> Floats:
-    """Return the areas that an interval of the top-up adds, (T, C), without noise away from it, of its own volume.
+    """Return the areas that an interval of the top-up adds, (T, C), of its own volume, without noise farther off.
 
     A bed that yields comes to rest a little otherwise whatever is added, by some 0.1 mm anywhere, which over all
     intervals is as much as a top-up gives.
@@ -192,7 +190,7 @@ def _near(areas_mm2: Floats, passes: TwoPasses, number: int, sections: Trapezoid
     near = np.abs(sections.s_mm - np.clip(sections.s_mm, way_mm.min(), way_mm.max())) < REACH_MM
     given_mm3 = passes.base_mm3_s[number] * np.clip(moments - begin_s, 0.0, end_s - begin_s)
     found_mm3 = (near * areas_mm2).sum(axis=1) * sections.step_mm
-    # While it falls, little of it is in the bed.
+    # While the sealant falls, little of it is in the bed.
     return near * areas_mm2 * (given_mm3 / np.maximum(found_mm3, given_mm3 / 2 + 1e-9))[:, None]
 
 

@@ -1,4 +1,4 @@
-"""The loop of a finished plan: its tables, an emulated pour with faults, the log of its steps and the log's replay."""
+"""The loop of a finished plan: its tables, an emulated pour with faults, its log and the log's replay."""
 
 import json
 from dataclasses import asdict
@@ -37,7 +37,7 @@ from sealtwin.trial.trial_file import Trial, load_trial
 TABLES, PAGE = "loop.json", "loop.html"
 SAME = 1e-6  # Relative difference of numbers that another machine rounds otherwise
 ANOTHER_LOG = "Give the log as 'sealtwin loop PLAN --emulate FAULTS' or your controller wrote it."
-REFERENCE_SEED = 100  # Beyond the trial's own, for the particles of the tables
+REFERENCE_SEED = 100  # Added to the trial's own, for the particles of the tables
 
 
 class LogHead(Result):
@@ -87,7 +87,7 @@ def run_loop(
 def replay(folder: Path, log: Path) -> int:
     """Give each input of a log to ``step`` again, and return the number of its steps.
 
-    Raises InputError for a log that cannot be read or is of other tables, NumericalError where an answer is another.
+    Raises InputError for a log that cannot be read or is of other tables, NumericalError for a different answer.
     """
     model, (head, *lines) = read_model(folder / TABLES), _lines(log)
     if as_record(LogHead, head, f"{log}, line 1", ANOTHER_LOG).tables_sha256 != files.sha256(folder / TABLES):

@@ -1,4 +1,4 @@
-"""A plan for a trial: searched on the fast model, judged by particles, searched again with what they showed."""
+"""A plan for a trial: searched on the fast model, judged by particles, searched again with their levels."""
 
 import json
 import os
@@ -44,8 +44,8 @@ class Options:
     """Options of a plan."""
 
     knots: int = 8
-    rounds: int = 3  # Particle runs of plans, of which each next one is searched with what the last showed
-    seeds: int = 3  # Runs of the plan that is kept, with other seeds: they give its band
+    rounds: int = 3  # Particle runs of plans; each next plan is searched with the last one's level
+    seeds: int = 3  # Runs of the best plan with other seeds, which give its band
     margin_mm: float = 0.0  # Level below the face that the plan aims at
     flow_max_mm3_s: float | None = None
     keep_speed: bool = False

@@ -1,4 +1,4 @@
-"""The numbers that a plan is made of: flow and speed at knots along the path, dwell at both of its ends; and bounds."""
+"""The numbers of a plan: flow and speed at knots along the path, dwell at both ends; and their bounds."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,10 +11,10 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Trajectory
 
-LONGEST_DWELL_S = 5.0  # At each end; what a plan gives there in a longer time has overfilled it
-SHORTEST_S = 1e-6  # Room that a search has, also where a pump has one flow
+LONGEST_DWELL_S = 5.0  # At each end; a longer dwell overfills it
+SHORTEST_S = 1e-6  # Least width of a bound, also of a pump with one flow
 SLOWER, FASTER = 4.0, 2.0  # A plan's speed over the trial's, at most either way
-SMALLEST_SHARE = 0.02  # Of the trial's own flow, where no pump says how little it can give
+SMALLEST_SHARE = 0.02  # Least flow over the trial's own, without a pump's table
 LARGEST_MM3_S = 1e4  # Flow of a plan without a cell and without --flow-max: more than pumps of a lab give
 
 
@@ -28,7 +28,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Knots:
-    """A path of the trial's own, and where its flow and speed are free.
+    """A trial's path, with the knots at which its flow and speed are free.
 
     Flow and speed are linear between knots, which are even along the part of the path that gives sealant. The nozzle
     dwells by crawling over the first and the last step of that part: no robot's program has a stop in it.
@@ -109,7 +109,7 @@ def limits_of(
 
 
 def require_possible(limits: Limits, area_mm2: Floats, s_mm: Floats, trajectory: Trajectory, where: Path) -> None:
-    """Raise InputError where the flow for a section is out of bounds at every speed."""
+    """Raise InputError if the flow for a section is out of bounds at every speed."""
     at_mm = trajectory.s_mm[trajectory.giving]
     needed = np.interp(at_mm, s_mm, area_mm2)
     (least, most), (slowest, fastest) = limits.flow_mm3_s, limits.speed_mm_s

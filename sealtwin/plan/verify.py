@@ -1,4 +1,4 @@
-"""Particle runs that judge paths over one crack, kept in a folder like that of a sweep; and how a level is judged."""
+"""Particle runs that judge paths over one crack, in a folder like that of a sweep; and how a level is judged."""
 
 import json
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ CELLS = 160  # Of a crack that a level is judged on: of 80 mm half a millimetre,
 
 @dataclass(frozen=True)
 class Misfit:
-    """Volumes that a level lacks of a full crack, and that stand above the face."""
+    """Volumes that a level lacks of a full crack, and that it has above the face."""
 
     under_mm3: float
     over_mm3: float
@@ -125,8 +125,7 @@ class Verifier:
     def levels(self, title: str, paths: Sequence[tuple[str, NozzlePath, int]]) -> list[Profile]:
         """Return the level along the crack of each path with its seed, by particles.
 
-        Each is described by a word or two. Raises InputError where particles do not fit the crack, and NumericalError
-        where a run fails.
+        Each has a short name. Raises InputError if particles do not fit the crack, and NumericalError if a run fails.
         """
         from simulate.setup_checks import check_fit
 
@@ -165,7 +164,7 @@ class Verifier:
 
     @property
     def fluid_warnings(self) -> list[str]:
-        """Sentences on what is not sound of the fluid of the runs so far."""
+        """Cautions on the fluid of the runs so far."""
         return study_folder.fluid_warnings(self._runs)
 
 

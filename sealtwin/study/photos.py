@@ -55,7 +55,7 @@ class PlannedPhoto:
 
 @dataclass(frozen=True)
 class BatchRow:
-    """Result of one photo; lengths and volumes are None where it failed, and all but its length of a path alone."""
+    """Result of one photo; lengths and volumes are None if it failed, and all but the length for a path alone."""
 
     file: str
     folder: str
