@@ -22,6 +22,9 @@ from validate.readings.text_table import plain_letters
 Role = Literal["photo", "second_photo", "mask", "readings", "fill", "note", "text", "ignore"]
 """Role of a file; "fill" is a liquid weighed into the crack, "text" is kept with its sample and says no settings."""
 
+PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
+NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
+"""Settings of a trial that name a file."""
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
 UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Named as a fault, since they have a lab's numbers

@@ -12,7 +12,7 @@ from typing import Any
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.settings import read_toml
 from sealtwin.lab import note_words
-from sealtwin.lab.found_files import FREE_TEXT, NOTE_SUFFIX, plain
+from sealtwin.lab.found_files import FREE_TEXT, NAMED_FILES, NOTE_SUFFIX, plain
 from sealtwin.lab.note_sentences import LONGEST_TEXT, names_of_samples, read_sentences, squeezed
 from sealtwin.lab.note_words import (
     IGNORED,
@@ -39,7 +39,7 @@ UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+(?:in|en)\s
 """Tiefe [mm], depth (mm), Tiefe in mm, depth, mm."""
 LONGEST_OWN = 200
 WORDS = "words"  # Table of lab.toml with the lab's own words and their settings
-OF_ONE = ("name", "date", "photo.file", "photo.mask", "photo.second_photo", "readings.file", "readings.as_written")
+OF_ONE = (note_words.NAME, note_words.DATE, *NAMED_FILES.values(), "readings.as_written")
 """Keys that cannot hold for all samples of a folder."""
 KEYS = "a note knows the keys of a trial ('sealtwin init DIR' shows them), and data, date and operator."
 

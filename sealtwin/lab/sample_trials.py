@@ -11,7 +11,7 @@ from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
-from sealtwin.lab.found_files import DEFAULTS, Role
+from sealtwin.lab.found_files import DEFAULTS, NAMED_FILES, PICTURES, Role
 from sealtwin.lab.note_sentences import quantities, read_sentences
 from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, DEPTH, OF_READINGS, OWN, SCALE, is_unit, of_columns
 from sealtwin.lab.notes import Note, NoteEntry, OfNote, read_cell, read_note, seems_to_say
@@ -29,10 +29,7 @@ from validate.readings.sheet import SheetFaults
 from validate.settings import Declared
 
 MOST_CELLS = 3  # Cells of a row that holds a title: word, value and unit
-PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
-"""Settings that name a file."""
 STARTER = tomllib.loads(TRIAL)
-NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
 ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
 UNSEEN = {"crack.tilt": "lean", ANGLE: 11.0}
 """Settings of the walls that no photo shows, and their values if no note says them."""

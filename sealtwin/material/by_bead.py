@@ -13,7 +13,7 @@ from digitise.settings import OnFace, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED
-from sealtwin.material.paste import PasteValue, PasteOnPlate, four_digits, measured_material
+from sealtwin.material.paste import PasteOnPlate, PasteValue, four_digits, measured_material
 from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
 from simulate.material_file import Material
 from simulate.spread_law import GRAVITY_M_S2

@@ -12,7 +12,7 @@ from digitise.settings import PhotoInput
 from digitise.spread import SpreadBlob, measure_spread
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.material.paste import PasteValue, PasteOnPlate, measured_material
+from sealtwin.material.paste import PasteOnPlate, PasteValue, measured_material
 from simulate.material_file import Material
 from simulate.slump import Slump, SlumpCurve, slump
 from simulate.spread_law import (

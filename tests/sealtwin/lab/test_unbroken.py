@@ -34,7 +34,7 @@ def test_stopped_at_any_step_the_same_command_completes_the_lab(small, tmp_path,
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        place = {"keep": (steps, "keep"), "state": (Catalogue, "state"), "rename": (Path, "rename")}[step]
+        place = {"keep": (steps.SampleIntake, "keep"), "state": (Catalogue, "state"), "rename": (Path, "rename")}[step]
         patched.setattr(*place, stop)
         with pytest.raises(KeyboardInterrupt):
             ingest(small, lab, QUIET)
