@@ -41,8 +41,6 @@ class Source:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """Result of a search."""
-
     frees: Sequence[Free]
     points: Floats  # (r, d) of all runs, in the unit cube
     levels_mm: Sequence[Sequence[Floats | None]]  # Of each trial's runs

@@ -30,8 +30,6 @@ REMEDY = "Move it away and ingest the same folders again: it is made anew, from 
 
 @dataclass(frozen=True)
 class Record:
-    """One trial, as it was taken in."""
-
     sample: str  # Key of its name: equal for all spellings
     name: str
     revision: int  # From 1; a sample whose file or note has changed becomes a new trial, and the old one stays
@@ -123,7 +121,6 @@ class Catalogue:
         files.write_json(self.path, self.content.model_dump())
 
     def of_sample(self, key: str) -> list[Record]:
-        """Return the revisions of a sample, in their order."""
         return [record for record in self.records if record.sample == key]
 
     def faults(self) -> list[CatalogueFault]:
@@ -192,7 +189,6 @@ def revisions(lab: Path, sample: str) -> tuple[Catalogue, list[Record], list[Cat
 
 
 def read_run(lab: Path, record: Record) -> dict[str, Any] | None:
-    """Return the result of the trial's run; None if it has none."""
     path = lab / record.folder / RUN / "run.json"
     if not path.is_file():
         return None

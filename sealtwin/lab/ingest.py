@@ -44,8 +44,6 @@ EARLIER = "catalogue.sqlite"  # Catalogue of the first version, which may stay b
 
 @dataclass(frozen=True)
 class Ingested:
-    """Result of the ingest of a lab's folder."""
-
     lab: Path
     source: str  # Name of the lab's folder in the catalogue
     dry_run: bool

@@ -91,7 +91,6 @@ def known_keys() -> frozenset[str]:
 
 
 def tables() -> frozenset[str]:
-    """Return the names of the tables of a trial that a note may have."""
     return frozenset(key.partition(".")[0] for key in known_keys() if "." in key)
 
 

@@ -36,8 +36,6 @@ BEAD_NOT_FOR = (
 
 
 class LaidBead(PasteOnPlate):
-    """A bead as it was laid and weighed."""
-
     mass_g: float = Field(gt=0, le=1e5)
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
     asked_mm3_s: float = Field(ge=1e-3, le=1e6)
@@ -50,8 +48,6 @@ class LaidBead(PasteOnPlate):
 
 @dataclass(frozen=True)
 class BeadEstimate:
-    """Values that a bead shows, with their intervals."""
-
     stress_pa: PasteValue
     flow_mm3_s: PasteValue
     delay_s: PasteValue | None  # None without a mark of the start
@@ -61,7 +57,6 @@ class BeadEstimate:
     parts_pa: dict[str, float]  # Standard uncertainty of the yield stress by source
 
     def pump_row(self, laid: LaidBead) -> dict[str, float]:
-        """Return a row of a pump's table."""
         row = {"asked_mm3_s": laid.asked_mm3_s, "weighed_g": laid.mass_g, "time_s": four_digits(self.time_s)}
         return row if self.delay_s is None else {**row, "delay_s": four_digits(self.delay_s.value)}
 

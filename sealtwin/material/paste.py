@@ -45,7 +45,6 @@ class PasteValue:
 
 
 def four_digits(value: float) -> float:
-    """Round a number to four digits."""
     return float(f"{value:.4g}")
 
 
@@ -77,7 +76,6 @@ def measured_material(
 
 
 def material_text(material: Material) -> str:
-    """Return a material as TOML."""
     import tomlkit
     from tomlkit.items import Array
 

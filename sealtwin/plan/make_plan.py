@@ -41,8 +41,6 @@ Z_95 = 1.96
 
 @dataclass(frozen=True)
 class Options:
-    """Options of a plan."""
-
     knots: int = 8
     rounds: int = 3  # Particle runs of plans; each next plan is searched with the last one's level
     seeds: int = 3  # Runs of the best plan with other seeds, which give its band

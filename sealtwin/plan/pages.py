@@ -31,7 +31,6 @@ LEVEL_AXIS = "level from the face (mm)"
 
 
 def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Sequence[str]) -> None:
-    """Write the page of a plan."""
     judged = [("the plan, mean of its seeds", planned.misfit)]
     judged += [(one.name, one.misfit) for one in (*planned.baselines, *planned.rounds)]
     figures = [[of, it.under_mm3, it.over_mm3, it.total_mm3, it.highest_mm] for of, it in judged]
@@ -84,7 +83,6 @@ def chance_rows(chances: Mapping[str, float]) -> list[tuple[str, str]]:
 
 
 def plan_finding(planned: Planned) -> str:
-    """Return the result of a plan in a sentence."""
     it, better = planned.misfit, min(planned.baselines, key=lambda one: one.misfit.total_mm3)
     low = "; ".join(
         f"from {one['from_mm']:.0f} to {one['to_mm']:.0f} mm the level is {one['mean_mm']:.1f} mm too low on average"
@@ -172,7 +170,6 @@ def write_loop_page(path: Path, poured: Emulated, content: Mapping[str, Any]) ->
 
 
 def loop_finding(content: Mapping[str, Any]) -> str:
-    """Return the result of a loop in a sentence."""
     return (
         f"EMULATED: {content['under_mm3']:.0f} mm3 are missing below the face and {content['over_mm3']:.0f} mm3 stand "
         f"above it; after the first pass it was {content['after_first_pass_mm3']:.0f} mm3 in all."

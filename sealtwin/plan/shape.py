@@ -20,8 +20,6 @@ LARGEST_MM3_S = 1e4  # Flow of a plan without a cell and without --flow-max: mor
 
 @dataclass(frozen=True)
 class Limits:
-    """Bounds of a plan by robot and pump."""
-
     flow_mm3_s: tuple[float, float]
     speed_mm_s: tuple[float, float]
 
@@ -77,7 +75,6 @@ class Knots:
         return np.concatenate([np.log(flow), np.log(speed), [0.2, 0.2]])
 
     def bounds(self, limits: Limits) -> tuple[Floats, Floats]:
-        """Return the least and the largest plan."""
         low, high = (
             np.concatenate([np.full(self.count, np.log(flow)), np.full(self.count, np.log(speed)), [dwell_s, dwell_s]])
             for flow, speed, dwell_s in zip(limits.flow_mm3_s, limits.speed_mm_s, (0.0, LONGEST_DWELL_S), strict=True)
@@ -92,7 +89,6 @@ def limits_of(
     flow_max_mm3_s: float | None,
     keep_speed: bool,
 ) -> Limits:
-    """Return the bounds of flow and speed."""
     own_mm_s = float(trajectory.speed_mm_s.max())
     slowest, fastest = (own_mm_s, own_mm_s) if keep_speed else (own_mm_s / SLOWER, own_mm_s * FASTER)
     most = [LARGEST_MM3_S if flow_max_mm3_s is None else flow_max_mm3_s]

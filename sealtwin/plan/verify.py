@@ -90,12 +90,10 @@ class Planned:
 
     @property
     def misfit(self) -> Misfit:
-        """Mean of the seeds."""
         return Misfit(*np.mean([astuple(one) for one in self.misfits], axis=0).tolist())
 
     @property
     def band_95_mm(self) -> float | None:
-        """Mean of the band's half-width."""
         return None if self.half_width_mm is None else float(self.half_width_mm.mean())
 
     @property

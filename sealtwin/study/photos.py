@@ -37,8 +37,6 @@ Tables = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class PlannedPhoto:
-    """One photo of a batch."""
-
     file: Path  # The photo, or a trial file that names one
     name: str  # Name of its run folder
     tables: Tables  # Tables of a trial from the command line's options, for a photo without a trial file
@@ -81,8 +79,6 @@ class BatchRow:
 
 @dataclass(frozen=True)
 class Batch:
-    """Result of a batch."""
-
     out: Path
     rows: Sequence[BatchRow] = ()  # Photos that were digitised, or could not be
     held_back: Sequence[BatchRow] = ()  # Photos that were not tried, for an earlier fault
