@@ -93,8 +93,10 @@ def calibrate(
             progress.note(f"{text} About {in_words(left)} of runs left.")
 
         result = search(frees, [Source(twin.name, twin.evidence, twin.run) for twin in twins], budget, say)
-        predictions = [_fitted(result, twin, number) for number, twin in enumerate(twins)] if result.possible else []
-        predictions += [_predicted(result, twin) for twin in others] if result.possible else []
+        predictions = list[Prediction]()
+        if (draws := result.draws) is not None:
+            predictions += [_fitted(result, draws, twin, number) for number, twin in enumerate(twins)]
+            predictions += [_predicted(result, draws, twin) for twin in others]
         calibrated = _summary(result, twins, others, predictions)
         content = _written(folder, result, calibrated, twins, others, date or day.today())
         content["files"] += write_sheet_of_figures(folder, PAGE, calibration_sheet(calibrated))
@@ -154,17 +156,15 @@ def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
     return measured
 
 
-def _fitted(result: SearchResult, twin: Twin, number: int) -> Prediction:
-    assert result.draws is not None, "called only with a posterior"
+def _fitted(result: SearchResult, draws: Floats, twin: Twin, number: int) -> Prediction:
     return _prediction(
-        twin, "calibrated", *predicted_by_emulator(result.posterior.emulators[number], twin.evidence, result.draws)
+        twin, "calibrated", *predicted_by_emulator(result.posterior.emulators[number], twin.evidence, draws)
     )
 
 
-def _predicted(result: SearchResult, twin: Twin) -> Prediction:
+def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
     """Run draws of the posterior in a trial that is held out; a pour keeps its own path and crack."""
-    assert result.draws is not None, "called only with a posterior"
-    chosen = result.draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
+    chosen = draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
     settings = [settings_at(result.frees, point) for point in chosen]
     own = [{name: one[name] for name in one if name.partition(".")[0] not in OF_A_POUR} for one in settings]
     levels_mm = [level for level in twin.run([(one, seed) for seed, one in enumerate(own)]) if level is not None]
@@ -223,7 +223,7 @@ def _written(
         names = [free.name for free in result.frees]
         files.write_text(folder / POSTERIOR, "".join(",".join(map(str, row)) + "\n" for row in (names, *rows)))
         written.append(POSTERIOR)
-        if (material := _material(result, calibrated, twins[0], date)) is not None:
+        if (material := _material(result, result.draws, calibrated, twins[0], date)) is not None:
             files.write_text(folder / MATERIAL, material_text(material))
             written.append(MATERIAL)
     return {
@@ -300,23 +300,21 @@ def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
     return round(float(np.sqrt(np.mean((levels_mm.mean(axis=0) - read_mm) ** 2))), 4)
 
 
-def _material(result: SearchResult, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
+def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
     """Return the material; None if the paste is a curve or thins with shear, since a material has two numbers."""
     fluid, best = twin.trial.fluid, settings_at(result.frees, result.best)
-    assert fluid is not None, "checked before"
-    assert result.draws is not None, "called only with a posterior"
-    if fluid.curve is not None or fluid.consistency_pa_s_n is not None:
+    if fluid is None or fluid.curve is not None or fluid.consistency_pa_s_n is not None:
         return None
     ran = twin.health(len(result.points))
-    draws = {free.name: free.values(column) for free, column in zip(result.frees, result.draws.T, strict=True)}
+    draws = {free.name: free.values(column) for free, column in zip(result.frees, drawn.T, strict=True)}
     known = twin.trial.uncertainty
     stress_pa = best.get(STRESS, fluid.yield_stress_pa)
     low_pa, high_pa, error_pa = stress_pa, stress_pa, known.yield_stress_pa or 0.0
     if STRESS in draws:
         low_pa, high_pa, error_pa = _spread(draws[STRESS], stress_pa)
     thick_pa_s, percent = ran.get("viscosity_pa_s"), known.viscosity_percent or 0.0
-    if drawn := [draws[name] for name in THICKNESS if name in draws]:
-        percent = 100 * float(np.std(np.log(np.maximum(drawn[0], 1e-9))))
+    if free := [draws[name] for name in THICKNESS if name in draws]:
+        percent = 100 * float(np.std(np.log(np.maximum(free[0], 1e-9))))
     basis = ["readings that nobody measured (EMULATED)"] if calibrated.emulated else []
     basis.append(f"joint distribution: {POSTERIOR}; the numbers here are its likeliest draw")
     if not error_pa:

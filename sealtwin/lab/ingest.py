@@ -229,23 +229,22 @@ class SampleIntake:
                 )
         if not sample.questions:
             prepare(self.folder, outcome)
-        if outcome.faults:
+        if outcome.faults or outcome.settings is None:
             return
         if not self.dry_run:
-            record = self.keep(outcome, before)
+            record = self.keep(outcome, outcome.settings, before)
             others = [one for one in self.catalogue.records if one.folder != record.folder]
             self.catalogue.records = [*others, record]
             outcome.trial, outcome.revision = record.folder, record.revision
         outcome.fate = "new" if before is None else "revised"
 
-    def keep(self, outcome: SampleOutcome, before: Record | None) -> Record:
+    def keep(self, outcome: SampleOutcome, trial: Trial, before: Record | None) -> Record:
         """Write a trial's folder: its files byte for byte, trial.toml, record.json. ``before`` is its latest trial.
 
         A trial that was neither run nor edited, and whose files are the same, takes the answers and gets no revision.
         Raises InputError if a file has changed since it was read, or the folder's name is taken by another sample.
         """
-        assert outcome.settings is not None, "a sample without faults has settings"
-        lab, sample, text = self.catalogue.lab, outcome.sample, trial_text(outcome.settings)
+        lab, sample, text = self.catalogue.lab, outcome.sample, trial_text(trial)
         settings = {key: entry.value for key, entry in outcome.note.entries.items()}
         name, revision, answered = folder_name(sample.name), 1, False
         if before is not None:
@@ -281,7 +280,7 @@ class SampleIntake:
             return record
         incoming = lab / INCOMING
         shutil.rmtree(incoming, ignore_errors=True)
-        write_trial(outcome, outcome.settings, self.folder, incoming)
+        write_trial(outcome, trial, self.folder, incoming)
         files.write_json(incoming / RECORD, asdict(record))
         with naming(lab / name):
             incoming.rename(lab / name)

@@ -38,18 +38,19 @@ def check_runs(
     in one costs no other. Raises InputError if the lab has another program's contact sheet.
     """
     taken = {each.trial: each for each in ingested.outcomes if each.trial is not None and not ingested.dry_run}
-    tried = {
-        folder_name(each.sample.name): each
+    doubtful = {
+        folder_name(each.sample.name): (each, _without_doubts(each, each.settings))
         for each in ingested.outcomes
         if each.trial is None and each.settings is not None and SCALE not in each.stand_ins
     }
-    faults = list[CatalogueFault]()
+    faults, tried = list[CatalogueFault](), dict[str, SampleOutcome]()
     with tempfile.TemporaryDirectory() as scratch:
-        for name, outcome in list(tried.items()):
+        for name, (outcome, trial) in doubtful.items():
             try:
-                write_trial(outcome, _without_doubts(outcome), folder, Path(scratch) / name)
+                write_trial(outcome, trial, folder, Path(scratch) / name)
+                tried[name] = outcome
             except InputError as fault:
-                faults.append(CatalogueFault(tried.pop(name).sample.name, str(fault)))
+                faults.append(CatalogueFault(outcome.sample.name, str(fault)))
         forgotten = _Forgotten(progress, Path(scratch), tried)
         batch, more = _checked(Path(scratch), tried, forgotten, jobs)
     faults += [CatalogueFault(fault.name, forgotten.clean(fault.sentence)) for fault in more]
@@ -96,10 +97,8 @@ class _Forgotten(Progress):
         self._shown.warn(self.clean(text))
 
 
-def _without_doubts(outcome: SampleOutcome) -> Trial:
-    """Return the settings of a sample; without its readings if they are in doubt, and asked about."""
-    assert outcome.settings is not None, "only what has settings is tried"
-    trial = outcome.settings
+def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
+    """Return the trial of a sample; without its readings if they are in doubt, and asked about."""
     changed: dict[str, Any] = dict.fromkeys(("readings", "gate")) if outcome.faults else {}
     if DEPTH in outcome.stand_ins:
         # Upright walls hold whatever the depth is.

@@ -122,8 +122,6 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
     random = np.random.default_rng(SEED)
     noise = {name: random.standard_normal(DRAWS) for name in ("density", "radius", "surface tension", "law", "mass")}
     sizes = random.standard_normal((3, DRAWS))
-    if heap.mass_g is None and heap.cone is None:
-        raise InputError("a spread needs the amount of paste: give --mass-g, or --cone-mm of a cone that was full.")
 
     def made(*sources: str) -> Draws:
         def of(name: str) -> Floats:
@@ -132,11 +130,12 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
         density = heap.density_kg_m3 + heap.spread_of_density * of("density")
         if heap.mass_g is not None:
             volume = 1e6 * (heap.mass_g + heap.mass_error_g * of("mass")) / density
+        elif heap.cone_mm is None:
+            raise InputError("a spread needs the amount of paste: give --mass-g, or --cone-mm of a cone that was full.")
         else:
-            assert heap.cone_mm is not None, "checked before"
             a, b, c = (size + CONE_ERROR_MM * off for size, off in zip(heap.cone_mm, sizes, strict=True))
             full = np.pi / 12 * c * (a * a + a * b + b * b)
-            volume = full if "mass" in sources else np.full(DRAWS, heap.cone.volume_mm3 if heap.cone else 0.0)
+            volume = full if "mass" in sources else np.full(DRAWS, Cone(*heap.cone_mm).volume_mm3)
         radius = spread.radius_mm + spread.radius_error_mm * of("radius")
         edge = heap.edge_n_m + heap.edge_error_n_m * of("surface tension")
         if (np.minimum(volume, np.minimum(radius, density)) <= 0).any():
@@ -179,7 +178,8 @@ def viscosity(
     if cone is None:
         raise InputError("an early photo needs the shape that the paste began with: give --cone-mm.")
     replay = replay or slump(cone.scaled_to(stress.volume_mm3), stress.value, heap.density_kg_m3, steady=True)
-    assert replay.viscosity_pa_s is not None, "steady"
+    if replay.viscosity_pa_s is None:
+        raise ValueError("replay is not of a constant viscosity")
     radii, times = np.maximum.accumulate(replay.radius_mm), replay.t_s
     steps = np.append(True, np.diff(radii) > 0)
     values, by_radius, by_lift = [], [], []

@@ -333,7 +333,8 @@ def _thumbnail(overlay: Path) -> str:
     import numpy as np
 
     picture = cv2.imdecode(np.frombuffer(files.read_bytes(overlay), dtype=np.uint8), cv2.IMREAD_COLOR)
-    assert picture is not None, "a stage wrote it"
+    if picture is None:
+        raise InputError(f"{overlay}: not a picture that can be read. Digitise again.")
     shrink = min(1.0, THUMBNAIL_PX / max(picture.shape))
     small = cv2.resize(picture, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
     _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 82])
