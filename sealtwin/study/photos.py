@@ -37,8 +37,6 @@ Tables = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class PlannedPhoto:
-    """One photo of a batch."""
-
     file: Path  # The photo, or a trial file that names one
     name: str  # Name of its run folder
     tables: Tables  # Tables of a trial from the command line's options, for a photo without a trial file
@@ -49,13 +47,13 @@ class PlannedPhoto:
         return self.tables.get("photo", {}).get("crack")
 
     def trial(self) -> Trial:
-        """Raises InputError if its settings cannot be used."""
+        """Return its trial. Raises InputError if its settings cannot be used."""
         return load_trial(self.file) if _is_trial(self.file) else sample_trial("photo", self.file, self.tables)
 
 
 @dataclass(frozen=True)
 class BatchRow:
-    """Result of one photo; lengths and volumes are None where it failed, and all but its length of a path alone."""
+    """Result of one photo; lengths and volumes are None if it failed, and all but the length for a path alone."""
 
     file: str
     folder: str
@@ -81,8 +79,6 @@ class BatchRow:
 
 @dataclass(frozen=True)
 class Batch:
-    """Result of a batch."""
-
     out: Path
     rows: Sequence[BatchRow] = ()  # Photos that were digitised, or could not be
     held_back: Sequence[BatchRow] = ()  # Photos that were not tried, for an earlier fault
@@ -116,7 +112,7 @@ class Batch:
 
 
 def are_several(targets: Sequence[Path]) -> bool:
-    """More than one file; a folder, or a pattern that no shell has expanded, stands for several."""
+    """Return whether these are several photos: also a folder, or a pattern that no shell has expanded."""
     return len(targets) > 1 or targets[0].is_dir() or _is_pattern(targets[0])
 
 
@@ -144,9 +140,9 @@ def digitise_many(
 ) -> Batch:
     """Digitise every photo into a folder below ``out``, whatever happens to the others.
 
-    Finished photos are not digitised again. Where the table of an earlier call names a crack for a photo without a
-    trial file, by its number, that one is taken. Photos ``held_back`` for an earlier fault are listed and counted as
-    failed. With ``held`` the caller holds ``out`` already. Raises InputError if ``out`` holds files of something else.
+    Finished photos are not digitised again. The table of an earlier call may name the crack of a photo without a trial
+    file, by its number. Photos ``held_back`` for an earlier fault are listed and counted as failed. ``held`` means that
+    the caller holds ``out`` already. Raises InputError if ``out`` has files of something else.
     """
     _refuse_foreign(out)
     with nullcontext() if held else holding(out), progress:
@@ -174,12 +170,12 @@ def digitise_many(
 
 
 def _chosen(planned: Sequence[PlannedPhoto], table: Path) -> list[PlannedPhoto]:
-    """Return the photos with the cracks that the user chose in the table. Raises InputError where that is none."""
+    """Return the photos with the cracks that the user chose in the table. Raises InputError if that is none."""
     if not table.is_file():
         return [*planned]
     cells = [row for _, row in named_cells(read_table(table, "a batch writes it"), ("file",), ("crack",))]
-    said = {row["file"]: int(text) if text.isdecimal() else text for row in cells if (text := row.get("crack"))}
-    chosen = {item.file: number for item in planned if (number := said.get(files.as_text_cell(as_text(item.file))))}
+    cracks = {row["file"]: int(text) if text.isdecimal() else text for row in cells if (text := row.get("crack"))}
+    chosen = {item.file: number for item in planned if (number := cracks.get(files.as_text_cell(as_text(item.file))))}
 
     def with_choice(item: PlannedPhoto) -> PlannedPhoto:
         photo = {**item.tables.get("photo", {}), "crack": chosen[item.file]}
@@ -192,14 +188,12 @@ def _photos(target: Path) -> list[Path]:
     if target.is_dir():
         # As a shell's patterns, without hidden files: a Mac leaves a ._photo.jpg beside each photo that it copies.
         visible = [file for file in target.iterdir() if not file.name.startswith(".")]
-        found = [file for file in visible if file.suffix.lower() in PHOTO_SUFFIXES]
-    elif _is_pattern(target):
-        found = [Path(file) for file in glob.glob(str(target))]  # noqa: PTH207
+        photos = [file for file in visible if file.suffix.lower() in PHOTO_SUFFIXES]
     else:
-        found = [target]
-    if not found:
+        photos = [Path(file) for file in glob.glob(str(target))] if _is_pattern(target) else [target]  # noqa: PTH207
+    if not photos:
         raise InputError(f"{target}: no photos there; expected files ending in {', '.join(sorted(PHOTO_SUFFIXES))}.")
-    return sorted(found)
+    return sorted(photos)
 
 
 def _is_trial(file: Path) -> bool:
@@ -339,7 +333,8 @@ def _thumbnail(overlay: Path) -> str:
     import numpy as np
 
     picture = cv2.imdecode(np.frombuffer(files.read_bytes(overlay), dtype=np.uint8), cv2.IMREAD_COLOR)
-    assert picture is not None, "a stage wrote it"
+    if picture is None:
+        raise InputError(f"{overlay}: not a picture that can be read. Digitise again.")
     shrink = min(1.0, THUMBNAIL_PX / max(picture.shape))
     small = cv2.resize(picture, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
     _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 82])

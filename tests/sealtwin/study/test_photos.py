@@ -21,8 +21,8 @@ from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding
-from sealtwin.photos import batch
-from sealtwin.photos.batch import PlannedPhoto, digitise_many, plan
+from sealtwin.study import photos as batch
+from sealtwin.study.photos import PlannedPhoto, digitise_many, plan
 from tests.pictures import mortar, with_crack, write_png
 from tests.places import FIXTURE
 
