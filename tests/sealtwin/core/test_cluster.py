@@ -6,12 +6,13 @@ import socket
 import sys
 import threading
 import time
+from concurrent.futures import Future
 from contextlib import suppress
 
 import psutil
 import pytest
 
-from sealtwin.core.cluster import Lost, run_tasks
+from sealtwin.core.cluster import Lost, _outcome, run_tasks
 from sealtwin.core.errors import InputError
 
 
@@ -163,3 +164,11 @@ def test_dasks_own_setting_allows_an_unencrypted_scheduler(monkeypatch):
         pytest.raises(InputError, match="no scheduler answers there"),
     ):
         next(run_tasks(pow, [(0, (1, 1))], 0, "tcp://0.0.0.0:9"))
+
+
+def test_a_scheduler_that_ends_is_named():
+    """Dask then cancels what it had taken, as its process was killed to see."""
+    task = Future()
+    task.cancel()
+    with pytest.raises(InputError, match=r"tcp://127\.0\.0\.1:9: the connection to the scheduler was lost"):
+        _outcome(task, "tcp://127.0.0.1:9")
