@@ -112,7 +112,7 @@ def _outcome(future: Future[Result], scheduler: str | None) -> Result | Lost:
         return Lost(f"a worker could not compute it ({type(fault).__name__}: {fault})")
 
 
-class Processes(ThreadPoolExecutor):
+class LocalExecutor(ThreadPoolExecutor):
     """Worker processes, each a pool of its own beside its thread: the end of one costs no task but its own."""
 
     def __init__(self, processes: int) -> None:
@@ -162,7 +162,7 @@ class Processes(ThreadPoolExecutor):
 @contextmanager
 def _processes(count: int) -> Iterator[tuple[Executor, Callable[[], int]]]:
     """Yield an executor on this machine, and the number of tasks that it takes at a time."""
-    with Processes(count) as executor:
+    with LocalExecutor(count) as executor:
         try:
             yield executor, lambda: count
         except BaseException:

@@ -207,7 +207,10 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
     failed = [run for run in runs if run.state == "failed"]
     rows = [_row(run) for run in runs]
     if table and rows:
-        files.write_sheet(folder / TABLE, list(rows[0]), (list(row.values()) for row in rows))
+        cells = (
+            [json.dumps(each) if isinstance(each, list | tuple) else each for each in row.values()] for row in rows
+        )
+        files.write_sheet(folder / TABLE, list(rows[0]), cells)
     return {
         "version": 1,
         "name": plan.study,
@@ -280,17 +283,14 @@ def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
     fitted = len(varied | {*declared})
     curves = [Baseline.model_validate(one) for one in figures.get("baselines", ())]
     curves = [one for one in curves if one.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
-    # Runs of earlier versions kept no curves, or no number of stations.
-    stations, sentence = figures.get("stations_compared"), None
-    if curves:
-        sentence = against_baselines(error_mm, curves, "calibrated-on", fitted or None, stations)
+    stations = figures.get("stations_compared")
     return {
         "varied": len(varied),
         "fitted": fitted,
         "baselines": [one.model_dump() for one in curves],
         # Of runs that differ in seed alone one was chosen with the readings too.
         "beats_baseline": beaten(error_mm, curves, "calibrated-on", fitted or 1),
-        "against_baselines": sentence,
+        "against_baselines": against_baselines(error_mm, curves, "calibrated-on", fitted or None, stations),
     }
 
 
