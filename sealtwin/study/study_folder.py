@@ -157,11 +157,16 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
     A study without readings does not depend on validate, and records no number of it.
     """
     own = {name: number for name, number in numbers_up_to(stage).items() if name in (plan.numbers or NUMBERS)}
+    others = _computed_by_others(plan, own)
+    return [f"{shown(folder)}: {others}. 'sealtwin sweep' with its study computes them anew."] if others else []
+
+
+def _computed_by_others(plan: Plan, own: Mapping[str, int]) -> str:
+    """Return how many finished runs of a plan were computed by which other stage numbers; empty if none was."""
     done = sum(run.state == "done" for run in plan.runs)
-    if not (done and (other := other_numbers(plan.numbers, own))):
-        return []
     runs = "one finished run was" if done == 1 else f"{done} finished runs were"
-    return [f"{shown(folder)}: {runs} computed by {other}. 'sealtwin sweep' with its study computes them anew."]
+    other = other_numbers(plan.numbers, own)
+    return f"{runs} computed by {other}" if done and other else ""
 
 
 def fluid_warnings(runs: Sequence[StudyRun]) -> list[str]:
@@ -208,7 +213,8 @@ def resume(
     A run is waiting again if its files are not as they were written, or its particles are missing and to be kept; with
     ``retry`` also if it failed.
     """
-    _note_other_numbers(folder, plan, note)
+    if holds_study(folder) and (others := _computed_by_others(read_plan(folder), plan.numbers)):
+        note(f"{folder}: {others}: they are made anew.")
     runs = []
     for run in (with_outcome(folder, run) for run in plan.runs):
         kept = not keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()
@@ -216,16 +222,6 @@ def resume(
         runs.append(forget_outcome(folder, run) if lost or (run.state == "failed" and retry) else run)
     write_plan(folder, plan)
     return runs
-
-
-def _note_other_numbers(folder: Path, plan: Plan, note: Callable[[str], None]) -> None:
-    """Note how many finished runs of the folder's plan were computed by other stage numbers than the new plan's."""
-    if not holds_study(folder):
-        return
-    before = read_plan(folder)
-    done = sum(run.state == "done" for run in before.runs)
-    if done and (other := other_numbers(before.numbers, plan.numbers)):
-        note(f"{folder}: {done} finished runs were computed by {other}: they are made anew.")
 
 
 def is_intact(folder: Path, run: StudyRun) -> bool:
