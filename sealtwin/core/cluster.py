@@ -4,6 +4,7 @@ import asyncio
 import ipaddress
 import multiprocessing
 import os
+import pickle
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import (
@@ -11,17 +12,15 @@ from concurrent.futures import (
     CancelledError,
     Executor,
     Future,
-    ProcessPoolExecutor,
     ThreadPoolExecutor,
     wait,
 )
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from queue import Empty, SimpleQueue
 from threading import Lock, Thread
 from typing import Any, TypeVar
@@ -102,29 +101,33 @@ def run_tasks(
 def _outcome(future: Future[Result], scheduler: str | None) -> Result | Lost:
     try:
         return future.result()
-    except BrokenProcessPool as fault:
-        return Lost(str(fault))
     except CancelledError:
         raise InputError(
             f"{scheduler}: the connection to the scheduler was lost; the same command computes what is left."
         ) from None
     except Exception as fault:
-        return Lost(f"a worker could not compute it ({type(fault).__name__}: {fault})")
+        return _lost(fault)
+
+
+def _lost(fault: Exception) -> Lost:
+    return Lost(f"a worker could not compute it ({type(fault).__name__}: {fault})")
 
 
 class LocalExecutor(ThreadPoolExecutor):
-    """Worker processes, each a pool of its own beside its thread: the end of one costs no task but its own."""
+    """Threads with a worker process each, so that the end of a process costs no task but its own.
+
+    A ProcessPoolExecutor waits for ever for a process that was killed in the middle of its answer.
+    """
 
     def __init__(self, processes: int) -> None:
         super().__init__(processes, initializer=_block_interrupts)
-        self._idle = SimpleQueue[ProcessPoolExecutor]()
+        self._idle = SimpleQueue[tuple[BaseProcess, Any]]()
         self._context = multiprocessing.get_context("spawn")
         # The end of this process closes it too, also by kill -9.
-        self._parent: Any
         self._parent, self._open = self._context.Pipe(duplex=False)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Call a function in a worker. The future raises BrokenProcessPool if that kills ``TRIES`` of them."""
+        """Call a function in a worker. The future's result is ``Lost`` if it raises, or kills ``TRIES`` workers."""
         return super().submit(self._call, partial(fn, *args, **kwargs))
 
     def kill(self) -> None:
@@ -134,29 +137,36 @@ class LocalExecutor(ThreadPoolExecutor):
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         super().shutdown(wait, cancel_futures=cancel_futures)
         while not self._idle.empty():
-            self._idle.get().shutdown(wait)
+            process, connection = self._idle.get()
+            connection.close()
+            process.join()
 
     def _call(self, task: Callable[[], Any]) -> Any:
-        reason = NOT_STARTED
+        message, reason = pickle.dumps(task), NOT_STARTED
         for _ in range(TRIES):
             if self._open.closed:
                 break
-            with suppress(BrokenProcessPool):
-                pool = self._worker()
-                reason, future = KILLED, pool.submit(task)
-                if not isinstance(future.exception(), BrokenProcessPool):
-                    self._idle.put(pool)
-                return future.result()
-        raise BrokenProcessPool(reason)
+            process, connection = self._worker()
+            with suppress(EOFError, OSError):
+                connection.send_bytes(message)
+                connection.recv()
+                reason = KILLED
+                answer = connection.recv()
+                self._idle.put((process, connection))
+                return answer
+            process.join()
+        return Lost(reason)
 
-    def _worker(self) -> ProcessPoolExecutor:
+    def _worker(self) -> tuple[BaseProcess, Any]:
         with suppress(Empty):
             return self._idle.get_nowait()
-        pool = ProcessPoolExecutor(1, self._context, _end_with, (self._parent,))
+        ours, theirs = self._context.Pipe()
+        process = self._context.Process(target=_work, args=(theirs, self._parent))
         with STARTING, _worker_environment():
-            started = pool.submit(int)
-        started.result()
-        return pool
+            process.start()
+        # With it open, the end of the process would not be seen.
+        theirs.close()
+        return process, ours
 
 
 @contextmanager
@@ -194,15 +204,23 @@ def _worker_environment() -> Iterator[None]:
             del os.environ[name]
 
 
-def _end_with(parent: Connection) -> None:
-    """End this process as the other end of the pipe is closed."""
+def _work(connection: Any, parent: Any) -> None:
+    """Answer each task that it begins, until a connection is closed: the parent's in the middle of a task too."""
+    Thread(target=_end_with, args=(parent,), daemon=True).start()
+    with suppress(EOFError, OSError):
+        while True:
+            message = connection.recv_bytes()
+            connection.send("begun")
+            try:
+                connection.send(pickle.loads(message)())
+            except Exception as fault:
+                connection.send(_lost(fault))
 
-    def wait_for_end() -> None:
-        with suppress(EOFError, OSError):
-            parent.recv_bytes()
-        os._exit(1)
 
-    Thread(target=wait_for_end, daemon=True).start()
+def _end_with(parent: Any) -> None:
+    with suppress(EOFError, OSError):
+        parent.recv_bytes()
+    os._exit(1)
 
 
 @contextmanager

@@ -8,6 +8,7 @@ import threading
 import time
 from concurrent.futures import Future
 from contextlib import suppress
+from multiprocessing.connection import Connection
 
 import psutil
 import pytest
@@ -21,16 +22,24 @@ def _square(number):
         os.kill(os.getpid(), signal.SIGKILL)
     if number == 4:
         raise ValueError("on purpose")
+    if number == 5:
+        Connection._send = _half_of_it  # pyright: ignore[reportAttributeAccessIssue]
     time.sleep(0.05)
     return number**2, os.getpid(), os.environ["OMP_NUM_THREADS"]
 
 
-def test_tasks_are_computed_by_other_processes_and_only_the_deadly_one_is_lost():
-    """Also one that raises costs no other its result."""
+def _half_of_it(self, message, *_):
+    os.write(self.fileno(), bytes(message)[:2])
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_tasks_are_computed_by_other_processes_and_only_the_deadly_ones_are_lost():
+    """Also one that raises, and one whose process is killed in the middle of its answer, cost no other its result."""
     found = dict(run_tasks(_square, ((number, (number,)) for number in range(8)), 2))
     lost = {number: outcome.reason for number, outcome in found.items() if isinstance(outcome, Lost)}
-    assert sorted(lost) == [3, 4]
+    assert sorted(lost) == [3, 4, 5]
     assert "3 worker processes were killed" in lost[3]
+    assert lost[3] == lost[5]
     assert "ValueError: on purpose" in lost[4]
     assert {number: outcome[0] for number, outcome in found.items() if not isinstance(outcome, Lost)} == {
         number: number**2 for number in range(8) if number not in lost
