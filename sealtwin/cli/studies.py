@@ -78,7 +78,6 @@ def map(
 
 
 LAUNCH = 256  # Runs of the paper's size in one launch on a GPU: 2 GB of its memory, 6 if nothing freezes
-SHARDS = 16  # Jobs of an array, unless --shards says otherwise
 
 
 def sweep(
@@ -100,19 +99,13 @@ def sweep(
     scheduler: Annotated[
         Text,
         option(
-            "Compute on the workers of this Dask scheduler instead of on this machine.",
+            "Compute on the workers of this Dask scheduler instead of on this machine; needs sealtwin[cluster].",
             "tls://HOST:PORT",
-            "--scheduler",
-            "--dask",
         ),
     ] = None,
     shard: Annotated[
         Text, option("Compute only the I-th of N parts of the study, into a folder of its own.", "I/N")
     ] = None,
-    batch_script: Annotated[
-        Text, option("Print a script that computes the study as a job array; run nothing.", "slurm|pbs|sge|lsf")
-    ] = None,
-    shards: Annotated[int, count_option("Jobs of the array that --batch-script prints.", 1)] = SHARDS,
     keep_runs: Annotated[bool, flag("--keep-runs", "Keep the particles of each run too.")] = False,
     retry: Annotated[bool, flag("--retry", "Compute runs once more that failed.")] = False,
     dry_run: Annotated[bool, flag("--dry-run", "Check all settings, digitise, estimate; inject nothing.")] = False,
@@ -159,12 +152,6 @@ def sweep(
             return
         if len(targets) != 1:
             raise typer.BadParameter(f"{len(targets)} studies: give one")
-        if batch_script is not None:
-            if batch_script not in sweeps.DIRECTIVES:
-                raise typer.BadParameter(f"--batch-script {batch_script}: expected {', '.join(sweeps.DIRECTIVES)}")
-            script = sweeps.batch_script(batch_script, targets[0], out, shards, jobs or 1)
-            command.reply(Answer({"version": 1, "script": script}, script.splitlines()))
-            return
         from sealtwin.core.cluster import cores
         from sealtwin.lab.held_out import note_study
         from simulate.device import choose_device, describe_device
