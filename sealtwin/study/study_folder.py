@@ -5,9 +5,7 @@ appears whole or not at all: a process that is killed leaves a run waiting or fi
 """
 
 import json
-import sqlite3
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -17,7 +15,6 @@ from pydantic import Field, model_validator
 from sealtwin.core import files
 from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
-from sealtwin.core.plain_files import require_plain
 from sealtwin.core.record_files import Amount, Count, Result, as_record, read_checked
 from sealtwin.core.records import RunHealth
 from sealtwin.core.stage_keys import other_numbers
@@ -28,7 +25,6 @@ from validate.metrics.verdict import kept_volume
 from validate.wording.of_runs import sentences_of_runs
 
 PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
-LEDGER = "ledger.sqlite"  # The database in which earlier versions kept plan and outcomes
 
 AGAIN = "Give another --out, or delete it: 'sealtwin sweep STUDY.toml' computes what is missing."
 State = Literal["waiting", "done", "failed"]
@@ -49,7 +45,7 @@ class StudyFigures(Result):
     stations_compared: Count | None = None
     baselines: tuple[Baseline, ...] = ()
     unfit: tuple[str, ...] = ()
-    fluid_warnings: tuple[str, ...] = ()
+    fluid_warnings: tuple[str, ...]
     spilled_particles: Count | None = None
     particles: Count | None = None
     health: RunHealth = RunHealth()
@@ -97,7 +93,7 @@ class PlanFile(Result):
     study: str
     total: Count
     started_unix_s: Amount
-    stage_numbers: dict[str, int] = Field(default_factory=dict)
+    stage_numbers: dict[str, int]
     runs: tuple[PlannedFile, ...]
 
 
@@ -161,20 +157,17 @@ def run_path(folder: Path, key: str) -> Path:
 
 
 def holds_study(folder: Path) -> bool:
-    return (folder / PLAN).is_file() or (folder / LEDGER).is_file()
+    return (folder / PLAN).is_file()
 
 
 def read_plan(folder: Path) -> Plan:
     """Read the plan with the outcomes so far. Raises InputError if the folder holds no study, or a damaged one."""
     if not holds_study(folder):
         raise InputError(f"{folder}: no study (it has no {PLAN}). 'sealtwin sweep STUDY.toml' makes one.")
-    if not (folder / PLAN).is_file():
-        _import_ledger(folder)
     content = read_checked(PlanFile, folder / PLAN, AGAIN)
     with files.understood(folder / PLAN):
         runs = [with_outcome(folder, StudyRun(**run)) for run in content["runs"]]
-        numbers = content.get("stage_numbers", {})
-        return Plan(content["study"], runs, content["total"], content["started_unix_s"], numbers)
+        return Plan(content["study"], runs, content["total"], content["started_unix_s"], content["stage_numbers"])
 
 
 def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> list[str]:
@@ -193,13 +186,7 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
 def fluid_warnings(runs: Sequence[StudyRun]) -> list[str]:
     """Return what is not sound of the fluids of finished runs, each sentence once, with the number of its runs."""
     done = {run.number: run.figures for run in runs if run.state == "done" and run.figures is not None}
-    known = {number: figures["fluid_warnings"] for number, figures in done.items() if "fluid_warnings" in figures}
-    told = sentences_of_runs(known, len(done))
-    if earlier := len(done) - len(known):
-        told.append(
-            f"{earlier} of {len(done)} runs: an earlier version made them, which kept no remarks on their fluids."
-        )
-    return told
+    return sentences_of_runs({number: figures["fluid_warnings"] for number, figures in done.items()}, len(done))
 
 
 def write_plan(folder: Path, plan: Plan) -> None:
@@ -273,29 +260,3 @@ def remove_temporary_files(folder: Path) -> None:
     for path in folder.rglob(".*"):
         if files.is_temporary(path):
             path.unlink()
-
-
-def _import_ledger(folder: Path) -> None:
-    """Write plan and outcomes of a study that an earlier version kept in a database."""
-    path = folder / LEDGER
-    columns = [*PLANNED, "state", "wall_s", "finished_unix_s", "reason", "trace", "figures"]
-    require_plain(path)
-    try:
-        with closing(sqlite3.connect(path)) as base:
-            facts = dict(base.execute("SELECT name, value FROM facts"))
-            rows = base.execute(f"SELECT {', '.join(columns)} FROM runs WHERE number > 0 ORDER BY number").fetchall()
-    except sqlite3.DatabaseError as fault:
-        raise InputError(f"{path}: no ledger that can be read ({fault}). {AGAIN}") from None
-    if facts.get("version") != "1":
-        raise InputError(f"{path}: version {facts.get('version')} of a ledger; only 1 can be read. {AGAIN}")
-    runs = []
-    for row in rows:
-        values = dict(zip(columns, row, strict=True))
-        with files.understood(path):
-            for name in ("settings", "trial", "figures"):
-                values[name] = values[name] and files.parse_json(values[name])
-        run = StudyRun(**values)
-        if run.state in ("done", "failed"):
-            write_outcome(folder, run)
-        runs.append(run)
-    write_plan(folder, Plan(facts.get("study", folder.name), runs, len(runs)))

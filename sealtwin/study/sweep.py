@@ -304,7 +304,6 @@ def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
     fitted = len(varied | {*declared})
     curves = [Baseline.model_validate(one) for one in figures.get("baselines", ())]
     curves = [one for one in curves if one.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
-    # Runs of earlier versions kept no curves, or no number of stations.
     stations, sentence = figures.get("stations_compared"), None
     if curves:
         sentence = against_baselines(error_mm, curves, "calibrated-on", fitted or None, stations)
