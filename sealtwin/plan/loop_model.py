@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, model_validator
 
 from sealtwin.core import files
 from sealtwin.core.arc_length import arc_length
@@ -61,7 +61,7 @@ class LoopFile(Result):
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
     key: str
-    stage_numbers: dict[str, int] = Field(default_factory=dict)  # Earlier files have none
+    stage_numbers: dict[str, int]
     sections: SectionTables
     moment_s: Numbers
     edge_s: Numbers
