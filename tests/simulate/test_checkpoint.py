@@ -193,11 +193,3 @@ class Dies:
     def after_frame(self, injection: Injection) -> None:
         if injection.done == self._frame:
             raise KeyboardInterrupt
-
-
-def test_a_checkpoint_of_a_version_that_kept_nothing_of_walls_leaves_them_unknown(begun, fresh):
-    kept = dict(np.load(io.BytesIO(begun)))
-    older = {name: array for name, array in kept.items() if name not in ("free", "wall", "pressed")}
-    fresh.restore(older)
-    free = fresh.engine.state.free.numpy()
-    assert (np.linalg.norm(free[:, :3], axis=1) + free[:, 3] < 0).all(), "a ball around the origin"
