@@ -66,7 +66,10 @@ def trace_outline(
     drew, in place of what was traced. Raises InputError as ``outline_by_walls``, and where a thin crack or the ground
     beside it is hidden, or where walls were drawn that no outline has.
     """
-    outline = _measured(photo, path, edge_fraction, keep_branches, width_mm, mean_width_mm, path_only, walls_px)
+    path_only = path_only and mean_width_mm is None
+    outline = _measured(photo, path, edge_fraction, keep_branches, width_mm, path_only, walls_px)
+    if mean_width_mm is not None:
+        outline = _widened_to(outline, mean_width_mm, photo)
     if path.source not in CLICKED:
         return outline
     shown = photo_of_paint(photo, path) if path.source == "mask" else photo
@@ -80,20 +83,10 @@ def _measured(
     edge_fraction: float,
     keep_branches: bool,
     width_mm: Floats | None,
-    mean_width_mm: float | None,
     path_only: bool,
     walls_px: Lines,
 ) -> Outline:
-    """Outline of ``trace_outline`` without a look beyond its ends."""
-    if mean_width_mm is not None:
-        shown = _measured(photo, path, edge_fraction, keep_branches, width_mm, None, False, walls_px)
-        if shown.width_source == "none" or shown.branches_kept:
-            raise InputError(
-                f"{photo.file}: photo.mean_width_mm: only a main crack between walls is widened. Leave it out, or give "
-                'width_mm, and branches = "drop".'
-            )
-        moved = widened(shown, mean_width_mm - shown.mean_width_mm)
-        return replace(moved, width_source="gauge", width_95_mm=None)
+    """Outline of ``trace_outline`` as wide as it is seen or given, without a look beyond its ends."""
     if walls_px and (path_only or width_mm is not None):
         raise InputError(f"{photo.file}: photo.walls_px beside width_mm or path_only, which need no walls; keep one.")
     if path_only or width_mm is not None:
@@ -105,6 +98,16 @@ def _measured(
     if walls_px:
         raise InputError(f"{photo.file}: photo.walls_px: the crack is too thin for walls of its own; leave them out.")
     return _fitted(photo, path)
+
+
+def _widened_to(outline: Outline, mean_width_mm: float, photo: Photo) -> Outline:
+    if outline.width_source == "none" or outline.branches_kept:
+        raise InputError(
+            f"{photo.file}: photo.mean_width_mm: only a main crack between walls is widened. Leave it out, or give "
+            'width_mm, and branches = "drop".'
+        )
+    moved = widened(outline, mean_width_mm - outline.mean_width_mm)
+    return replace(moved, width_source="gauge", width_95_mm=None)
 
 
 def outline_as_set(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
@@ -177,15 +180,9 @@ def _along(
     return Outline(
         **photo.in_both_units(centreline=centreline_mm, left_wall=left_mm, right_wall=right_mm, outline=ring_mm),
         ends=traced.kinds,
-        face_mm=photo.face_mm,
-        mm_per_px=photo.mm_per_px,
-        scale_source=photo.scale_source,
-        scale_residual_mm=photo.scale_residual_mm,
+        **photo.facts_of_outline,
         path_source=path.source,
         warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *_far(photo, far), *remarks),
-        scale_uncertainty=photo.scale_uncertainty,
-        camera_tilt_deg=photo.camera_tilt_deg,
-        photo_size_px=photo.size_px,
         width_source=source,
         width_95_mm=width_95_mm,
     )

@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, with_config
 
-from sealtwin.core.arc_length import Floats, arc_length
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.solid_figures import EndKind, SolidFigures
 
+Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Pixels = NDArray[np.uint8]  # Picture, (height, width, 3), RGB
 

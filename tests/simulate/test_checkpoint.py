@@ -11,8 +11,7 @@ import pytest
 
 from sealtwin.core.progress import Progress
 from simulate.injection import Injection, prepare
-from simulate.output.checkpoint import Checkpoint
-from simulate.output.health_log import HealthLog
+from simulate.output import Checkpoint, HealthLog
 from simulate.run import follow
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.fluids import path, slot
@@ -161,7 +160,7 @@ def test_a_checkpoint_is_kept_by_the_clock_and_removed_when_the_run_is_done(fres
     checkpoint.begin(fresh)
     checkpoint.after_frame(fresh)
     assert not file.exists()
-    monkeypatch.setattr("simulate.output.checkpoint.EVERY_S", 0.0)
+    monkeypatch.setattr("simulate.output.CHECKPOINT_EVERY_S", 0.0)
     checkpoint.after_frame(fresh)
     assert [path.name for path in tmp_path.iterdir()] == ["checkpoint.npz"]
     checkpoint.remove()
@@ -170,7 +169,7 @@ def test_a_checkpoint_is_kept_by_the_clock_and_removed_when_the_run_is_done(fres
 
 def test_a_checkpoint_has_behind_it_what_others_wrote_of_its_frame(tmp_path, monkeypatch):
     """Killed at any moment of frame 20. With the checkpoint before the row, on purpose, row 20 is lost."""
-    monkeypatch.setattr("simulate.output.checkpoint.EVERY_S", 0.0)
+    monkeypatch.setattr("simulate.output.CHECKPOINT_EVERY_S", 0.0)
     for dies in ("before", "between", "after"):
         folder = tmp_path / dies
         folder.mkdir()

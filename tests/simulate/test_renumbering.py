@@ -6,7 +6,7 @@ import pytest
 from sealtwin.core.errors import NumericalError
 from simulate.fluid.state import State
 from simulate.injection import Injection
-from simulate.output.frames import take_frame
+from simulate.output import take_frame
 from tests.launches import PASTES, check_going_on, finish, ready, together
 
 ALIKE_MM = 5e-5
