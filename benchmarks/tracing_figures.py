@@ -16,8 +16,9 @@ from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from fixtures.generate.fracture import mean_width_mm
 from fixtures.generate.specimen import Specimen, make_specimen
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, arc_length
+from sealtwin.core.records import Floats, Outline
 
 
 @dataclass(frozen=True)

@@ -144,15 +144,9 @@ def _along(
     return Outline(
         **photo.in_both_units(centreline=centreline_mm, left_wall=left_mm, right_wall=right_mm, outline=ring_mm),
         ends=traced.kinds,
-        face_mm=photo.face_mm,
-        mm_per_px=photo.mm_per_px,
-        scale_source=photo.scale_source,
-        scale_residual_mm=photo.scale_residual_mm,
+        **photo.facts_of_outline,
         path_source=path.source,
         warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *_far(photo, far), *remarks),
-        scale_uncertainty=photo.scale_uncertainty,
-        camera_tilt_deg=photo.camera_tilt_deg,
-        photo_size_px=photo.size_px,
         width_source=source,
         width_95_mm=width_95_mm,
     )

@@ -39,7 +39,6 @@ from validate.readings.samples import sample_key
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 """The folder in which a trial is written. It is removed, so its name is none that a user gives."""
-EARLIER = "catalogue.sqlite"  # Catalogue of the first version, which may stay beside a new one
 
 
 @dataclass(frozen=True)
@@ -149,7 +148,7 @@ def _catalogue(lab: Path, progress: Progress, dry_run: bool) -> Iterator[Catalog
     if lab.is_dir() and not is_lab(lab):
         # Another process may be at its very first steps here; what is hidden is its, or the system's.
         shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".")]
-        foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, EARLIER, *OWN} and not (e / RECORD).is_file()]
+        foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, *OWN} and not (e / RECORD).is_file()]
         refuse_foreign(lab, "ingest", sorted(entry.name for entry in foreign))
     if dry_run:
         yield Catalogue(lab)

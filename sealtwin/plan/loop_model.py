@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +44,7 @@ class LoopFile(LoopModel):
     """Content of loop.json."""
 
     key: str  # Of all that the tables depend on
-    stage_numbers: dict[str, int] = field(default_factory=dict)  # Earlier files have none
+    stage_numbers: dict[str, int]
 
 
 @dataclass(frozen=True)

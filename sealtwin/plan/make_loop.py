@@ -113,9 +113,7 @@ def replay(folder: Path, log: Path) -> int:
 def loop_versions(folder: Path) -> list[str]:
     """Return a sentence each if other stage numbers than this version's computed the tables of a loop, or its plan."""
     tables, own, sentences = read_model(folder / TABLES), numbers_up_to("simulate"), list[str]()
-    # Earlier files have no numbers, only the key that they are in.
-    as_now = tables.key == _key(folder) if (folder / TABLE).is_file() else False
-    if not as_now and (other := other_numbers(tables.stage_numbers, own)):
+    if other := other_numbers(tables.stage_numbers, own):
         again = f"'sealtwin loop {shown(folder)} --emulate FAULTS' makes them anew."
         sentences.append(f"{shown(folder)}: the tables of its loop were computed by {other}. {again}")
     return [*sentences, *(_plan_versions(folder) if holds_study(folder / VERIFICATION) else [])]

@@ -124,7 +124,6 @@ def _finished(folder: Path) -> Job:
     if made_with is None or not (job.path / "comparison.json").is_file():
         raise InputError(f"{job.path}: not compared with its readings yet. {again}.")
     wanted = stage_settings(job.trial, "validate")
-    # A setting that another version did not know is not set here either.
     changed = [
         f"[{table}]" for table in OF_A_COMPARISON if _flat(made_with.get(table) or {}) != _flat(wanted[table] or {})
     ]
@@ -134,7 +133,7 @@ def _finished(folder: Path) -> Job:
 
 
 def _unused(side: Side) -> Sequence[str]:
-    """Return sentences on declared errors that the readings contradict; an earlier version kept none."""
+    """Return sentences on declared errors that the readings contradict."""
     return (side.metrics.get("uncertainty") or {}).get("unused", ())
 
 

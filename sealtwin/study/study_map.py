@@ -158,8 +158,7 @@ def _watched(home: Path) -> Watched:
 
 def _watch(folder: Path, run: StudyRun, device: str) -> None:
     """Write what ``_watched`` reads. Raises NumericalError if the run fails."""
-    from simulate.output.frames import PAST_THE_END, Moments, take_frame
-    from simulate.output.health_log import HealthLog
+    from simulate.output import PAST_THE_END, HealthLog, Moments, take_frame
     from simulate.profile import measure_profile
     from simulate.run import follow
 

@@ -198,10 +198,6 @@ class Spread:
     @classmethod
     def of(cls, content: dict[str, Any]) -> Self:
         """Return the spread from the content of a JSON file. Raises ValueError for others."""
-        if content.get("version") == 1:
-            # Of one run at each size.
-            sizes = [{"radius_mm": one["radius_mm"], "levels_mm": [one["level_mm"]]} for one in content["sizes"]]
-            content = content | {"sizes": sizes}
         spread = TypeAdapter(cls).validate_python(content)
         levels_mm = [*(size.levels_mm for size in spread.sizes or ()), *(one.level_mm[None] for one in spread.effects)]
         if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):

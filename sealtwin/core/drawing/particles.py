@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from sealtwin.core.drawing.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes, print_plain
-from sealtwin.core.interrupts import load_trimesh
+from sealtwin.core.mesh_file import load_trimesh
 from sealtwin.core.records import Floats, Integers, Outline, Solid
 
 SECTIONS_AT = (0.2, 0.5, 0.8)

@@ -183,18 +183,10 @@ def test_tables_of_another_solver_are_made_anew(tmp_path, monkeypatch, raised):
     assert len(made) == 2
 
 
-@pytest.mark.parametrize("recorded", [True, False])
-def test_who_replays_or_reads_a_loop_of_another_solver_is_told_so(tmp_path, monkeypatch, recorded):
-    """An earlier version recorded no numbers beside its tables."""
+def test_who_replays_or_reads_a_loop_of_another_solver_is_told_so(tmp_path, monkeypatch):
     log, own = log_of(tmp_path), NUMBERS["simulate"]
-    if not recorded:
-        content = files.read_json(tmp_path / TABLES)
-        files.write_json(tmp_path / TABLES, {key: content[key] for key in content if key != "stage_numbers"})
-        head, *lines = log.read_text().splitlines()
-        head = json.dumps(json.loads(head) | {"tables_sha256": files.sha256(tmp_path / TABLES)})
-        log.write_text("\n".join([head, *lines]))
     words = ["loop", str(tmp_path), "--replay", str(log), "--quiet"]
-    for number, told in ((own, not recorded), (999, True)):
+    for number, told in ((own, False), (999, True)):
         monkeypatch.setitem(NUMBERS, "simulate", number)
         answers = [CliRunner().invoke(app, [*words, *more]) for more in ([], ["--json"])]
         with warnings.catch_warnings(record=True) as caught:
