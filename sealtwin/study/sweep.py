@@ -283,14 +283,16 @@ def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
     fitted = len(varied | {*declared})
     curves = [Baseline.model_validate(one) for one in figures.get("baselines", ())]
     curves = [one for one in curves if one.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
-    stations = figures.get("stations_compared")
+    stations, sentence = figures.get("stations_compared"), None
+    if curves:
+        sentence = against_baselines(error_mm, curves, "calibrated-on", fitted or None, stations)
     return {
         "varied": len(varied),
         "fitted": fitted,
         "baselines": [one.model_dump() for one in curves],
         # Of runs that differ in seed alone one was chosen with the readings too.
         "beats_baseline": beaten(error_mm, curves, "calibrated-on", fitted or 1),
-        "against_baselines": against_baselines(error_mm, curves, "calibrated-on", fitted or None, stations),
+        "against_baselines": sentence,
     }
 
 
