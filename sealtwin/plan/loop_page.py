@@ -15,7 +15,7 @@ SHOWN = 6  # Moments whose level is drawn
 
 def write_loop_page(path: Path, poured: Emulated, content: dict[str, Any]) -> None:
     """Write the page, all of whose numbers are emulated."""
-    from validate.study_figures.figure_sheet import FigureSheet, Numbers, Plot, SheetSection, write_sheet_of_figures
+    from validate.figures.figure_sheet import FigureSheet, Numbers, Plot, SheetSection, write_sheet_of_figures
 
     columns = ("t_s", "flow estimate", "material estimate", "flow now (mm3/s)")
     states, flows = [line["state"] for line in poured.lines], [line["plan"]["flow_mm3_s"] for line in poured.lines]
@@ -59,8 +59,8 @@ def loop_finding(content: dict[str, Any]) -> str:
 
 
 def _levels(poured: Emulated) -> "Figure":
-    from sealtwin.core.drawing.theme import ALONG, SIMULATED, label_axes
-    from validate.study_figures.figure_sheet import wide_axes
+    from validate.figures.figure_sheet import wide_axes
+    from validate.figures.theme import ALONG, SIMULATED, label_axes
 
     figure, axes = wide_axes(3.2, face=True)
     frames = [line["level"] for line in poured.lines if line["level"] is not None]
@@ -75,8 +75,8 @@ def _levels(poured: Emulated) -> "Figure":
 
 
 def _estimates(rows: list[tuple[float, float, float, float]]) -> "Figure":
-    from sealtwin.core.drawing.theme import MEASURED, SIMULATED, label_axes
-    from validate.study_figures.figure_sheet import wide_axes
+    from validate.figures.figure_sheet import wide_axes
+    from validate.figures.theme import MEASURED, SIMULATED, label_axes
 
     figure, axes = wide_axes(2.4)
     for column, (name, colour) in enumerate((("flow", SIMULATED), ("material", MEASURED)), start=1):

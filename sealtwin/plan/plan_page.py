@@ -16,8 +16,8 @@ BASELINES = {"constant flow": "--", "flow by local area": ":"}
 
 def write_page(path: Path, planned: "Planned", content: dict[str, Any]) -> None:
     """Write the page, whose numbers are those of plan.json."""
-    from validate.study_figures.figure_sheet import FigureSheet, FigureTable, Numbers, Plot, SheetSection
-    from validate.study_figures.figure_sheet import write_sheet_of_figures as write
+    from validate.figures.figure_sheet import FigureSheet, FigureTable, Numbers, Plot, SheetSection
+    from validate.figures.figure_sheet import write_sheet_of_figures as write
 
     rows = [("the plan, mean of its seeds", content), *content["baselines"].items()]
     rows += [(f"round {number}", one) for number, one in enumerate(content["rounds"], start=1)]
@@ -111,8 +111,8 @@ def cautions_of(content: dict[str, Any]) -> list[str]:
 
 
 def _levels(planned: "Planned") -> "Figure":
-    from sealtwin.core.drawing.theme import ALONG, MUTED, SIMULATED, label_axes
-    from validate.study_figures.figure_sheet import wide_axes
+    from validate.figures.figure_sheet import wide_axes
+    from validate.figures.theme import ALONG, MUTED, SIMULATED, label_axes
 
     figure, axes = wide_axes(3.2, face=True)
     if (half_mm := planned.half_width_mm) is not None:
@@ -127,8 +127,8 @@ def _levels(planned: "Planned") -> "Figure":
 
 
 def _flow(planned: "Planned") -> "Figure":
-    from sealtwin.core.drawing.theme import ALONG, MEASURED, SIMULATED, label_axes
-    from validate.study_figures.figure_sheet import wide_axes
+    from validate.figures.figure_sheet import wide_axes
+    from validate.figures.theme import ALONG, MEASURED, SIMULATED, label_axes
 
     figure, axes = wide_axes(2.6)
     it = planned.trajectory

@@ -12,12 +12,12 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from PIL import Image
 
-from sealtwin.core.drawing.particles import SPEED, add_bar, draw_discs
-from sealtwin.core.drawing.snapshots import OVER, UNDER, FillScene
-from sealtwin.core.drawing.theme import ALONG, GROUND, INK, label_axes, themed
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import replacing
 from sealtwin.core.records import Frame, Pixels
+from validate.figures.particles import SPEED, add_bar, draw_discs
+from validate.figures.snapshots import OVER, UNDER, FillScene
+from validate.figures.theme import ALONG, GROUND, INK, label_axes, themed
 
 WIDTH_IN, DPI = 9.6, 100
 ASIDE_MM = 6.0  # Width shown on each side of the walls

@@ -5,9 +5,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from sealtwin.core.comparison import Comparison, StationErrors
-from sealtwin.core.drawing import theme
 from sealtwin.core.predicted_level import PredictedLevel
 from sealtwin.core.records import Profile, Sections
+from validate.figures import theme
 from validate.metrics.curve_distances import level_difference
 from validate.uncertainty.validation import COVERAGE
 from validate.units import signed

@@ -9,9 +9,9 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from sealtwin.core.arc_length import arc_length_at
-from sealtwin.core.drawing import theme
-from sealtwin.core.drawing.particles import SECTIONS_AT, ColourScale, age_scale, draw_discs, draw_section, show_to_scale
 from sealtwin.core.records import FaceLabel, Outline, Profile, Run, Solid, Trajectory
+from validate.figures import theme
+from validate.figures.particles import SECTIONS_AT, ColourScale, age_scale, draw_discs, draw_section, show_to_scale
 from validate.figures.rendering import render
 
 FACE_COLOURS = np.array([to_rgb(colour) for colour in (theme.GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])

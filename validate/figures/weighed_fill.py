@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import FigureBase
 
-from sealtwin.core.drawing import theme
 from sealtwin.core.solid_figures import WeighedCavity
+from validate.figures import theme
 
 
 @theme.themed()

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from sealtwin.core.comparison import ErrorBin
-from sealtwin.core.drawing import theme
 from sealtwin.core.records import Sections
 from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
 from tests.shapes import level_floor
+from validate.figures import theme
 from validate.figures.levels import draw_distribution, draw_error, draw_histogram, draw_levels, draw_profile
 from validate.settings import Gate
 

@@ -5,10 +5,10 @@ from functools import partial
 
 import numpy as np
 
-from validate.study_figures import map_figures
-from validate.study_figures.chart import Chart
-from validate.study_figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
-from validate.study_figures.side_by_side import setting_words, volume_words
+from validate.figures import map_figures
+from validate.figures.chart import Chart
+from validate.figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
+from validate.figures.side_by_side import setting_words, volume_words
 from validate.units import percent, signed
 
 MOST_ROWS = 200  # Largest number of rows on the page, the nearest runs first; the CSV has all

@@ -13,9 +13,9 @@ from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path as Outlines
 from matplotlib.ticker import MaxNLocator
 
-from sealtwin.core.drawing import particles, theme
 from sealtwin.core.files import replacing
 from sealtwin.core.records import Floats, Frame, Integers, Outline, ParticleState, Solid, Trajectory
+from validate.figures import particles, theme
 
 MARGIN_MM = 6.0  # Length shown past each end of the crack
 ABOVE_MM = 6.0  # Height shown above the face, with the nozzle's tip

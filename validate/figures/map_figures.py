@@ -15,12 +15,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
-from sealtwin.core.drawing import theme
-from sealtwin.core.drawing.particles import ColourScale, age_scale
-from sealtwin.core.drawing.snapshots import FillScene
 from sealtwin.core.records import Floats, Frame
-from validate.study_figures.chart import Axis, Chart, HeldRun
-from validate.study_figures.figure_sheet import wide_axes
+from validate.figures import theme
+from validate.figures.chart import Axis, Chart, HeldRun
+from validate.figures.figure_sheet import wide_axes
+from validate.figures.particles import ColourScale, age_scale
+from validate.figures.snapshots import FillScene
 
 CELLS = 240  # Number of the map's cells along each axis, finer than a page shows
 LINE_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3, 0.88, 256)))

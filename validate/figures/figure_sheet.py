@@ -10,8 +10,8 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing.theme import INK, as_svg, in_page, wide_figure
 from sealtwin.core.files import write_sheet, write_text
+from validate.figures.theme import INK, as_svg, in_page, wide_figure
 
 DPI = 110  # Resolution of the parts of a figure that are drawn as pixels: a page of thirty fills has less than 2 MB
 FIGURES = "figures"

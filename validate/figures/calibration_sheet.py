@@ -5,11 +5,11 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing import theme
 from validate.calibration.identified import Marginal
 from validate.calibration.prediction import Prediction
 from validate.calibration.summary import Calibrated
-from validate.study_figures.figure_sheet import FigureSheet, FigureTable, Numbers, Plot, SheetSection, wide_axes
+from validate.figures import theme
+from validate.figures.figure_sheet import FigureSheet, FigureTable, Numbers, Plot, SheetSection, wide_axes
 from validate.units import percent
 
 BARS = 30

@@ -7,12 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing import theme
-from validate.metrics.baselines import against_baselines
-from validate.metrics.curve_distances import level_difference
-from validate.metrics.verdict import leak
-from validate.study_figures import figure_sheet
-from validate.study_figures.side_by_side import (
+from validate.figures import figure_sheet, theme
+from validate.figures.side_by_side import (
     Side,
     differing,
     first_with_readings,
@@ -23,6 +19,9 @@ from validate.study_figures.side_by_side import (
     setting_words,
     volume_words,
 )
+from validate.metrics.baselines import against_baselines
+from validate.metrics.curve_distances import level_difference
+from validate.metrics.verdict import leak
 from validate.units import signed
 
 FIGURES = {

@@ -13,9 +13,9 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from sealtwin.core.drawing.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes, print_plain
 from sealtwin.core.interrupts import load_trimesh
 from sealtwin.core.records import Floats, Integers, Outline, Solid
+from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes, print_plain
 
 SECTIONS_AT = (0.2, 0.5, 0.8)
 """Places of the sections across a crack, as shares of its length: in the paste's slope, its middle, its plateau."""
