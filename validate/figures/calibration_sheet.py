@@ -60,15 +60,13 @@ def _levels(calibrated: Calibrated, one: Prediction, number: int) -> SheetSectio
 def draw_prediction(one: Prediction, mark: str = "") -> Figure:
     """Draw the readings over the band that is predicted of them."""
     figure, axes = wide_axes(3.8, face=True)
-    low_mm, high_mm = one.mean_mm - one.half_mm, one.mean_mm + one.half_mm
-    band = "95 % band of a reading"
-    axes.fill_between(one.s_mm, low_mm, high_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0, label=band)
+    theme.draw_band(axes, one.s_mm, one.mean_mm, one.half_mm, theme.SIMULATED, 0.25, "95 % band of a reading")
     axes.plot(one.s_mm, one.mean_mm, color=theme.SIMULATED, linewidth=2.2, label="predicted mean")
     read = {"color": theme.MEASURED, "linestyle": "none", "marker": "o", "markersize": 3.5, "elinewidth": 1.2}
     axes.errorbar(one.s_mm, one.read_mm, one.error_mm, **read, label=f"{mark}readings, 95 %")
-    ends_mm = np.concatenate([low_mm, high_mm, one.read_mm])
+    ends_mm = np.concatenate([one.mean_mm - one.half_mm, one.mean_mm + one.half_mm, one.read_mm])
     axes.set_ylim(ends_mm.min() - 0.5, max(ends_mm.max(), 0.0) + 0.5)
-    theme.label_axes(axes, theme.ALONG, "level from the face (mm)", f"{theme.printable(one.trial)}: {one.role}")
+    theme.label_axes(axes, theme.ALONG, theme.LEVEL, f"{theme.printable(one.trial)}: {one.role}")
     axes.legend(loc="best")
     return figure
 
@@ -166,4 +164,4 @@ def _gates(calibrated: Calibrated) -> SheetSection:
         told.append(
             f"The model's own error, by the posterior of the trials together: {calibrated.discrepancy_mm:.2f} mm."
         )
-    return SheetSection("Gates", told, [FigureTable("Trials", head, rows, "gates", Numbers(head, rows))])
+    return SheetSection("Gates", told, [FigureTable("Trials", head, rows, "gates")])

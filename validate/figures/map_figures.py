@@ -8,7 +8,6 @@ from typing import Any, Literal
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
@@ -19,7 +18,7 @@ from sealtwin.core.records import Floats, Frame
 from validate.figures import theme
 from validate.figures.chart import Axis, Chart, HeldRun
 from validate.figures.figure_sheet import wide_axes
-from validate.figures.particles import ColourScale, age_scale
+from validate.figures.particles import ColourScale, add_bar, ages_of
 from validate.figures.snapshots import FillScene
 
 CELLS = 240  # Number of the map's cells along each axis, finer than a page shows
@@ -37,23 +36,19 @@ def draw_levels_of_study(chart: Chart) -> Figure:
     curves = [np.column_stack([run.profile.s_mm, run.profile.level_mm]) for run in chart.runs]
     axes.add_collection(LineCollection(curves, colors=theme.MUTED, linewidths=0.7, alpha=0.5, rasterized=True))
     readings, best = chart.readings, chart.best
-    low_mm, high_mm = readings.level_mm - chart.band_mm, readings.level_mm + chart.band_mm
-    axes.fill_between(readings.s_mm, low_mm, high_mm, color=theme.MEASURED, alpha=0.3, linewidth=0)
-    axes.plot(readings.s_mm, readings.level_mm, "--o", color=theme.MEASURED, markersize=3.5)
-    axes.plot(best.profile.s_mm, best.profile.level_mm, color=theme.SIMULATED, linewidth=3.0)
+    theme.draw_band(axes, readings.s_mm, readings.level_mm, chart.band_mm, theme.MEASURED, 0.3)
+    (caliper,) = axes.plot(readings.s_mm, readings.level_mm, "--o", color=theme.MEASURED, markersize=3.5)
+    (nearest,) = axes.plot(best.profile.s_mm, best.profile.level_mm, color=theme.SIMULATED, linewidth=3.0)
     s_mm, level_mm = np.vstack([*curves, np.column_stack([readings.s_mm, readings.level_mm])]).T
     axes.set_xlim(0, s_mm.max())
     axes.set_ylim(level_mm.min() - 1, level_mm.max() + 1)
-    theme.label_axes(axes, theme.ALONG, "level from the face (mm)", f"Levels of {len(chart.runs)} runs")
+    theme.label_axes(axes, theme.ALONG, theme.LEVEL, f"Levels of {len(chart.runs)} runs")
     kind = "" if readings.data == "measured" else f", {readings.data.upper()}"
-    strokes = {
-        "a run": Line2D([], [], color=theme.MUTED, linewidth=0.7),
-        f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm off": Line2D(
-            [], [], color=theme.SIMULATED, linewidth=3.0
-        ),
-        f"caliper{kind}, 95 % band": Line2D([], [], color=theme.MEASURED, linestyle="--", marker="o", markersize=3.5),
-    }
-    axes.legend(strokes.values(), strokes.keys(), loc="lower right")
+    axes.legend(
+        [Line2D([], [], color=theme.MUTED, linewidth=0.7), nearest, caliper],
+        ["a run", f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm off", f"caliper{kind}, 95 % band"],
+        loc="lower right",
+    )
     return figure
 
 
@@ -83,10 +78,7 @@ def draw_influence(chart: Chart, of: int) -> Figure:
         mean_mm = [chart.errors_mm[places == value].mean() for value in along.values]
         axes.plot(along.values, mean_mm, color=theme.INK, linewidth=3.0, label=f"mean over {other.name}")
         axes.legend(loc="best")
-    bar = figure.colorbar(ScalarMappable(norm, LINE_COLOURS), ax=axes, pad=0.01)
-    bar.set_label(other.label)
-    if other.logarithmic:
-        theme.print_plain(bar.long_axis)
+    add_bar(figure, ColourScale(other.label, LINE_COLOURS, norm), [axes], pad=0.01)
     scale_axis(axes, "x", along)
     axes.set_ylim(0, None)
     theme.label_axes(axes, along.label, "mean error (mm)", f"Influence of {along.name}")
@@ -212,12 +204,11 @@ def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
 
 
 def _add_bar(figure: Figure, scale: ColourScale) -> None:
-    mappable = ScalarMappable(scale.norm, scale.colours)
-    figure.colorbar(mappable, ax=figure.axes, label=scale.label, location="bottom", aspect=60, pad=0.01, shrink=0.6)
+    add_bar(figure, scale, figure.axes, location="bottom", aspect=60, pad=0.01, shrink=0.6)
 
 
 def _ages(fills: Sequence[Fill]) -> ColourScale:
-    return age_scale(max(float(np.max(frame.age_s, initial=0.1)) for fill in fills for frame in fill.seen.frames))
+    return ages_of(frame for fill in fills for frame in fill.seen.frames)
 
 
 def medians(particles: Floats, frame_ms: Floats) -> Floats:

@@ -32,6 +32,7 @@ ON_GROUND = "#2b2620"
 """Colour of lines and words on mortar and in the air, dark on a dark page too."""
 AIR = "#fcfcfa"
 """Colour around sealant: light on a dark page too, on which the darkest sealant would be invisible."""
+CARD = "#ffffff"  # Colour of the page behind a figure
 # Okabe and Ito's: distinct with any colour vision, and in grey.
 SIMULATED = "#0072b2"
 MEASURED = "#d55e00"
@@ -41,6 +42,8 @@ HEIGHTS = "cividis"
 SPEEDS = "plasma"  # Colour maps of the sealant's age, height and speed
 
 ALONG = "s from the end where the nozzle starts (mm)"  # Label of the axis along the crack
+LEVEL = "level from the face (mm)"
+BAND = "95 % band, all stations together"
 BESIDE_PLOT_IN = 0.7  # Width of the figure beside a plot: its labels and margins
 LEGEND_ROW_PT = 12.5  # Height of a legend's line of 8 pt, with the space between two lines
 STYLE: Any = {
@@ -89,18 +92,33 @@ PLATE_IN = 4.6  # Width of a plate
 
 def plate(height_in: float) -> Figure:
     """Return an empty figure whose words can be read on a phone's screen and on half of an A4 page's width."""
-    return Figure(figsize=(PLATE_IN, height_in), layout="constrained")
+    return wide_figure(height_in, PLATE_IN)
 
 
-def wide_figure(height_in: float) -> Figure:
+def wide_figure(height_in: float, width_in: float = 9.0) -> Figure:
     """Return an empty figure of a page's width."""
-    return Figure(figsize=(9.0, height_in), layout="constrained")
+    return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
-def label_axes(axes: Axes, x: str, y: str, title: str) -> None:
+def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> FigureBase:
+    """Label axes, with a legend of up to ``legend`` columns under the title; return their figure."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.set_title(title)
+    if legend:
+        _put_legend_under_title(axes, legend)
+    return axes.figure
+
+
+def draw_face(axes: Axes) -> None:
+    """Draw the line at 0: the sample's face, or no error."""
+    axes.axhline(0.0, color=INK, linewidth=1.0)
+
+
+def draw_band(
+    axes: Axes, x: Floats, middle: Floats | float, half: Floats, colour: str, alpha: float, label: str | None = None
+) -> None:
+    axes.fill_between(x, middle - half, middle + half, color=colour, alpha=alpha, linewidth=0, label=label)
 
 
 def print_plain(axis: Axis) -> None:
@@ -117,7 +135,7 @@ def draw_ground(axes: Axes, s_mm: Floats, floor_mm: Floats, bottom_mm: float) ->
     axes.add_artist(Polygon(outline_mm, color=GROUND, linewidth=0))
 
 
-def put_legend_under_title(axes: Axes, columns: int) -> None:
+def _put_legend_under_title(axes: Axes, columns: int) -> None:
     """Draw the legend between title and plot: inside the plot a curve could run through it.
 
     It has as many columns as the figure has room for, and at most ``columns``.
@@ -158,7 +176,7 @@ PAGE_COLOURS = {
     INK: "--ink",
     MUTED: "--muted",
     GRID: "--grid",
-    "#ffffff": "--card",
+    CARD: "--card",
     SIMULATED: "--simulated",
     MEASURED: "--measured",
     THIRD: "--third",
