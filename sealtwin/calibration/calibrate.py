@@ -18,8 +18,7 @@ from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.study.sweep import SweepOptions
 from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting
 from validate.calibration.free import Free
-from validate.calibration.prediction import Prediction, predicted_by_emulator, predicted_by_runs
-from validate.calibration.summary import Calibrated
+from validate.calibration.summary import Calibrated, Prediction, predicted_by_emulator, predicted_by_runs
 from validate.figures.calibration_sheet import calibration_sheet
 from validate.figures.figure_sheet import write_sheet_of_figures
 from validate.units import counted

@@ -15,7 +15,7 @@ from sealtwin.material.material_text import material_text
 from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS
 from simulate.material_file import Material
-from validate.calibration.identified import Marginal
+from validate.calibration.free import Marginal
 from validate.calibration.summary import Calibrated
 
 POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"

@@ -5,9 +5,8 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
-from validate.calibration.identified import Marginal
-from validate.calibration.prediction import Prediction
-from validate.calibration.summary import Calibrated
+from validate.calibration.free import Marginal
+from validate.calibration.summary import Calibrated, Prediction
 from validate.figures import theme
 from validate.figures.figure_sheet import FigureSheet, FigureTable, Numbers, Plot, SheetSection, wide_axes
 from validate.units import percent

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal
 
-from validate.readings.body_rows import sorted_rows
 from validate.readings.cell_units import (
     UnitCell,
     columns_of_units,
@@ -42,7 +41,7 @@ from validate.readings.sheet import (
     quoted,
     refuse,
 )
-from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, table_rows
+from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, sorted_rows, table_rows
 from validate.settings import Columns, Declared, Quantity
 
 SAY = (

@@ -7,8 +7,7 @@ import numpy as np
 
 from sealtwin.core.records import ReadColumn
 from validate.readings.columns import Header, factors, other_zeros
-from validate.readings.copies import alike_columns, mean_rows
-from validate.readings.screens import Doubt, ReadCells, doubtful_cells, scattered_stations
+from validate.readings.screens import Doubt, ReadCells, alike_columns, doubtful_cells, mean_rows, scattered_stations
 from validate.readings.sheet import Place, SheetGrid, letters, quoted, shown
 from validate.readings.text_table import number
 from validate.readings.whole_sheet import Filling, counted_stations, doubts_of_sheet

@@ -6,8 +6,7 @@ import numpy as np
 
 from validate.calibration.free import Free
 from validate.calibration.posterior import BasisReach, ReadLevels
-from validate.calibration.prediction import Prediction, predicted_by_runs
-from validate.calibration.summary import Calibrated
+from validate.calibration.summary import Calibrated, Prediction, predicted_by_runs
 from validate.figures.calibration_sheet import calibration_sheet
 from validate.figures.figure_sheet import write_sheet_of_figures
 
