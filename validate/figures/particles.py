@@ -4,13 +4,12 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection
 from matplotlib.colors import Colormap, LogNorm, Normalize
 from matplotlib.figure import FigureBase
-from matplotlib.patches import Polygon
+from matplotlib.patches import Patch, Polygon
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
@@ -133,7 +132,7 @@ def show_to_scale(axes: Axes, x_mm: tuple[float, float], y_mm: tuple[float, floa
     axes.grid(visible=False)
 
 
-def draw_walls(axes: Axes, outline: Outline, face: Artist, **style: Any) -> None:
+def draw_walls(axes: Axes, outline: Outline, face: Patch, **style: Any) -> None:
     """Draw the walls from above, clipped to the face: those of an oblique open end continue past the sample's edge."""
     for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
         (wall,) = axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, **style)
