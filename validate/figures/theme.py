@@ -160,8 +160,8 @@ def _put_legend_under_title(axes: Axes, columns: int) -> None:
 
 def printable(text: str) -> str:
     """Replace control characters, and characters that the figures' font lacks, with question marks."""
-    known = _characters()
-    return "".join(letter if letter == "\n" or ord(letter) in known else "?" for letter in re.sub(r"\r\n?", "\n", text))
+    codes = _characters()
+    return "".join(letter if letter == "\n" or ord(letter) in codes else "?" for letter in re.sub(r"\r\n?", "\n", text))
 
 
 @cache
@@ -185,11 +185,7 @@ PAGE_COLOURS = {
 
 
 def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
-    """Write a figure as ``Figure.savefig`` does, in a quarter less time.
-
-    Before it draws a figure, matplotlib draws it with nothing to draw on, to lay it out; here that call only lays out,
-    where the figure has a layout engine.
-    """
+    """Write a figure as ``Figure.savefig`` does, in a quarter less time: its dry run for the layout draws nothing."""
     draw = figure.draw
     _fix_empty_labels(figure)
 
@@ -207,7 +203,7 @@ def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
 
 
 def _fix_empty_labels(figure: Figure) -> None:
-    """Give empty labels a fixed place: one beside the tick labels is looked for among all of them."""
+    """Give empty labels a fixed place: to place one beside the tick labels, matplotlib measures all of them."""
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if not axis.get_label_text():
             axis.set_label_coords(0.0, 0.0)

@@ -28,7 +28,7 @@ SOUND = (0.95, 1.05)
 
 
 def kept_volume(ratio: float) -> bool:
-    """Return True where the settled volume is sound, rounded as it is printed: 1.050 of the dispensed one is."""
+    """Return True if the volume ratio, rounded as it is printed, is within ``SOUND``."""
     low, high = SOUND
     return low <= round(ratio, 3) <= high
 

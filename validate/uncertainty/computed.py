@@ -58,24 +58,24 @@ class Inputs:
 
     def errors(self) -> list[Component]:
         """Return the errors of the levels at the stations where the effects are."""
-        found = []
+        components = []
         for number, one in enumerate(self.effects):
             z = normals(one.name, 1, draws_for(len(one.level_mm)))
             draws_mm = z * one.level_mm + (z**2 * self.curved_mm[number] if self.curved_mm else 0.0)
-            found.append(self._component(LABELS["inputs"][one.name][0], draws_mm, f"uncertainty.{one.name}"))
+            components.append(self._component(LABELS["inputs"][one.name][0], draws_mm, f"uncertainty.{one.name}"))
         if self.curved_mm:
             count, (runs, stations) = draws_for(self.together_mm.shape[1]), self.together_mm.shape
             # Runs in another order than those of each input alone.
             order = np.random.default_rng(stations).permutation(np.arange(count) % runs)
-            found.append(self._component("inputs together", self.together_mm[order], ""))
-        return found
+            components.append(self._component("inputs together", self.together_mm[order], ""))
+        return components
 
     def _component(self, name: str, draws_mm: Floats, setting: str) -> Component:
         name = f"{name}, {MODELS[self.model]}"
         return Component(name, "declared", draws_mm, shared=True, kind="inputs", setting=setting)
 
     def reported(self, x: Floats) -> tuple[tuple[InputEffect, ...], float]:
-        """Return each effect on the mean level over x, where the effects are, and the variance's share by no one alone.
+        """Return each effect on the mean level over x, and the share of the variance that no input has alone.
 
         The variance of a normal z times a plus z squared times b is a^2 + 2 b^2.
         """
@@ -128,7 +128,7 @@ class InputDraws:
         return Inputs("slot", effects, tuple(curved), self.moved_mm - terms @ found)
 
     def recorded(self, together: float) -> InputDrawsRecord:
-        """Return how many runs there are and what they are fit for, as comparison.json has it."""
+        """Return the record of the runs for comparison.json."""
         return InputDrawsRecord(runs=len(self.moved_mm), together=together, unfit=self.unfit)
 
 
@@ -233,10 +233,10 @@ def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) ->
 
 
 def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> list[Component]:
-    """Return the errors of the levels at k stations by the numerics; none where each size was run once.
+    """Return the errors of the levels at k stations by the numerics; none if each size was run once.
 
-    Volume that the numerics gained or lost moves the level by up to what it makes alike everywhere, either way: how
-    much of it the fit over particle sizes already has is not known.
+    Volume gained or lost may move the level everywhere, up or down, by up to ``volume_level_mm``: the fit over particle
+    sizes has an unknown part of it.
     """
     if not replicates.suffice:
         return []
@@ -273,7 +273,7 @@ def effects_of(results: Floats, inputs: int) -> tuple[Floats, float | None]:
     """Return the effect of each input, from its middle to its upper value, (inputs, k), and its scatter by chance.
 
     ``results``, (runs, k), are in the order of ``two_level_design``. The scatter is a standard deviation, root mean
-    square over k, from the columns without an input; None where every column has one.
+    square over k, from the columns without an input; None if every column has one.
     """
     contrasts = _matrix(inputs).T @ results / len(results)
     spare = contrasts[inputs + 1 :]
@@ -300,11 +300,11 @@ class Spread:
 
     s_mm: Numbers
     sizes: tuple[SizeRuns, SizeRuns, SizeRuns] | None
-    """Runs with finer particles, with the trial's own, its run first, and with coarser ones; None of the fast model."""
+    """Runs at three particle sizes: finer, the trial's own (its run first), coarser; None for the fast model."""
     effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared, by particles
     effect_scatter_mm: float | None
-    """Standard deviation of an effect by the scatter of single runs; None where it is not known."""
-    design_radius_mm: float | None  # Particle radius in the runs of the effects; None where there are none
+    """Standard deviation of an effect by the scatter of single runs; None if it is not known."""
+    design_radius_mm: float | None  # Particle radius in the runs of the effects; None without such runs
     draws: InputDraws | None = None  # Runs of the fast model with moved inputs, in place of effects by particles
 
     def __post_init__(self) -> None:
@@ -314,7 +314,7 @@ class Spread:
             require_different(size.levels_mm, seeds, f"extra runs at a radius of {size.radius_mm:.4g} mm")
 
     def at(self, s_mm: Floats) -> Replicates | None:
-        """Return the levels of the runs of each size at other places; None where there are none."""
+        """Return the levels of the runs of each size at other places; None without such runs."""
         if self.sizes is None:
             return None
         levels_mm = [along(s_mm, self.s_mm, size.levels_mm) for size in self.sizes]
