@@ -1,10 +1,12 @@
 """Page of a calibration: readings beside what the posterior predicts, and what it determines."""
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from sealtwin.core.records import Floats
 from validate.calibration.free import Marginal
 from validate.calibration.summary import Calibrated, Prediction
 from validate.figures import theme
@@ -17,7 +19,7 @@ BARS = 30
 def calibration_sheet(calibrated: Calibrated) -> FigureSheet:
     sections = [_levels(calibrated, one, number) for number, one in enumerate(calibrated.predictions, start=1)]
     if calibrated.draws is not None:
-        sections += [_settings(calibrated), _combinations(calibrated)]
+        sections += [_settings(calibrated, calibrated.draws), _combinations(calibrated)]
     sections.append(_gates(calibrated))
     return FigureSheet(
         title=f"{calibrated.name}: calibration",
@@ -70,7 +72,7 @@ def draw_prediction(one: Prediction, mark: str = "") -> Figure:
     return figure
 
 
-def _settings(calibrated: Calibrated) -> SheetSection:
+def _settings(calibrated: Calibrated, draws: Floats) -> SheetSection:
     head = ["setting", "range", "best", "5 %", "95 %", "width over that beforehand", "identified"]
     rows = [
         [
@@ -89,20 +91,19 @@ def _settings(calibrated: Calibrated) -> SheetSection:
     columns = ["setting", "low", "high", "best", "q05", "q95", "width_over_prior"]
     told = "The posterior of each free setting (bars) over what was known of it before (line)."
     table = FigureTable("Free settings", head, rows, "settings", Numbers(columns, numbers))
-    return SheetSection("Settings", calibrated.advice, [Plot("marginals", told, partial(_draw, calibrated)), table])
+    plot = Plot("marginals", told, partial(_draw, calibrated.marginals, draws))
+    return SheetSection("Settings", calibrated.advice, [plot, table])
 
 
 @theme.themed()
-def _draw(calibrated: Calibrated) -> Figure:
-    assert calibrated.draws is not None, "drawn only with a posterior"
-    count = len(calibrated.frees)
-    columns = min(count, 3)
-    lines = -(-count // columns)
+def _draw(marginals: Sequence[Marginal], draws: Floats) -> Figure:
+    columns = min(len(marginals), 3)
+    lines = -(-len(marginals) // columns)
     figure = theme.wide_figure(2.6 * lines)
-    for number, one in enumerate(calibrated.marginals):
+    for number, one in enumerate(marginals):
         axes = figure.add_subplot(lines, columns, number + 1)
         edges = np.linspace(0, 1, BARS + 1)
-        density, _ = np.histogram(calibrated.draws[:, number], edges, density=True)
+        density, _ = np.histogram(draws[:, number], edges, density=True)
         values = one.free.values(edges)
         axes.stairs(density, values, fill=True, color=theme.SIMULATED, alpha=0.6)
         shares = np.linspace(0, 1, 200)

@@ -21,7 +21,6 @@ from validate.figures.side_by_side import (
     volume_words,
 )
 from validate.metrics.baselines import against_baselines
-from validate.metrics.curve_distances import level_difference
 from validate.metrics.verdict import leak
 from validate.units import signed
 
@@ -238,8 +237,7 @@ def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
     """Draw the signed errors of the runs with readings."""
     figure, axes = wide_axes(3.2, face=True)
     for index, side in enumerate(sides):
-        if side.readings is not None:
-            error = level_difference(side.profile, side.readings)
+        if (error := side.error) is not None:
             _draw_line(axes, index, error.x, error.value)
     _finish(axes, sides, "error (mm)", "Signed error: positive where the simulated level is too high")
     return figure

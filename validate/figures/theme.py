@@ -223,8 +223,7 @@ def as_svg(figure: FigureBase, name: str, pixels_dpi: int) -> str:
 
     ``name`` is unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
     """
-    assert isinstance(figure, Figure)
-    target = io.StringIO()
+    figure, target = _whole(figure), io.StringIO()
     # Ids of clip paths differ between the figures of a page, not between two runs.
     with themed(), rc_context({"svg.hashsalt": name}):
         save(figure, target, format="svg", dpi=pixels_dpi, facecolor="none", metadata=NO_METADATA)
@@ -235,13 +234,19 @@ def as_svg(figure: FigureBase, name: str, pixels_dpi: int) -> str:
 
 def as_picture(figure: FigureBase, dpi: int) -> Image.Image:
     """Return a figure in pixels, on white."""
-    assert isinstance(figure, Figure)
+    figure = _whole(figure)
     figure.set_dpi(dpi)
     _fix_empty_labels(figure)
     canvas = FigureCanvasAgg(figure)
     with themed():
         canvas.draw()
     return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+
+
+def _whole(figure: FigureBase) -> Figure:
+    if not isinstance(figure, Figure):
+        raise TypeError("a part of a figure is not written by itself")
+    return figure
 
 
 def in_page(svg: str, caption: str) -> Markup:

@@ -19,7 +19,7 @@ MOST_TURNED = 100
 Merged = Sequence[tuple[int, int, int, int]]  # Ranges of cells, as in ``SheetGrid``
 DATE = re.compile(r"(?<!\d)(\d{1,2}\s?[./-]\s?\d{1,2}\s?[./-]\s?\d{2,4}|\d{4}-\d{2}-\d{2})(?!\d)")
 LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
-CORNER = re.compile(r"([A-Z]*)([0-9]*)")
+SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 
 
 @dataclass(frozen=True)
@@ -103,13 +103,9 @@ def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
     if span is None:
         yield from rows
         return
-    low, high = (CORNER.fullmatch(corner) for corner in span.split(":"))
-    assert low is not None and high is not None, "the settings are checked"  # noqa: PT018
-    columns = range(
-        column_of(low[1]) if low[1] else 0,
-        column_of(high[1]) + 1 if high[1] else MOST_COLUMNS,
-    )
-    numbers = range(int(low[2] or 0), int(high[2] or sys.maxsize - 1) + 1)
+    first, top, last, bottom = SPAN.findall(span)[0]
+    columns = range(column_of(first) if first else 0, column_of(last) + 1 if last else MOST_COLUMNS)
+    numbers = range(int(top or 0), int(bottom or sys.maxsize - 1) + 1)
     for row in rows:
         if row.number in numbers:
             yield SheetRow(row.number, tuple(cell if at in columns else BLANK for at, cell in enumerate(row.cells)))

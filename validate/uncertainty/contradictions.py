@@ -14,6 +14,20 @@ NUMBERS = 1_000_000  # Readings that are put into another order at a time
 WAYS = ("{off} off the mean of all", "tilted by {off} (rms along the crack)", "bent by {off} (rms along the crack)")
 
 
+def repeats_of(measured: Profile) -> tuple[Floats, Floats]:
+    """Return the readings of each station, (n, r), and their differences from the station's mean."""
+    repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
+    return repeats_mm, repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)
+
+
+def without_passes(residual_mm: Floats, s_mm: Floats, pass_mm: float | None) -> tuple[Floats, Floats, Floats]:
+    """Return residuals without passes, (n, r), the shapes of passes, (n, k), and each repeat's coefficients, (k, r)."""
+    shapes = np.zeros((len(s_mm), 0)) if pass_mm == 0 else shapes_of_passes(s_mm)
+    per_pass = coefficients(residual_mm, shapes)
+    own_mm = residual_mm - shapes @ per_pass
+    return own_mm - np.nanmean(own_mm, axis=1, keepdims=True), shapes, per_pass
+
+
 def shapes_of_passes(s_mm: Floats) -> Floats:
     """Return an offset, a tilt and a bend along the crack, (n, k), orthogonal and each 1 on average (rms).
 
@@ -126,18 +140,17 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
     A datum's height, a limit of error, the probe's width, a shift of all stations and an error that all repeats share
     leave no trace in readings alone, and are taken as declared.
     """
-    source = measured.source or "readings"
-    repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
+    source, (repeats_mm, residual_mm) = measured.source or "readings", repeats_of(measured)
     _require_resolution(repeats_mm, settings.resolution_mm, source)
-    residual_mm = repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)
     if declared.pass_mm is not None:
         require_pass_mm(residual_mm, measured.s_mm, declared.pass_mm, source)
-    if declared.repeatability_mm is not None:
-        own_mm = declared.repeatability_mm * np.ones(len(measured.s_mm))
+    if (declared_mm := declared.repeatability_mm) is not None:
         if (~np.isnan(repeats_mm)).sum(axis=1).max() > 1:
-            _require_scatter(residual_mm, measured.s_mm, declared, settings.resolution_mm, source)
+            scatter = _scatter(residual_mm, measured.s_mm, declared)
+            _require_scatter(*scatter, declared_mm, settings.resolution_mm, source)
         else:
-            _require_rough(measured, own_mm, "repeatability_mm", declared.repeatability_mm, source)
+            own_mm = declared_mm * np.ones(len(measured.s_mm))
+            _require_rough(measured, own_mm, "repeatability_mm", declared_mm, source)
     if declared.station_each_mm is not None:
         own_mm = declared.station_each_mm * np.abs(np.gradient(measured.level_mm, measured.s_mm))
         _require_rough(measured, own_mm, "station_each_mm", declared.station_each_mm, source)
@@ -160,18 +173,14 @@ def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -
         )
 
 
-def _require_scatter(
-    residual_mm: Floats, s_mm: Floats, declared: Uncertainty, resolution_mm: float, source: str
-) -> None:
+def _require_scatter(squares_mm2: float, freedom: float, declared_mm: float, resolution_mm: float, source: str) -> None:
     """Refuse a repeatability that repeats exceed, by the chi-squared distribution of normal readings."""
     from scipy.stats import chi2
 
-    assert declared.repeatability_mm is not None, "asked only where it is declared"
-    variance_mm2 = declared.repeatability_mm**2 + resolution_mm**2 / 12
-    squares_mm2, freedom = _scatter(residual_mm, s_mm, declared)
+    variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
     if squares_mm2 > variance_mm2 * chi2.ppf(1 - FALSE_ALARM, freedom):
         raise InputError(
-            f"{source}: uncertainty.repeatability_mm = {declared.repeatability_mm:g}: the repeats contradict it: they "
+            f"{source}: uncertainty.repeatability_mm = {declared_mm:g}: the repeats contradict it: they "
             f"scatter by {np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), as in fewer than "
             "1 of 100 sheets of normal readings with that repeatability. Leave it out: the repeats show the scatter."
         )
@@ -184,11 +193,10 @@ def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm
     """
     from scipy.stats import chi2
 
-    declared_mm, repeats_mm = declared.repeatability_mm, measured.repeats_mm
-    if declared_mm is None or repeats_mm is None or resolution_mm > COARSE * declared_mm:
+    declared_mm = declared.repeatability_mm
+    if declared_mm is None or measured.repeats_mm is None or resolution_mm > COARSE * declared_mm:
         return ()
-    residual_mm = repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)
-    squares_mm2, freedom = _scatter(residual_mm, measured.s_mm, declared)
+    squares_mm2, freedom = _scatter(repeats_of(measured)[1], measured.s_mm, declared)
     variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
     if freedom <= 0 or squares_mm2 >= variance_mm2 * chi2.ppf(FALSE_ALARM, freedom):
         return ()
@@ -201,9 +209,7 @@ def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm
 
 def _scatter(residual_mm: Floats, s_mm: Floats, declared: Uncertainty) -> tuple[float, float]:
     """Return the sum of squares of the repeats about their stations' means, passes taken off, and its freedom."""
-    shapes = np.zeros((len(s_mm), 0)) if declared.pass_mm == 0 else shapes_of_passes(s_mm)
-    own_mm = residual_mm - shapes @ coefficients(residual_mm, shapes)
-    own_mm -= np.nanmean(own_mm, axis=1, keepdims=True)
+    own_mm, shapes, _ = without_passes(residual_mm, s_mm, declared.pass_mm)
     freedom = ((~np.isnan(residual_mm)).sum(axis=1) - 1).sum() * (1 - shapes.shape[1] / len(s_mm))
     return float(np.nansum(own_mm**2)), float(freedom)
 

@@ -22,11 +22,11 @@ from validate.uncertainty.budget import (
 )
 from validate.uncertainty.contradictions import (
     COARSE,
-    coefficients,
     passes_error,
     refuse_contradicted,
-    shapes_of_passes,
+    repeats_of,
     unused_repeatability,
+    without_passes,
 )
 from validate.units import counted
 
@@ -50,15 +50,11 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     refuse_contradicted(measured, settings, declared)
     s_mm, stations = measured.s_mm, len(measured.s_mm)
     draws = draws_for(stations)
-    repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
+    repeats_mm, residual_mm = repeats_of(measured)
     count = (~np.isnan(repeats_mm)).sum(axis=1).astype(np.float64)
-    residual_mm = repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)
     resolution_mm = max(settings.resolution_mm, resolution_of(repeats_mm))
     seen: Source = "detected" if resolution_mm > settings.resolution_mm else "declared"
-    shapes = np.zeros((stations, 0)) if declared.pass_mm == 0 else shapes_of_passes(s_mm)
-    per_pass = coefficients(residual_mm, shapes)
-    own_mm = residual_mm - shapes @ per_pass
-    own_mm -= np.nanmean(own_mm, axis=1, keepdims=True)
+    own_mm, shapes, per_pass = without_passes(residual_mm, s_mm, declared.pass_mm)
     far, robust_mm = _far(own_mm, count, resolution_mm)
     unused = unused_repeatability(measured, declared, resolution_mm)
     notes = list(_outliers(s_mm[far.any(axis=1)].tolist(), robust_mm))
