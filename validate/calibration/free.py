@@ -86,34 +86,34 @@ class Combination:
 
     def said(self, frees: Sequence[Free]) -> str:
         """Return it as "0.8 ln viscosity - 0.6 yield stress"."""
-        told = ""
+        terms = ""
         for part, free in sorted(zip(self.parts, frees, strict=True), key=lambda each: -abs(each[0])):
             if abs(part) >= NAMED:
-                sign = "-" if part < 0 else "+" if told else ""
-                told += f" {sign} {abs(part):.1f} {'ln ' if free.logarithmic else ''}{setting_name(free.name)}"
-        return " ".join(told.split())
+                sign = "-" if part < 0 else "+" if terms else ""
+                terms += f" {sign} {abs(part):.1f} {'ln ' if free.logarithmic else ''}{setting_name(free.name)}"
+        return " ".join(terms.split())
 
 
 def marginals_of(frees: Sequence[Free], draws: Floats, best: Floats) -> list[Marginal]:
     """Summarise draws in the unit cube, (count, d)."""
     ends = np.quantile(draws, [(1 - INTERVAL) / 2, (1 + INTERVAL) / 2], axis=0)
-    found = []
+    marginals = []
     for number, free in enumerate(frees):
         low, high = free.values(ends[:, number])
         width = float(np.diff(ends[:, number])[0]) / free.prior[0]
-        found.append(Marginal(free, float(free.values(best[number])), float(low), float(high), width))
-    return found
+        marginals.append(Marginal(free, float(free.values(best[number])), float(low), float(high), width))
+    return marginals
 
 
 def combinations_of(frees: Sequence[Free], draws: Floats) -> list[Combination]:
     """Return the eigenvectors of the draws' covariance, the best determined one first."""
     scaled = draws / np.array([free.prior[1] for free in frees])
     variance, vectors = np.linalg.eigh(np.atleast_2d(np.cov(scaled.T)))
-    found = []
+    combinations = []
     for size, vector in zip(variance, vectors.T, strict=True):
         turned = vector * np.sign(vector[np.abs(vector).argmax()])
-        found.append(Combination(tuple(turned.tolist()), float(np.sqrt(max(size, 0.0)))))
-    return found
+        combinations.append(Combination(tuple(turned.tolist()), float(np.sqrt(max(size, 0.0)))))
+    return combinations
 
 
 def confounded_pairs(frees: Sequence[Free], draws: Floats) -> list[tuple[Free, Free, float]]:

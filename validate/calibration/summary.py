@@ -108,37 +108,37 @@ class Calibrated:
     def finding(self) -> str:
         if self.draws is None:
             return " ".join(self._impossible)
-        told = [
+        sentences = [
             f"{_capital(one.free.label)}: {one.low:.3g} to {one.high:.3g} (90 %), {_verdict(one)}."
             for one in self.marginals
         ]
-        return " ".join([*told, *(_judged(one) for one in self.predictions if one.role == "held out")])
+        return " ".join([*sentences, *(_judged(one) for one in self.predictions if one.role == "held out")])
 
     @property
     def _impossible(self) -> list[str]:
-        told = [
+        sentences = [
             f"{name}: residual {reach.residual_mm:.2g} mm, noise {reach.noise_mm:.2g}: the model cannot reproduce this "
             "trial. No sum of the shapes of its runs makes these readings."
             for name, reach in self.reaches
             if not reach.possible
         ]
         if self.least_implausibility > 1:
-            told.append(
+            sentences.append(
                 f"No setting of the ranges makes these readings: the nearest misses by {self.least_implausibility:.2g} "
                 "times what readings, runs and emulator allow."
             )
-        return [*told, "There is no posterior. Widen the ranges, free another setting, or question the readings."]
+        return [*sentences, "There is no posterior. Widen the ranges, free another setting, or question the readings."]
 
     @property
     def advice(self) -> list[str]:
         """Sentences on what is not identified, and what would mend it."""
-        told = [
+        sentences = [
             f"{_capital(one.free.label)} is not identified ({one.low:.3g} to {one.high:.3g}): measure it and leave "
             "--free out, or calibrate on a second trial."
             for one in self.marginals
             if not one.identified
         ]
-        return told + [
+        return sentences + [
             f"{_capital(setting_name(a.name))} and {setting_name(b.name)} are confounded (correlation {r:.2f}): "
             "measure one of them."
             for a, b, r in self.confounded
@@ -146,27 +146,27 @@ class Calibrated:
 
     @property
     def cautions(self) -> list[str]:
-        told = [*self.warned]
+        sentences = [*self.warned]
         if self.emulated:
-            told.append(
+            sentences.append(
                 "EMULATED: readings that nobody measured are among those that were used. This shows how the method "
                 "finds what such readings were made from, and says nothing of a paste."
             )
         if self.mixing > MIXED:
-            told.append(
+            sentences.append(
                 f"The draws have not mixed (ratio of variances {self.mixing:.2f}, at most {MIXED:g} is sound): the "
                 "intervals are not to be trusted."
             )
         if self.unused:
             reasons = "; ".join(sorted({reason for _, _, reason in self.unused})[:3])
-            told.append(f"{len(self.unused)} runs are in no emulator. {reasons}")
-        told += [
+            sentences.append(f"{len(self.unused)} runs are in no emulator. {reasons}")
+        sentences += [
             f"{one.trial}, held out: only {percent(one.held, 0)} of the stations lie in the 95 % band. The material "
             "does not carry over to this trial."
             for one in self.predictions
             if one.role == "held out" and one.held < HELD
         ]
-        return told
+        return sentences
 
 
 def _capital(text: str) -> str:

@@ -38,7 +38,7 @@ def calibration_sheet(calibrated: Calibrated) -> FigureSheet:
 
 
 def _levels(calibrated: Calibrated, one: Prediction, number: int) -> SheetSection:
-    told = (
+    caption = (
         f"Readings ({one.data}) with their 95 % intervals, and the mean and 95 % band that the posterior has for them."
     )
     columns = ["s_mm", "read_mm", "reading_half_width_mm", "predicted_mm", "band_half_width_mm"]
@@ -53,7 +53,7 @@ def _levels(calibrated: Calibrated, one: Prediction, number: int) -> SheetSectio
         else "These readings chose nothing: this is a prediction."
     )
     mark = "EMULATED " if calibrated.emulated and one.data != "measured" else ""
-    plot = Plot(f"levels-{number}", told, partial(draw_prediction, one, mark), Numbers(columns, rows))
+    plot = Plot(f"levels-{number}", caption, partial(draw_prediction, one, mark), Numbers(columns, rows))
     return SheetSection(f"{one.trial}: {one.role}", [judged, used], [plot])
 
 
@@ -89,9 +89,9 @@ def _settings(calibrated: Calibrated, draws: Floats) -> SheetSection:
         for one in calibrated.marginals
     ]
     columns = ["setting", "low", "high", "best", "q05", "q95", "width_over_prior"]
-    told = "The posterior of each free setting (bars) over what was known of it before (line)."
+    caption = "The posterior of each free setting (bars) over what was known of it before (line)."
     table = FigureTable("Free settings", head, rows, "settings", Numbers(columns, numbers))
-    plot = Plot("marginals", told, partial(_draw, calibrated.marginals, draws))
+    plot = Plot("marginals", caption, partial(_draw, calibrated.marginals, draws))
     return SheetSection("Settings", calibrated.advice, [plot, table])
 
 
@@ -127,7 +127,7 @@ def _label(axes: "theme.Axes", one: Marginal) -> None:
 
 
 def _combinations(calibrated: Calibrated) -> SheetSection:
-    told = (
+    sentence = (
         "Directions in which the posterior is narrowest and widest, in units of each setting's standard deviation "
         "beforehand: 1 is nothing learned. Those with a small deviation are well determined, whatever the settings "
         "alone are."
@@ -138,7 +138,7 @@ def _combinations(calibrated: Calibrated) -> SheetSection:
         [[*one.parts, one.deviation] for one in calibrated.combinations],
     )
     table = FigureTable("The best determined first", ["combination", "deviation"], rows, "combinations", numbers)
-    return SheetSection("Combinations", [told], [table])
+    return SheetSection("Combinations", [sentence], [table])
 
 
 def _gates(calibrated: Calibrated) -> SheetSection:
@@ -154,14 +154,14 @@ def _gates(calibrated: Calibrated) -> SheetSection:
         ]
         for (name, reach), noise in zip(calibrated.reaches, calibrated.run_noise_mm, strict=True)
     ]
-    told = [
+    sentences = [
         "Residual: what no sum of the runs' shapes makes of the readings. Noise: standard uncertainty of a reading "
         "and of what the shapes leave out.",
         f"The nearest setting of the ranges misses by {calibrated.least_implausibility:.2f} of what readings, runs and "
         "emulator allow; above 1 none is possible.",
     ]
     if calibrated.discrepancy_mm is not None:
-        told.append(
+        sentences.append(
             f"The model's own error, by the posterior of the trials together: {calibrated.discrepancy_mm:.2f} mm."
         )
-    return SheetSection("Gates", told, [FigureTable("Trials", head, rows, "gates")])
+    return SheetSection("Gates", sentences, [FigureTable("Trials", head, rows, "gates")])

@@ -67,9 +67,9 @@ def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Figure
     if held_out_mm is not None:
         key_figures.append(("mean error over held-out trials", f"{held_out_mm:.2f} mm"))
     no_setting = [] if settings else ["No setting differs."]
-    values: list[Row] = [(name, found, setting_words) for name, found in settings.items()]
-    told = "Signed error of every run that has readings, by its number."
-    errors = Plot("errors", told, lambda: draw_errors_of_runs(sides))
+    values: list[Row] = [(name, each, setting_words) for name, each in settings.items()]
+    caption = "Signed error of every run that has readings, by its number."
+    errors = Plot("errors", caption, lambda: draw_errors_of_runs(sides))
     parts = [
         SheetSection("Runs", [], [_names(sides)]),
         SheetSection("Settings that differ", no_setting, [_by_run(sides, "settings", "setting", values)]),
@@ -94,13 +94,15 @@ def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Figure
 
 def _cautions(sides: Sequence[Side]) -> list[str]:
     kinds = sorted({side.readings.data for side in sides if side.readings is not None} - {"measured"})
-    told = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
+    sentences = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
     if through := [index for index, side in enumerate(sides) if side.escaped_particles]:
         words = leak(sum(sides[index].escaped_particles for index in through))
-        told.append(f"{words} in {numbered(through)}, which must never happen. Please report it with the trial file.")
-    told += volume_words({number: side.volume_ratio for number, side in enumerate(sides, start=1)})
-    told += _known_before(sides)
-    return told + [
+        sentences.append(
+            f"{words} in {numbered(through)}, which must never happen. Please report it with the trial file."
+        )
+    sentences += volume_words({number: side.volume_ratio for number, side in enumerate(sides, start=1)})
+    sentences += _known_before(sides)
+    return sentences + [
         f"Edited by hand since run {number} was made: {', '.join(side.edited)}. It is shown as edited and "
         "counts for no finding."
         for number, side in enumerate(sides, start=1)
@@ -140,11 +142,11 @@ def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -
     """Return a table with a column for each run, headed by its number; its CSV has the name too."""
     head = [first, *(str(index + 1) for index in range(len(sides)))]
     shown = [[label, *(NONE if value is None else text(value) for value in values)] for label, values, text in rows]
-    kept = [
+    content = [
         [label, *(value if value is None or isinstance(value, int | float) else text(value) for value in values)]
         for label, values, text in rows
     ]
-    numbers = Numbers([first, *_named(sides)], kept)
+    numbers = Numbers([first, *_named(sides)], content)
     return FigureTable("By run", head, shown, name, numbers)
 
 
@@ -198,12 +200,12 @@ def _levels(sides: Sequence[Side]) -> Plot:
     rows = [[None if np.isnan(value) else float(value) for value in row] for row in np.column_stack([s_mm, *levels])]
     columns = ["s_mm", *(f"{name}: level_mm" for name in _named(sides))]
     firsts = [first for first in first_with_readings(sides) if first is not None]
-    told = "The level along the crack of every run, by its number."
+    caption = "The level along the crack of every run, by its number."
     if firsts:
         shared = len(firsts) > len(set(firsts))
-        told += " Circles are readings, in the colour of their run"
-        told += ", or in the colour of the labels if several runs share them." if shared else "."
-    return Plot("levels", told, lambda: draw_levels_of_runs(sides), Numbers(columns, rows))
+        caption += " Circles are readings, in the colour of their run"
+        caption += ", or in the colour of the labels if several runs share them." if shared else "."
+    return Plot("levels", caption, lambda: draw_levels_of_runs(sides), Numbers(columns, rows))
 
 
 def _named(sides: Sequence[Side]) -> list[str]:
@@ -227,8 +229,8 @@ def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
             axes.plot(readings.s_mm, readings.level_mm, "o", color=colour, markersize=4, markerfacecolor="none")
         _draw_line(axes, index, side.profile.s_mm, side.profile.level_mm)
     kinds = sorted({side.readings.data for side in sides if side.readings is not None})
-    told = " and ".join(kind if kind == "measured" else kind.upper() for kind in kinds)
-    _finish(axes, sides, theme.LEVEL, f"Levels, and readings ({told}) as circles" if kinds else "Levels")
+    origins = " and ".join(kind if kind == "measured" else kind.upper() for kind in kinds)
+    _finish(axes, sides, theme.LEVEL, f"Levels, and readings ({origins}) as circles" if kinds else "Levels")
     return figure
 
 

@@ -64,16 +64,16 @@ def draw_influence(chart: Chart, of: int) -> Figure:
     """Draw the mean error over axis ``of``, with a line for each value of the other one, or points off a grid."""
     along, other = chart.axes[of], chart.axes[1 - of]
     figure, axes = wide_axes(4.2)
-    places, kept = (np.array([run.at[index] for run in chart.runs]) for index in (of, 1 - of))
+    places, values = (np.array([run.at[index] for run in chart.runs]) for index in (of, 1 - of))
     norm = (LogNorm if other.logarithmic else Normalize)(other.values[0], other.values[-1])
     if other.is_graded(len(chart.runs)):
         for value in other.values:
-            here = np.flatnonzero(kept == value)
+            here = np.flatnonzero(values == value)
             here = here[np.argsort(places[here])]
             colour = LINE_COLOURS(norm(value))
             axes.plot(places[here], chart.errors_mm[here], "o-", color=colour, markersize=3, linewidth=1.2)
     else:
-        axes.scatter(places, chart.errors_mm, c=kept, cmap=LINE_COLOURS, norm=norm, s=18)
+        axes.scatter(places, chart.errors_mm, c=values, cmap=LINE_COLOURS, norm=norm, s=18)
     if along.is_graded(len(chart.runs)):
         mean_mm = [chart.errors_mm[places == value].mean() for value in along.values]
         axes.plot(along.values, mean_mm, color=theme.INK, linewidth=3.0, label=f"mean over {other.name}")
@@ -94,12 +94,12 @@ def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
     at, near, best = np.array([run.at for run in chart.runs]), np.array(chart.as_near), chart.best
     axes.plot(*at.T, "x", color=theme.MEASURED, markersize=5, markeredgewidth=1.1, label="a run", clip_on=False)
-    told = "as near, by readings and scatter of runs"
+    label = "as near, by readings and scatter of runs"
     ring = {"color": "white", "markerfacecolor": "none", "markersize": 9, "path_effects": HALO}
-    axes.plot(*at[near].T, "o", **ring, label=told, clip_on=False)
-    told = f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm"
+    axes.plot(*at[near].T, "o", **ring, label=label, clip_on=False)
+    label = f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm"
     star = {"color": "white", "markeredgecolor": theme.INK, "markersize": 16, "linestyle": "none"}
-    axes.plot(*best.at, "*", **star, label=told, clip_on=False)
+    axes.plot(*best.at, "*", **star, label=label, clip_on=False)
     numbers = [run.number for run in chart.runs]
     for letter, run in zip(ascii_lowercase, chosen, strict=False):
         # On the side of the middle: title and colour bar are beyond the edges.
