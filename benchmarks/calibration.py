@@ -45,8 +45,7 @@ from simulate.run import inject
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.shapes import straight_slot
 from validate.calibration.emulator import Emulator
-from validate.calibration.free import Free
-from validate.calibration.identified import marginals_of
+from validate.calibration.free import Free, marginals_of
 from validate.calibration.posterior import Posterior, ReadLevels, reach_of
 
 TABLE = Path(__file__).with_name("calibration.csv")

@@ -233,8 +233,8 @@ def plot_levels(
         raise InputError("plot_levels: neither level nor readings; give one of them to draw.")
     from matplotlib import pyplot
 
-    from sealtwin.core.drawing.theme import themed
     from validate.figures.levels import draw_levels
+    from validate.figures.theme import themed
 
     with themed():
         axes = pyplot.figure(figsize=(9.0, 3.9), layout="constrained").add_subplot() if ax is None else ax

@@ -21,12 +21,10 @@ from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting
 from simulate.material_file import Material
-from validate.calibration.free import Free
-from validate.calibration.identified import Marginal
-from validate.calibration.prediction import Prediction, predicted_by_emulator, predicted_by_runs
-from validate.calibration.summary import Calibrated
-from validate.study_figures.calibration_sheet import calibration_sheet
-from validate.study_figures.figure_sheet import write_sheet_of_figures
+from validate.calibration.free import Free, Marginal
+from validate.calibration.summary import Calibrated, Prediction, predicted_by_emulator, predicted_by_runs
+from validate.figures.calibration_sheet import calibration_sheet
+from validate.figures.figure_sheet import write_sheet_of_figures
 from validate.units import counted
 
 LIBRARY = "library"  # Folder of the runs of all trials, each in that of a study

@@ -10,7 +10,7 @@ from sealtwin.cli.numbers import count_option
 
 if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped
-    from validate.study_figures.figure_sheet import FigureSheet
+    from validate.figures.figure_sheet import FigureSheet
 
 MOST_NAMED = 8  # Failed runs in the text of an answer; all of them are in the table
 
@@ -240,7 +240,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
 
 def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
     """Return the lines that a person reads of runs side by side."""
-    from validate.study_figures.side_by_side import setting_words
+    from validate.figures.side_by_side import setting_words
 
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
     for name, values in content["differing"].items():
@@ -249,6 +249,6 @@ def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
 
 
 def _said(settings: dict[str, Any]) -> str:
-    from validate.study_figures.side_by_side import setting_words
+    from validate.figures.side_by_side import setting_words
 
     return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())

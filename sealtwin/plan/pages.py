@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing.theme import ALONG, MEASURED, MUTED, SIMULATED, label_axes
 from sealtwin.plan.emulation import Emulated
 from sealtwin.plan.verify import Planned
-from validate.study_figures.figure_sheet import (
+from validate.figures.figure_sheet import (
     FigureSheet,
     FigureTable,
     Numbers,
@@ -19,6 +18,7 @@ from validate.study_figures.figure_sheet import (
     wide_axes,
     write_sheet_of_figures,
 )
+from validate.figures.theme import ALONG, MEASURED, MUTED, SIMULATED, label_axes
 
 AGREES_MM = 0.4  # Mean difference of prediction and particles up to which the page does not mention it
 BASELINES = {"constant flow": "--", "flow by local area": ":"}

@@ -14,7 +14,7 @@ from sealtwin.core.record_files import read_record
 from sealtwin.core.records import Floats, Numbers
 from sealtwin.study.moved_inputs import Base, moved_bench, moved_paste, refuse_immovable
 from validate.settings import ANGLE, Differences
-from validate.uncertainty.inputs import RUNS, InputDraws, drawn_inputs
+from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
 PART = 50  # Runs in a part
 COARSER = 2

@@ -27,8 +27,7 @@ from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
-from validate.uncertainty.inputs import RUNS, Effect, InputDraws
-from validate.uncertainty.validation import SizeRuns, Spread, effects_of, two_level_design
+from validate.uncertainty.computed import RUNS, Effect, InputDraws, SizeRuns, Spread, effects_of, two_level_design
 from validate.wording.of_runs import sentences_of_runs
 
 RATIO = 1.3

@@ -26,10 +26,10 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import readings_of
+from validate.figures.compare_sheet import MOST, compare_sheet
+from validate.figures.figure_sheet import FigureSheet, write_sheet_of_figures
+from validate.figures.side_by_side import Side, differing, first_with_readings, replicate_words
 from validate.settings import Role
-from validate.study_figures.compare_sheet import MOST, compare_sheet
-from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
-from validate.study_figures.side_by_side import Side, differing, first_with_readings, replicate_words
 from validate.wording.headline import run_warnings
 from validate.wording.of_runs import sentences_of_runs
 

@@ -166,10 +166,10 @@ def bring_up_to_date(job: Job) -> bool:
         return False
     began = time.monotonic()
 
-    from sealtwin.core.drawing.snapshots import FillScene, write_gallery
     from simulate.profile import measure_profile, volume_ratio
     from simulate.run import inject
     from simulate.setup_checks import check_fit
+    from validate.figures.snapshots import FillScene, write_gallery
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     trajectory = record_files.read_trajectory(job.path)

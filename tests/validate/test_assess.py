@@ -13,7 +13,7 @@ from validate.compare import assess
 from validate.figures.levels import draw_uncertainty
 from validate.report_input import Evidence
 from validate.settings import Gate, Readings, Uncertainty
-from validate.uncertainty.validation import Effect, SizeRuns, Spread
+from validate.uncertainty.computed import Effect, SizeRuns, Spread
 from validate.wording.comparison import uncertainty_sentences, uncertainty_tables
 
 SHEET = Readings(file=Path("caliper.csv"), data="measured", role="held-out", limit_mm=0.0)

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from sealtwin.core.comparison import Outcome
-from sealtwin.core.drawing.theme import AGES, GRID, INK, MUTED, SIMULATED, as_picture, as_svg, in_page, printable
 from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.solid_pictures import draw_still
+from validate.figures.theme import AGES, GRID, INK, MUTED, SIMULATED, as_picture, as_svg, in_page, printable
 from validate.report.chapters import Chapter, CommandLines, Model, Paragraph, PhotoBlock, Picture, Plate, chapters
 from validate.report.live_chapter import live_chapter
 from validate.report.report_data import ReportData, ReportedVerdict, report_data

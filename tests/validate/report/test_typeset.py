@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from PIL import Image
 from pypdf import PdfReader
 
-from sealtwin.core.drawing.theme import printable
+from validate.figures.theme import printable
 from validate.report.write_report import Typesetter
 
 

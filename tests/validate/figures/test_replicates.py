@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from tests.sides import METRICS, side
-from validate.study_figures.compare_sheet import compare_sheet
-from validate.study_figures.figure_sheet import FigureTable
-from validate.study_figures.side_by_side import held_out_mean_mm
+from validate.figures.compare_sheet import compare_sheet
+from validate.figures.figure_sheet import FigureTable
+from validate.figures.side_by_side import held_out_mean_mm
 
 
 def trial(name: str, role: str, mean_error_mm: float, **metrics):

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from sealtwin.core.errors import InputError
-from validate.study_figures.chart import axes_of
+from validate.figures.chart import axes_of
 
 
 def rows(*pairs: Any, names: tuple[str, str] = ("fluid.U", "fluid.D_cm")) -> list[dict[str, Any]]:

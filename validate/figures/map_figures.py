@@ -8,19 +8,18 @@ from typing import Any, Literal
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
-from sealtwin.core.drawing import theme
-from sealtwin.core.drawing.particles import ColourScale, age_scale
-from sealtwin.core.drawing.snapshots import FillScene
 from sealtwin.core.records import Floats, Frame
-from validate.study_figures.chart import Axis, Chart, HeldRun
-from validate.study_figures.figure_sheet import wide_axes
+from validate.figures import theme
+from validate.figures.chart import Axis, Chart, HeldRun
+from validate.figures.figure_sheet import wide_axes
+from validate.figures.particles import ColourScale, add_bar, ages_of
+from validate.figures.snapshots import FillScene
 
 CELLS = 240  # Number of the map's cells along each axis, finer than a page shows
 LINE_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3, 0.88, 256)))
@@ -37,23 +36,19 @@ def draw_levels_of_study(chart: Chart) -> Figure:
     curves = [np.column_stack([run.profile.s_mm, run.profile.level_mm]) for run in chart.runs]
     axes.add_collection(LineCollection(curves, colors=theme.MUTED, linewidths=0.7, alpha=0.5, rasterized=True))
     readings, best = chart.readings, chart.best
-    low_mm, high_mm = readings.level_mm - chart.band_mm, readings.level_mm + chart.band_mm
-    axes.fill_between(readings.s_mm, low_mm, high_mm, color=theme.MEASURED, alpha=0.3, linewidth=0)
-    axes.plot(readings.s_mm, readings.level_mm, "--o", color=theme.MEASURED, markersize=3.5)
-    axes.plot(best.profile.s_mm, best.profile.level_mm, color=theme.SIMULATED, linewidth=3.0)
+    theme.draw_band(axes, readings.s_mm, readings.level_mm, chart.band_mm, theme.MEASURED, 0.3)
+    (caliper,) = axes.plot(readings.s_mm, readings.level_mm, "--o", color=theme.MEASURED, markersize=3.5)
+    (nearest,) = axes.plot(best.profile.s_mm, best.profile.level_mm, color=theme.SIMULATED, linewidth=3.0)
     s_mm, level_mm = np.vstack([*curves, np.column_stack([readings.s_mm, readings.level_mm])]).T
     axes.set_xlim(0, s_mm.max())
     axes.set_ylim(level_mm.min() - 1, level_mm.max() + 1)
-    theme.label_axes(axes, theme.ALONG, "level from the face (mm)", f"Levels of {len(chart.runs)} runs")
+    theme.label_axes(axes, theme.ALONG, theme.LEVEL, f"Levels of {len(chart.runs)} runs")
     kind = "" if readings.data == "measured" else f", {readings.data.upper()}"
-    strokes = {
-        "a run": Line2D([], [], color=theme.MUTED, linewidth=0.7),
-        f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm off": Line2D(
-            [], [], color=theme.SIMULATED, linewidth=3.0
-        ),
-        f"caliper{kind}, 95 % band": Line2D([], [], color=theme.MEASURED, linestyle="--", marker="o", markersize=3.5),
-    }
-    axes.legend(strokes.values(), strokes.keys(), loc="lower right")
+    axes.legend(
+        [Line2D([], [], color=theme.MUTED, linewidth=0.7), nearest, caliper],
+        ["a run", f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm off", f"caliper{kind}, 95 % band"],
+        loc="lower right",
+    )
     return figure
 
 
@@ -69,24 +64,21 @@ def draw_influence(chart: Chart, of: int) -> Figure:
     """Draw the mean error over axis ``of``, with a line for each value of the other one, or points off a grid."""
     along, other = chart.axes[of], chart.axes[1 - of]
     figure, axes = wide_axes(4.2)
-    places, kept = (np.array([run.at[index] for run in chart.runs]) for index in (of, 1 - of))
+    places, values = (np.array([run.at[index] for run in chart.runs]) for index in (of, 1 - of))
     norm = (LogNorm if other.logarithmic else Normalize)(other.values[0], other.values[-1])
     if other.is_graded(len(chart.runs)):
         for value in other.values:
-            here = np.flatnonzero(kept == value)
+            here = np.flatnonzero(values == value)
             here = here[np.argsort(places[here])]
             colour = LINE_COLOURS(norm(value))
             axes.plot(places[here], chart.errors_mm[here], "o-", color=colour, markersize=3, linewidth=1.2)
     else:
-        axes.scatter(places, chart.errors_mm, c=kept, cmap=LINE_COLOURS, norm=norm, s=18)
+        axes.scatter(places, chart.errors_mm, c=values, cmap=LINE_COLOURS, norm=norm, s=18)
     if along.is_graded(len(chart.runs)):
         mean_mm = [chart.errors_mm[places == value].mean() for value in along.values]
         axes.plot(along.values, mean_mm, color=theme.INK, linewidth=3.0, label=f"mean over {other.name}")
         axes.legend(loc="best")
-    bar = figure.colorbar(ScalarMappable(norm, LINE_COLOURS), ax=axes, pad=0.01)
-    bar.set_label(other.label)
-    if other.logarithmic:
-        theme.print_plain(bar.long_axis)
+    add_bar(figure, ColourScale(other.label, LINE_COLOURS, norm), [axes], pad=0.01)
     scale_axis(axes, "x", along)
     axes.set_ylim(0, None)
     theme.label_axes(axes, along.label, "mean error (mm)", f"Influence of {along.name}")
@@ -102,12 +94,12 @@ def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
     at, near, best = np.array([run.at for run in chart.runs]), np.array(chart.as_near), chart.best
     axes.plot(*at.T, "x", color=theme.MEASURED, markersize=5, markeredgewidth=1.1, label="a run", clip_on=False)
-    told = "as near, by readings and scatter of runs"
+    label = "as near, by readings and scatter of runs"
     ring = {"color": "white", "markerfacecolor": "none", "markersize": 9, "path_effects": HALO}
-    axes.plot(*at[near].T, "o", **ring, label=told, clip_on=False)
-    told = f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm"
+    axes.plot(*at[near].T, "o", **ring, label=label, clip_on=False)
+    label = f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm"
     star = {"color": "white", "markeredgecolor": theme.INK, "markersize": 16, "linestyle": "none"}
-    axes.plot(*best.at, "*", **star, label=told, clip_on=False)
+    axes.plot(*best.at, "*", **star, label=label, clip_on=False)
     numbers = [run.number for run in chart.runs]
     for letter, run in zip(ascii_lowercase, chosen, strict=False):
         # On the side of the middle: title and colour bar are beyond the edges.
@@ -212,12 +204,11 @@ def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
 
 
 def _add_bar(figure: Figure, scale: ColourScale) -> None:
-    mappable = ScalarMappable(scale.norm, scale.colours)
-    figure.colorbar(mappable, ax=figure.axes, label=scale.label, location="bottom", aspect=60, pad=0.01, shrink=0.6)
+    add_bar(figure, scale, figure.axes, location="bottom", aspect=60, pad=0.01, shrink=0.6)
 
 
 def _ages(fills: Sequence[Fill]) -> ColourScale:
-    return age_scale(max(float(np.max(frame.age_s, initial=0.1)) for fill in fills for frame in fill.seen.frames))
+    return ages_of(frame for fill in fills for frame in fill.seen.frames)
 
 
 def medians(particles: Floats, frame_ms: Floats) -> Floats:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.sides import METRICS, side
-from validate.study_figures.side_by_side import (
+from validate.figures.side_by_side import (
     SAME_MM,
     differing,
     first_with_readings,

@@ -7,12 +7,12 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from PIL import Image
 
-from sealtwin.core.drawing.snapshots import write_gallery
+from validate.figures.snapshots import write_gallery
 
 
 def test_a_gallery_is_the_same_when_it_is_made_again(scene, frames, health, tmp_path, monkeypatch):
     """But for the last bits of where the layout puts a panel; no file says when it was made, or by what."""
-    monkeypatch.setattr("sealtwin.core.drawing.snapshots.DPI", 40)
+    monkeypatch.setattr("validate.figures.snapshots.DPI", 40)
     for run in ("a", "b"):
         names = write_gallery(tmp_path / run, {"0007.000s": frames[1]}, scene, health)
         assert names == ["health.png", "snapshots/0007.000s.png", "snapshots/fill.png"]
@@ -37,8 +37,8 @@ def test_snapshots_of_one_run_have_their_panels_at_the_same_places_and_one_layou
             engine.execute(figure)
         return [name]
 
-    monkeypatch.setattr("sealtwin.core.drawing.snapshots._write", written)
-    monkeypatch.setattr("sealtwin.core.drawing.snapshots.draw_health", lambda _: Figure())
+    monkeypatch.setattr("validate.figures.snapshots._write", written)
+    monkeypatch.setattr("validate.figures.snapshots.draw_health", lambda _: Figure())
     named = {f"{frame.t_s:08.3f}s": frame for frame in frames}
     last, *others = (f"snapshots/{name}" for name in reversed(named))
     assert write_gallery(tmp_path, named, scene, {}) == ["health", last, *others, "snapshots/fill"]

@@ -32,6 +32,7 @@ ON_GROUND = "#2b2620"
 """Colour of lines and words on mortar and in the air, dark on a dark page too."""
 AIR = "#fcfcfa"
 """Colour around sealant: light on a dark page too, on which the darkest sealant would be invisible."""
+CARD = "#ffffff"  # Colour of the page behind a figure
 # Okabe and Ito's: distinct with any colour vision, and in grey.
 SIMULATED = "#0072b2"
 MEASURED = "#d55e00"
@@ -41,6 +42,8 @@ HEIGHTS = "cividis"
 SPEEDS = "plasma"  # Colour maps of the sealant's age, height and speed
 
 ALONG = "s from the end where the nozzle starts (mm)"  # Label of the axis along the crack
+LEVEL = "level from the face (mm)"
+BAND = "95 % band, all stations together"
 BESIDE_PLOT_IN = 0.7  # Width of the figure beside a plot: its labels and margins
 LEGEND_ROW_PT = 12.5  # Height of a legend's line of 8 pt, with the space between two lines
 STYLE: Any = {
@@ -89,18 +92,33 @@ PLATE_IN = 4.6  # Width of a plate
 
 def plate(height_in: float) -> Figure:
     """Return an empty figure whose words can be read on a phone's screen and on half of an A4 page's width."""
-    return Figure(figsize=(PLATE_IN, height_in), layout="constrained")
+    return wide_figure(height_in, PLATE_IN)
 
 
-def wide_figure(height_in: float) -> Figure:
+def wide_figure(height_in: float, width_in: float = 9.0) -> Figure:
     """Return an empty figure of a page's width."""
-    return Figure(figsize=(9.0, height_in), layout="constrained")
+    return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
-def label_axes(axes: Axes, x: str, y: str, title: str) -> None:
+def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> FigureBase:
+    """Label axes, with a legend of up to ``legend`` columns under the title; return their figure."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.set_title(title)
+    if legend:
+        _put_legend_under_title(axes, legend)
+    return axes.figure
+
+
+def draw_face(axes: Axes) -> None:
+    """Draw the line at 0: the sample's face, or no error."""
+    axes.axhline(0.0, color=INK, linewidth=1.0)
+
+
+def draw_band(
+    axes: Axes, x: Floats, middle: Floats | float, half: Floats, colour: str, alpha: float, label: str | None = None
+) -> None:
+    axes.fill_between(x, middle - half, middle + half, color=colour, alpha=alpha, linewidth=0, label=label)
 
 
 def print_plain(axis: Axis) -> None:
@@ -117,7 +135,7 @@ def draw_ground(axes: Axes, s_mm: Floats, floor_mm: Floats, bottom_mm: float) ->
     axes.add_artist(Polygon(outline_mm, color=GROUND, linewidth=0))
 
 
-def put_legend_under_title(axes: Axes, columns: int) -> None:
+def _put_legend_under_title(axes: Axes, columns: int) -> None:
     """Draw the legend between title and plot: inside the plot a curve could run through it.
 
     It has as many columns as the figure has room for, and at most ``columns``.
@@ -142,8 +160,8 @@ def put_legend_under_title(axes: Axes, columns: int) -> None:
 
 def printable(text: str) -> str:
     """Replace control characters, and characters that the figures' font lacks, with question marks."""
-    known = _characters()
-    return "".join(letter if letter == "\n" or ord(letter) in known else "?" for letter in re.sub(r"\r\n?", "\n", text))
+    codes = _characters()
+    return "".join(letter if letter == "\n" or ord(letter) in codes else "?" for letter in re.sub(r"\r\n?", "\n", text))
 
 
 @cache
@@ -158,7 +176,7 @@ PAGE_COLOURS = {
     INK: "--ink",
     MUTED: "--muted",
     GRID: "--grid",
-    "#ffffff": "--card",
+    CARD: "--card",
     SIMULATED: "--simulated",
     MEASURED: "--measured",
     THIRD: "--third",
@@ -167,11 +185,7 @@ PAGE_COLOURS = {
 
 
 def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
-    """Write a figure as ``Figure.savefig`` does, in a quarter less time.
-
-    Before it draws a figure, matplotlib draws it with nothing to draw on, to lay it out; here that call only lays out,
-    where the figure has a layout engine.
-    """
+    """Write a figure as ``Figure.savefig`` does, in a quarter less time: its dry run for the layout draws nothing."""
     draw = figure.draw
     _fix_empty_labels(figure)
 
@@ -189,7 +203,7 @@ def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
 
 
 def _fix_empty_labels(figure: Figure) -> None:
-    """Give empty labels a fixed place: one beside the tick labels is looked for among all of them."""
+    """Give empty labels a fixed place: to place one beside the tick labels, matplotlib measures all of them."""
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if not axis.get_label_text():
             axis.set_label_coords(0.0, 0.0)
@@ -209,8 +223,7 @@ def as_svg(figure: FigureBase, name: str, pixels_dpi: int) -> str:
 
     ``name`` is unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
     """
-    assert isinstance(figure, Figure)
-    target = io.StringIO()
+    figure, target = _whole(figure), io.StringIO()
     # Ids of clip paths differ between the figures of a page, not between two runs.
     with themed(), rc_context({"svg.hashsalt": name}):
         save(figure, target, format="svg", dpi=pixels_dpi, facecolor="none", metadata=NO_METADATA)
@@ -221,13 +234,19 @@ def as_svg(figure: FigureBase, name: str, pixels_dpi: int) -> str:
 
 def as_picture(figure: FigureBase, dpi: int) -> Image.Image:
     """Return a figure in pixels, on white."""
-    assert isinstance(figure, Figure)
+    figure = _whole(figure)
     figure.set_dpi(dpi)
     _fix_empty_labels(figure)
     canvas = FigureCanvasAgg(figure)
     with themed():
         canvas.draw()
     return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+
+
+def _whole(figure: FigureBase) -> Figure:
+    if not isinstance(figure, Figure):
+        raise TypeError("a part of a figure is not written by itself")
+    return figure
 
 
 def in_page(svg: str, caption: str) -> Markup:

@@ -7,18 +7,18 @@ from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path as Outlines
 from matplotlib.ticker import MaxNLocator
 
-from sealtwin.core.drawing import particles, theme
 from sealtwin.core.files import replacing
 from sealtwin.core.records import Floats, Frame, Integers, Outline, ParticleState, Solid, Trajectory
+from validate.figures import particles, theme
 
 MARGIN_MM = 6.0  # Length shown past each end of the crack
 ABOVE_MM = 6.0  # Height shown above the face, with the nozzle's tip
+AROUND_MM = 8.0  # Width of the face shown around the crack
 MOST_ROWS = 8  # Largest number of moments below each other; of more frames, that many are chosen over the run
 NOZZLE_MM = 5.0  # Length of the nozzle that is drawn
 UNDER, OVER = 1.0, 4.0  # Drawing order of the sealant under the face and on it; the face is drawn between the two
@@ -60,13 +60,12 @@ class FillScene:
         order = _sorted(frame, -np.abs(aside_mm))
         return np.column_stack([s_mm, frame.position_mm[:, 2]])[order], order
 
-    def draw_side(self, axes: Axes, frame: Frame, value: Floats, scale: particles.ColourScale) -> EllipseCollection:
-        """Draw the section along the crack, particles by ``value``, with ground and nozzle; return the particles."""
+    def draw_side(self, axes: Axes, frame: Frame, value: Floats, scale: particles.ColourScale) -> None:
+        """Draw the section along the crack, particles by ``value``, with ground and nozzle."""
         place_mm, shown = self.side(frame)
         self.draw_ground(axes)
-        discs = particles.draw_discs(axes, place_mm, self.radius_mm, value[shown], scale)
+        particles.draw_discs(axes, place_mm, self.radius_mm, value[shown], scale)
         self.draw_nozzle(axes, frame.t_s)
-        return discs
 
     def plan(self, frame: Frame) -> tuple[Floats, Integers]:
         """Return places along the crack and to its left, (k, 2), and indices, (k,); the highest particles come last."""
@@ -125,64 +124,60 @@ def _sorted(frame: Frame, key: Floats) -> Integers:
     return order[frame.state[order] != ParticleState.SPILLED]
 
 
+@theme.themed()
 def draw_fill(frames: Sequence[Frame], scene: FillScene, by: Sequence[Shade] = ("speed", "age")) -> Figure:
     """Draw frames below each other: sections along the crack, a column for each way to colour the particles."""
     if len(frames) > MOST_ROWS:
         frames = [frames[round(place)] for place in np.linspace(0, len(frames) - 1, MOST_ROWS)]
-    with theme.themed():
-        figure = Figure(figsize=(len(by) * 4.5, 1.0 + 1.35 * len(frames)), layout="constrained")
-        grid = figure.subplots(len(frames), len(by), sharex=True, sharey=True, squeeze=False)
-        scales = {"speed": particles.SPEED, "age": _ages(frames)}
-        for frame, row in zip(frames, grid, strict=True):
-            for axes, shade in zip(row, by, strict=True):
-                scene.draw_side(axes, frame, frame.speed_mm_s if shade == "speed" else frame.age_s, scales[shade])
-            row[0].set_title(f"t = {frame.t_s:.2f} s")
-            row[0].set_ylabel("z (mm)")
-        for column, shade in zip(grid.T, by, strict=True):
-            column[-1].set_xlabel("s along the crack (mm)")
-            discs = column[0].collections[-1]
-            particles.add_bar(figure, discs, list(column), scales[shade], location="bottom", aspect=40, pad=0.02)
+    figure = theme.wide_figure(1.0 + 1.35 * len(frames), len(by) * 4.5)
+    grid = figure.subplots(len(frames), len(by), sharex=True, sharey=True, squeeze=False)
+    scales = {"speed": particles.SPEED, "age": particles.ages_of(frames)}
+    for frame, row in zip(frames, grid, strict=True):
+        for axes, shade in zip(row, by, strict=True):
+            scene.draw_side(axes, frame, frame.speed_mm_s if shade == "speed" else frame.age_s, scales[shade])
+        row[0].set_title(f"t = {frame.t_s:.2f} s")
+        row[0].set_ylabel("z (mm)")
+    for column, shade in zip(grid.T, by, strict=True):
+        column[-1].set_xlabel("s along the crack (mm)")
+        particles.add_bar(figure, scales[shade], column, location="bottom", aspect=40, pad=0.02)
     return figure
 
 
+@theme.themed()
 def draw_snapshot(frame: Frame, scene: FillScene) -> Figure:
     """Draw one frame: the section along the crack by age and by speed, the view from above and sections across it."""
-    outline, solid, radius_mm = scene.outline, scene.solid, scene.radius_mm
-    with theme.themed():
-        figure = Figure(figsize=(9.0, 11.0), layout="constrained")
-        rows = figure.add_gridspec(4, len(particles.SECTIONS_AT), height_ratios=(1.0, 1.0, 1.7, 1.35))
-        by_age, by_speed, top = (figure.add_subplot(rows[row, :]) for row in range(3))
-        sections = [figure.add_subplot(rows[3, column]) for column in range(len(particles.SECTIONS_AT))]
-        ages = _ages([frame])
-        aged = scene.draw_side(by_age, frame, frame.age_s, ages)
-        sped = scene.draw_side(by_speed, frame, frame.speed_mm_s, particles.SPEED)
-        theme.label_axes(by_age, theme.ALONG, "z (mm)", f"t = {frame.t_s:.2f} s: section along the crack, by age")
-        theme.label_axes(by_speed, theme.ALONG, "z (mm)", "The same by speed")
-        _draw_top(top, frame, scene)
-        stays = frame.state != ParticleState.SPILLED
-        for axes, share in zip(sections, particles.SECTIONS_AT, strict=True):
-            s_mm, speed_mm_s = share * outline.length_mm, frame.speed_mm_s[stays]
-            particles.draw_section(
-                axes, outline, solid, s_mm, frame.position_mm[stays], radius_mm, speed_mm_s, particles.SPEED
-            )
-        sections[0].set_ylabel("z (mm)")
-        particles.add_bar(figure, aged, [by_age], ages, pad=0.01, shrink=0.9, aspect=12)
-        particles.add_bar(figure, sped, [by_speed, top, *sections], particles.SPEED, pad=0.01, shrink=0.4, aspect=25)
+    figure, ages = theme.wide_figure(11.0), particles.ages_of([frame])
+    rows = figure.add_gridspec(4, len(particles.SECTIONS_AT), height_ratios=(1.0, 1.0, 1.7, 1.35))
+    by_age, by_speed, top = (figure.add_subplot(rows[row, :]) for row in range(3))
+    sections = [figure.add_subplot(rows[3, column]) for column in range(len(particles.SECTIONS_AT))]
+    scene.draw_side(by_age, frame, frame.age_s, ages)
+    scene.draw_side(by_speed, frame, frame.speed_mm_s, particles.SPEED)
+    theme.label_axes(by_age, theme.ALONG, "z (mm)", f"t = {frame.t_s:.2f} s: section along the crack, by age")
+    theme.label_axes(by_speed, theme.ALONG, "z (mm)", "The same by speed")
+    _draw_top(top, frame, scene)
+    stays = frame.state != ParticleState.SPILLED
+    place_mm, speed_mm_s = frame.position_mm[stays], frame.speed_mm_s[stays]
+    sample = scene.outline, scene.solid
+    particles.draw_across(sections, *sample, place_mm, scene.radius_mm, speed_mm_s, particles.SPEED)
+    particles.add_bar(figure, ages, [by_age], pad=0.01, shrink=0.9, aspect=12)
+    particles.add_bar(figure, particles.SPEED, [by_speed, top, *sections], pad=0.01, shrink=0.4, aspect=25)
     return figure
 
 
 def _draw_top(axes: Axes, frame: Frame, scene: FillScene) -> None:
-    block_mm = np.reshape(scene.solid.block_mm, (2, 2))
-    around_mm = np.array([scene.outline.outline_mm.min(axis=0) - 8, scene.outline.outline_mm.max(axis=0) + 8])
+    outline, block_mm = scene.outline, np.reshape(scene.solid.block_mm, (2, 2))
     # The part of the face that is shown: a clip path replaces that of the axes.
-    (x_min, y_min), (x_max, y_max) = np.maximum(block_mm[0], around_mm[0]), np.minimum(block_mm[1], around_mm[1])
+    x_min, y_min = np.maximum(block_mm[0], outline.outline_mm.min(axis=0) - AROUND_MM)
+    x_max, y_max = np.minimum(block_mm[1], outline.outline_mm.max(axis=0) + AROUND_MM)
     face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor="none", edgecolor="none")
     axes.add_artist(face)
     # Clockwise, so that the crack is a hole in it. The face hides the sealant below it.
-    corners = [(x_min, y_min), (x_min, y_max), (x_max, y_max), (x_max, y_min)]
-    rings = [_ring(np.array(corners)), _ring(scene.outline.outline_mm), *map(_ring, scene.outline.islands_mm)]
+    corners = np.array([(x_min, y_min), (x_min, y_max), (x_max, y_max), (x_max, y_min)])
     mortar = PathPatch(
-        Outlines.make_compound_path(*rings), facecolor=theme.GROUND, edgecolor="none", zorder=UNDER + 0.1
+        Outlines.make_compound_path(*map(_ring, [corners, outline.outline_mm, *outline.islands_mm])),
+        facecolor=theme.GROUND,
+        edgecolor="none",
+        zorder=UNDER + 0.1,
     )
     axes.add_artist(mortar)
     mortar.set_clip_path(face)
@@ -190,47 +185,36 @@ def _draw_top(axes: Axes, frame: Frame, scene: FillScene) -> None:
     height_mm = frame.position_mm[:, 2]
     for part, zorder in ((stays & (height_mm < 0), UNDER), (stays & (height_mm >= 0), OVER)):
         order = np.flatnonzero(part)[np.argsort(height_mm[part])]
-        discs = particles.draw_discs(
-            axes, frame.position_mm[order, :2], scene.radius_mm, frame.speed_mm_s[order], particles.SPEED
-        )
-        discs.set_zorder(zorder)
-    for wall_mm in (scene.outline.left_wall_mm, scene.outline.right_wall_mm):
-        (wall,) = axes.plot(*wall_mm.T, color=theme.ON_GROUND, linewidth=0.9, zorder=OVER - 0.1)
-        # The stations of an oblique open end continue past the edge of the sample.
-        wall.set_clip_path(face)
+        place_mm, speed_mm_s = frame.position_mm[order, :2], frame.speed_mm_s[order]
+        particles.draw_discs(axes, place_mm, scene.radius_mm, speed_mm_s, particles.SPEED).set_zorder(zorder)
+    particles.draw_walls(axes, outline, face, zorder=OVER - 0.1)
     if (tip_mm := scene.nozzle_mm(frame.t_s)) is not None:
         axes.plot(*tip_mm[:2], "o", color=theme.THIRD, markersize=5, zorder=OVER + 0.1)
-    low, high = np.maximum(around_mm[0], block_mm[0] - 4), np.minimum(around_mm[1], block_mm[1] + 4)
     axes.set_facecolor(theme.AIR)
-    particles.show_to_scale(axes, (low[0], high[0]), (low[1], high[1]))
-    theme.label_axes(axes, "x (mm)", "y (mm)", "From above, by speed; the dot is the nozzle")
+    title = "From above, by speed; the dot is the nozzle"
+    particles.show_from_above(axes, outline, scene.solid, AROUND_MM, title)
 
 
 def _ring(points_mm: Floats) -> Outlines:
     return Outlines(np.vstack([points_mm, points_mm[:1]]), closed=True)
 
 
-def _ages(frames: Sequence[Frame]) -> particles.ColourScale:
-    return particles.age_scale(max((float(frame.age_s.max(initial=0.1)) for frame in frames), default=0.1))
-
-
+@theme.themed()
 def draw_health(columns: Mapping[str, Floats]) -> Figure:
     """Draw ``columns``, by the names of health.csv and of one length; NaN stands for an empty field."""
-    with theme.themed():
-        figure = Figure(figsize=(9.0, 8.5), layout="constrained")
-        rows = figure.subplots(len(PANELS), 1, sharex=True)
-        for axes, (unit, curves) in zip(rows, PANELS, strict=True):
-            factor = 100.0 if "%" in unit else 1.0
-            for (name, label), (colour, dashes) in zip(curves.items(), STYLES, strict=False):
-                values = factor * columns[name]
-                axes.plot(columns["t_s"], values, color=colour, linestyle=dashes, linewidth=1.2, label=label)
-            highest = max(float(np.nanmax(columns[name], initial=0.0)) for name in curves)
-            axes.set_ylim(0.0, 1.08 * factor * highest if highest else 1.0)
-            if unit == "particles":
-                axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
-            theme.label_axes(axes, "", unit, "")
-            theme.put_legend_under_title(axes, columns=2)
-        rows[-1].set_xlabel("simulated time (s)")
+    figure = theme.wide_figure(8.5)
+    rows = figure.subplots(len(PANELS), 1, sharex=True)
+    for axes, (unit, curves) in zip(rows, PANELS, strict=True):
+        factor = 100.0 if "%" in unit else 1.0
+        for (name, label), (colour, dashes) in zip(curves.items(), STYLES, strict=False):
+            values = factor * columns[name]
+            axes.plot(columns["t_s"], values, color=colour, linestyle=dashes, linewidth=1.2, label=label)
+        highest = max(float(np.nanmax(columns[name], initial=0.0)) for name in curves)
+        axes.set_ylim(0.0, 1.08 * factor * highest if highest else 1.0)
+        if unit == "particles":
+            axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+        theme.label_axes(axes, "", unit, "", legend=2)
+    rows[-1].set_xlabel("simulated time (s)")
     return figure
 
 

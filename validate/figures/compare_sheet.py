@@ -7,12 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing import theme
-from validate.metrics.baselines import against_baselines
-from validate.metrics.curve_distances import level_difference
-from validate.metrics.verdict import leak
-from validate.study_figures import figure_sheet
-from validate.study_figures.side_by_side import (
+from validate.figures import theme
+from validate.figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection, wide_axes
+from validate.figures.side_by_side import (
     Side,
     differing,
     first_with_readings,
@@ -23,6 +20,8 @@ from validate.study_figures.side_by_side import (
     setting_words,
     volume_words,
 )
+from validate.metrics.baselines import against_baselines
+from validate.metrics.verdict import leak
 from validate.units import signed
 
 FIGURES = {
@@ -51,7 +50,7 @@ LEGEND_COLUMNS = 10  # Largest number of two-digit labels, with their strokes, s
 Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each run, and the form of a value on the page
 
 
-def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> figure_sheet.FigureSheet:
+def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> FigureSheet:
     """Return the page of some runs; ``cautions`` come before those that the runs themselves show."""
     compared = [side for side in sides if side.metrics]
     best, held_out_mm, settings = nearest(sides), held_out_mean_mm(sides), differing(sides)
@@ -68,23 +67,22 @@ def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> figure
     if held_out_mm is not None:
         key_figures.append(("mean error over held-out trials", f"{held_out_mm:.2f} mm"))
     no_setting = [] if settings else ["No setting differs."]
-    values: list[Row] = [(name, found, setting_words) for name, found in settings.items()]
-    told = "Signed error of every run that has readings, by its number."
-    errors = figure_sheet.Plot("errors", told, lambda: draw_errors_of_runs(sides))
+    values: list[Row] = [(name, each, setting_words) for name, each in settings.items()]
+    caption = "Signed error of every run that has readings, by its number."
+    errors = Plot("errors", caption, lambda: draw_errors_of_runs(sides))
     parts = [
-        figure_sheet.SheetSection("Runs", [], [_names(sides)]),
-        figure_sheet.SheetSection("Settings that differ", no_setting, [_by_run(sides, "settings", "setting", values)]),
-        figure_sheet.SheetSection("Levels", [], [_levels(sides), *([errors] if compared else [])]),
-        figure_sheet.SheetSection("Figures", [], [_by_run(sides, "figures", "figure", _figures(sides))]),
+        SheetSection("Runs", [], [_names(sides)]),
+        SheetSection("Settings that differ", no_setting, [_by_run(sides, "settings", "setting", values)]),
+        SheetSection("Levels", [], [_levels(sides), *([errors] if compared else [])]),
+        SheetSection("Figures", [], [_by_run(sides, "figures", "figure", _figures(sides))]),
     ]
     if unranked := [[str(number), side.unranked] for number, side in enumerate(sides, start=1) if side.unranked]:
-        head = ["run", "why"]
-        table = figure_sheet.FigureTable("By run", head, unranked, "not-ranked", figure_sheet.Numbers(head, unranked))
-        parts.append(figure_sheet.SheetSection("In no ranking", [], [table]))
+        table = FigureTable("By run", ["run", "why"], unranked, "not-ranked")
+        parts.append(SheetSection("In no ranking", [], [table]))
     if compared:
         words = [_held_out_words(sides), *replicate_words(sides)]
-        parts.append(figure_sheet.SheetSection("Held out", words, [_held_out(sides)]))
-    return figure_sheet.FigureSheet(
+        parts.append(SheetSection("Held out", words, [_held_out(sides)]))
+    return FigureSheet(
         title="Runs side by side",
         lead="All tables and figures name a run by its number in the first table.",
         cautions=[*cautions, *_cautions(sides)],
@@ -96,13 +94,15 @@ def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> figure
 
 def _cautions(sides: Sequence[Side]) -> list[str]:
     kinds = sorted({side.readings.data for side in sides if side.readings is not None} - {"measured"})
-    told = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
+    sentences = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
     if through := [index for index, side in enumerate(sides) if side.escaped_particles]:
         words = leak(sum(sides[index].escaped_particles for index in through))
-        told.append(f"{words} in {numbered(through)}, which must never happen. Please report it with the trial file.")
-    told += volume_words({number: side.volume_ratio for number, side in enumerate(sides, start=1)})
-    told += _known_before(sides)
-    return told + [
+        sentences.append(
+            f"{words} in {numbered(through)}, which must never happen. Please report it with the trial file."
+        )
+    sentences += volume_words({number: side.volume_ratio for number, side in enumerate(sides, start=1)})
+    sentences += _known_before(sides)
+    return sentences + [
         f"Edited by hand since run {number} was made: {', '.join(side.edited)}. It is shown as edited and "
         "counts for no finding."
         for number, side in enumerate(sides, start=1)
@@ -124,33 +124,30 @@ def _known_before(sides: Sequence[Side]) -> list[str]:
     ]
 
 
-def _names(sides: Sequence[Side]) -> figure_sheet.FigureTable:
+def _names(sides: Sequence[Side]) -> FigureTable:
     rows, numbers = [], []
     for number, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True), start=1):
-        readings = figure_sheet.NONE
+        readings = NONE
         if side.readings is not None and first is not None:
             readings = f"{side.readings.data}, {side.metrics['role']}"
             readings += f", the same as of run {first + 1}" if first + 1 < number else ""
         error_mm = side.metrics.get("mean_error_mm")
-        rows.append([str(number), figure_sheet.NONE if error_mm is None else f"{error_mm:.2f}", readings, side.name])
+        rows.append([str(number), NONE if error_mm is None else f"{error_mm:.2f}", readings, side.name])
         numbers.append([number, error_mm, readings, side.name])
     head, columns = ["run", "mean error (mm)", "readings", "name"], ["run", "mean_error_mm", "readings", "name"]
-    return figure_sheet.FigureTable("Numbers and names", head, rows, "runs", figure_sheet.Numbers(columns, numbers))
+    return FigureTable("Numbers and names", head, rows, "runs", Numbers(columns, numbers))
 
 
-def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -> figure_sheet.FigureTable:
+def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -> FigureTable:
     """Return a table with a column for each run, headed by its number; its CSV has the name too."""
     head = [first, *(str(index + 1) for index in range(len(sides)))]
-    shown = [
-        [label, *(figure_sheet.NONE if value is None else text(value) for value in values)]
-        for label, values, text in rows
-    ]
-    kept = [
+    shown = [[label, *(NONE if value is None else text(value) for value in values)] for label, values, text in rows]
+    content = [
         [label, *(value if value is None or isinstance(value, int | float) else text(value) for value in values)]
         for label, values, text in rows
     ]
-    numbers = figure_sheet.Numbers([first, *_named(sides)], kept)
-    return figure_sheet.FigureTable("By run", head, shown, name, numbers)
+    numbers = Numbers([first, *_named(sides)], content)
+    return FigureTable("By run", head, shown, name, numbers)
 
 
 def _figures(sides: Sequence[Side]) -> list[Row]:
@@ -176,41 +173,39 @@ def _held_out_words(sides: Sequence[Side]) -> str:
     return "No run has held-out readings: every error here is the residual of a calibration."
 
 
-def _held_out(sides: Sequence[Side]) -> figure_sheet.FigureTable:
+def _held_out(sides: Sequence[Side]) -> FigureTable:
     head = ["run", "role", "readings", "mean error (mm)", "95 % interval (mm)", "bias (mm)", "worst (mm)"]
     head += ["beats its baselines", "beats the dispensed volume's flat level"]
     columns = ["run", "trial", "role", "readings", "mean_error_mm", "low_mm", "high_mm", "bias_mm", "worst_error_mm"]
     columns += ["beats_baseline", "beats_volume_balance"]
     rows: list[list[str]] = []
-    numbers: list[list[figure_sheet.Cell]] = []
+    numbers: list[list[Cell]] = []
     compared = [(str(number), side) for number, side in enumerate(sides, start=1) if side.metrics]
     for number, side in sorted(compared, key=lambda each: not each[1].held_out):
         metrics = side.metrics
         kind = metrics["role"], metrics["readings_data"]
         mean_mm, bias_mm, worst_mm = (metrics[key] for key in ("mean_error_mm", "bias_mm", "worst_error_mm"))
         low_mm, high_mm = metrics.get("uncertainty", {}).get("mean_error_mm", (None, None))
-        interval = figure_sheet.NONE if low_mm is None else f"{low_mm:.2f} to {high_mm:.2f}"
+        interval = NONE if low_mm is None else f"{low_mm:.2f} to {high_mm:.2f}"
         beaten = metrics.get("beats_baseline"), metrics.get("beats_volume_balance")
-        beats = [figure_sheet.NONE if value is None else "yes" if value else "no" for value in beaten]
+        beats = [NONE if value is None else "yes" if value else "no" for value in beaten]
         rows.append([number, *kind, f"{mean_mm:.3f}", interval, signed(bias_mm, 3), f"{worst_mm:.2f}", *beats])
         numbers.append([number, side.name, *kind, mean_mm, low_mm, high_mm, bias_mm, worst_mm, *beats])
-    return figure_sheet.FigureTable(
-        "Held-out trials first", head, rows, "held-out", figure_sheet.Numbers(columns, numbers)
-    )
+    return FigureTable("Held-out trials first", head, rows, "held-out", Numbers(columns, numbers))
 
 
-def _levels(sides: Sequence[Side]) -> figure_sheet.Plot:
+def _levels(sides: Sequence[Side]) -> Plot:
     s_mm = sides[0].profile.s_mm
     levels = [np.interp(s_mm, side.profile.s_mm, side.profile.level_mm, right=np.nan) for side in sides]
     rows = [[None if np.isnan(value) else float(value) for value in row] for row in np.column_stack([s_mm, *levels])]
     columns = ["s_mm", *(f"{name}: level_mm" for name in _named(sides))]
     firsts = [first for first in first_with_readings(sides) if first is not None]
-    told = "The level along the crack of every run, by its number."
+    caption = "The level along the crack of every run, by its number."
     if firsts:
         shared = len(firsts) > len(set(firsts))
-        told += " Circles are readings, in the colour of their run"
-        told += ", or in the colour of the labels if several runs share them." if shared else "."
-    return figure_sheet.Plot("levels", told, lambda: draw_levels_of_runs(sides), figure_sheet.Numbers(columns, rows))
+        caption += " Circles are readings, in the colour of their run"
+        caption += ", or in the colour of the labels if several runs share them." if shared else "."
+    return Plot("levels", caption, lambda: draw_levels_of_runs(sides), Numbers(columns, rows))
 
 
 def _named(sides: Sequence[Side]) -> list[str]:
@@ -225,7 +220,7 @@ def _rounded(value: float) -> str:
 @theme.themed()
 def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
     """Draw levels as lines and readings as circles, in the colour of their run, or in ink if shared."""
-    figure, axes = figure_sheet.wide_axes(4.2, face=True)
+    figure, axes = wide_axes(4.2, face=True)
     first_with = first_with_readings(sides)
     for index, side in enumerate(sides):
         readings = side.readings
@@ -234,18 +229,17 @@ def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
             axes.plot(readings.s_mm, readings.level_mm, "o", color=colour, markersize=4, markerfacecolor="none")
         _draw_line(axes, index, side.profile.s_mm, side.profile.level_mm)
     kinds = sorted({side.readings.data for side in sides if side.readings is not None})
-    told = " and ".join(kind if kind == "measured" else kind.upper() for kind in kinds)
-    _finish(axes, sides, "level from the face (mm)", f"Levels, and readings ({told}) as circles" if kinds else "Levels")
+    origins = " and ".join(kind if kind == "measured" else kind.upper() for kind in kinds)
+    _finish(axes, sides, theme.LEVEL, f"Levels, and readings ({origins}) as circles" if kinds else "Levels")
     return figure
 
 
 @theme.themed()
 def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
     """Draw the signed errors of the runs with readings."""
-    figure, axes = figure_sheet.wide_axes(3.2, face=True)
+    figure, axes = wide_axes(3.2, face=True)
     for index, side in enumerate(sides):
-        if side.readings is not None:
-            error = level_difference(side.profile, side.readings)
+        if (error := side.error) is not None:
             _draw_line(axes, index, error.x, error.value)
     _finish(axes, sides, "error (mm)", "Signed error: positive where the simulated level is too high")
     return figure
@@ -259,5 +253,4 @@ def _draw_line(axes: Axes, index: int, s_mm: np.ndarray, value_mm: np.ndarray) -
 
 def _finish(axes: Axes, sides: Sequence[Side], y: str, title: str) -> None:
     axes.set_xlim(0, max(side.profile.s_mm[-1] for side in sides))
-    theme.label_axes(axes, theme.ALONG, y, title)
-    theme.put_legend_under_title(axes, columns=LEGEND_COLUMNS)
+    theme.label_axes(axes, theme.ALONG, y, title, LEGEND_COLUMNS)

@@ -11,7 +11,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from tests.charts import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
 from tests.evidence import axes_of as plots_of
-from validate.study_figures.chart import (
+from validate.figures.chart import (
     Excluded,
     Finished,
     HeldRun,
@@ -22,8 +22,8 @@ from validate.study_figures.chart import (
     hold,
     scatter_of_runs,
 )
-from validate.study_figures.map_figures import draw_heat, heat
-from validate.study_figures.map_sheet import map_sheet
+from validate.figures.map_figures import draw_heat, heat
+from validate.figures.map_sheet import map_sheet
 
 
 def held(runs, readings):

@@ -10,8 +10,8 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing.theme import INK, as_svg, in_page, wide_figure
 from sealtwin.core.files import write_sheet, write_text
+from validate.figures.theme import as_svg, draw_face, in_page, wide_figure
 
 DPI = 110  # Resolution of the parts of a figure that are drawn as pixels: a page of thirty fills has less than 2 MB
 FIGURES = "figures"
@@ -49,7 +49,7 @@ class FigureTable:
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
     name: str  # Name of its CSV
-    numbers: Numbers
+    numbers: Numbers | None = None  # Content of the CSV, if it is not that of the page
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def wide_axes(height_in: float, *, face: bool = False) -> tuple[Figure, Axes]:
     figure = wide_figure(height_in)
     axes = figure.add_subplot()
     if face:
-        axes.axhline(0.0, color=INK, linewidth=1.0)
+        draw_face(axes)
     return figure, axes
 
 
@@ -94,8 +94,11 @@ def write_sheet_of_figures(folder: Path, name: str, sheet: FigureSheet) -> list[
             write_text(folder / FIGURES / f"{item.name}.svg", svg)
             written.append(f"{FIGURES}/{item.name}.svg")
             pictures[item.name] = in_page(svg, item.caption)
-        if item.numbers is not None:
-            write_sheet(folder / FIGURES / f"{item.name}.csv", item.numbers.columns, item.numbers.rows)
+            numbers = item.numbers
+        else:
+            numbers = item.numbers or Numbers(item.head, item.rows)
+        if numbers is not None:
+            write_sheet(folder / FIGURES / f"{item.name}.csv", numbers.columns, numbers.rows)
             written.append(f"{FIGURES}/{item.name}.csv")
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True

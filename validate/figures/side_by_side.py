@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core.records import Profile
-from validate.metrics.curve_distances import level_difference
+from validate.metrics.curve_distances import Difference, level_difference
 from validate.metrics.verdict import SOUND, kept_volume
 
 FEWEST = 2  # Least number of replicates: one alone has no distribution
@@ -22,7 +22,7 @@ LONGEST_VALUE = 120
 
 
 def setting_words(value: Any) -> str:
-    """Return a setting's value as a person writes it; "-" where it is not set."""
+    """Return a setting's value as a person writes it; "-" if it is not set."""
     match value:
         case None:
             words = "-"
@@ -58,13 +58,18 @@ class Side:
     fluid_warnings: Sequence[str] = ()  # Sentences on what is not sound of its fluid
 
     @property
+    def error(self) -> Difference | None:
+        """Simulated less measured level; None without readings."""
+        return None if self.readings is None else level_difference(self.profile, self.readings)
+
+    @property
     def counts(self) -> bool:
         """True if findings may rest on the run."""
         return not self.unranked
 
     @property
     def unranked(self) -> str:
-        """Reason for which the run is in no ranking; empty where it is."""
+        """Reason for which the run is in no ranking; empty if it is in them."""
         if self.edited:
             return "edited by hand"
         if self.escaped_particles:
@@ -84,7 +89,7 @@ def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
     """Return the settings that are not the same in all runs, each with its values by run, None if not set."""
     names = dict.fromkeys(name for side in sides for name in side.settings)
     values = {name: [side.settings.get(name) for side in sides] for name in names}
-    return {name: found for name, found in values.items() if any(value != found[0] for value in found[1:])}
+    return {name: each for name, each in values.items() if any(value != each[0] for value in each[1:])}
 
 
 def first_with_readings(sides: Sequence[Side]) -> list[int | None]:
@@ -110,11 +115,11 @@ def nearest(sides: Sequence[Side]) -> int | None:
 
     Returns None if these have no readings, or different ones, since some readings are easier to meet than others.
     """
-    held = [index for index, side in enumerate(sides) if side.metrics and side.counts]
+    compared = [index for index, side in enumerate(sides) if side.metrics and side.counts]
     firsts = first_with_readings(sides)
-    if len({firsts[index] for index in held}) != 1:
+    if len({firsts[index] for index in compared}) != 1:
         return None
-    return min(held, key=lambda index: sides[index].metrics["mean_error_mm"])
+    return min(compared, key=lambda index: sides[index].metrics["mean_error_mm"])
 
 
 def held_out_mean_mm(sides: Sequence[Side]) -> float | None:
@@ -136,9 +141,9 @@ def replicate_words(sides: Sequence[Side]) -> list[str]:
     for index, first in enumerate(first_with_readings(sides)):
         if first is not None and sides[index].counts:
             trials.setdefault(sides[index].replicate_of, {}).setdefault(first, []).append(index)
-    told, found = [], False
+    sentences, replicated = [], False
     for copies in trials.values():
-        told += [
+        sentences += [
             f"{numbered(same).capitalize()} hold the same readings, to {SAME_MM:g} mm at every station: copies are no "
             "replicates, and only the first one counts."
             for same in copies.values()
@@ -146,26 +151,20 @@ def replicate_words(sides: Sequence[Side]) -> list[str]:
         ]
         own = [same[0] for same in copies.values()]
         if len(own) >= FEWEST:
-            found = True
-            metric_mm = wasserstein_distance(*np.array([_mean_levels_mm(sides[index]) for index in own]).T)
-            told.append(
+            replicated = True
+            errors = [error for index in own if (error := sides[index].error) is not None]
+            measured_mm = np.array([error.base.mean() for error in errors])
+            metric_mm = wasserstein_distance(measured_mm + [error.mean() for error in errors], measured_mm)
+            sentences.append(
                 f"Area validation metric of the mean level over {len(own)} replicates ({numbered(own)}): "
                 f"{metric_mm:.3f} mm."
             )
-    if not found:
-        told.append(
+    if not replicated:
+        sentences.append(
             f"No area validation metric: it takes {FEWEST} or more replicates of a trial, the same settings with "
             "readings of their own each, and there are none among these runs."
         )
-    return told
-
-
-def _mean_levels_mm(side: Side) -> tuple[float, float]:
-    """Return the simulated and the measured mean level over the common stretch of s."""
-    assert side.readings is not None, "only runs with readings are replicates"
-    error = level_difference(side.profile, side.readings)
-    measured_mm = error.base.mean()
-    return measured_mm + error.mean(), measured_mm
+    return sentences
 
 
 def volume_words(ratios: Mapping[int, float]) -> list[str]:

@@ -88,10 +88,10 @@ def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
     Raises InputError unless exactly two vary, both are numbers, and the runs do not lie on a line.
     """
     values = {name: [each[name] for each in settings] for name in settings[0] if name != REPEATED}
-    varying = [name for name, found in values.items() if len({str(value) for value in found}) > 1]
+    varying = [name for name, each in values.items() if len({str(value) for value in each}) > 1]
     if len(varying) != 2:
-        found = "none does" if not varying else f"{len(varying)} do: {', '.join(varying)}"
-        raise InputError(f"A map needs two settings that vary among the runs that are done; here {found}.")
+        these = "none does" if not varying else f"{len(varying)} do: {', '.join(varying)}"
+        raise InputError(f"A map needs two settings that vary among the runs that are done; here {these}.")
     for name in varying:
         if odd := [value for value in values[name] if isinstance(value, bool) or not isinstance(value, int | float)]:
             raise InputError(f"{name} = {odd[0]!r:.40}: no number; only settings that are numbers can be mapped.")
@@ -151,15 +151,14 @@ class RepeatedPairs:
 def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
     """Compare a run with the readings. Raises InputError if the two have no stretch of s in common."""
     error = level_difference(run.profile, readings)
-    size = np.abs(error.value)
-    worst = int(np.argmax(size))
+    worst = int(np.argmax(error.size.value))
     across, up = (float(run.settings[axis.setting]) for axis in axes)
     return HeldRun(
         **vars(run),
         at=(across, up),
-        mean_error_mm=float(np.trapezoid(size, error.x) / error.length_mm),
+        mean_error_mm=error.mean_error,
         bias_mm=error.mean(),
-        worst_error_mm=float(size[worst]),
+        worst_error_mm=float(error.size.value[worst]),
         worst_at_mm=float(error.x[worst]),
         share_under_1_mm=error.size.share_below(CLOSE_MM),
         flat_level_error_mm=best_flat_line(error, readings)[1],
@@ -169,10 +168,10 @@ def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
 def first_of_each_pair(
     runs: Sequence[HeldRun], where: str = "study", *, fast: bool = False
 ) -> tuple[tuple[HeldRun, ...], RepeatedPairs | None]:
-    """Return the first run of each pair, and what the others say of the scatter; None if no pair was run again.
+    """Return the first run of each pair, and the scatter by the others; None if no pair was run again.
 
-    ``where`` begins a message, and ``fast`` is True of runs of the fast model, which no seed changes. Raises InputError
-    if particles gave the same level twice.
+    ``where`` begins a message; ``fast`` is True for the fast model, whose runs do not depend on the seed. Raises
+    InputError if particles gave the same level twice.
     """
     pairs: dict[tuple[float, float], list[HeldRun]] = {}
     for run in runs:
@@ -191,11 +190,7 @@ def first_of_each_pair(
 
 
 def errors_on_grid(runs: Sequence[Finished], readings: Profile) -> tuple[Floats, Floats]:
-    """Return the stations of all profiles and readings in their common stretch, (k,), and the errors there, (r, k).
-
-    Errors are linear between the stations, but for the points where a run crosses the readings, with which every run
-    has a stretch in common.
-    """
+    """Return the stations of all profiles and readings in their common stretch, (k,), and the errors there, (r, k)."""
     low = max(readings.s_mm[0], *(run.profile.s_mm[0] for run in runs))
     high = min(readings.s_mm[-1], *(run.profile.s_mm[-1] for run in runs))
     s_mm = np.unique(np.concatenate([readings.s_mm, *(run.profile.s_mm for run in runs)]))
@@ -216,8 +211,7 @@ class Chart:
     band_mm: Floats  # Half the 95 % band of all readings' levels together, (n,)
     scatter_mm: float  # Standard deviation of a single run's mean error, at most, from its neighbours on the map
     as_near: tuple[bool, ...]
-    """Flag of each run that readings and scatter of replicates cannot distinguish from the best one, itself included;
-    of that one alone without replicates."""
+    """True for each run that cannot be distinguished from the best; without replicates only for the best."""
     replicates: RepeatedPairs | None = None
     screening: str = ""  # Sentence on the runs of the fast model, if there are any
     unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict
@@ -292,9 +286,9 @@ class Chart:
         runs: dict[str, list[str]] = {}
         for each in self.excluded:
             runs.setdefault(each.reason, []).append(str(each.number))
-        told = " ".join(f"{_named(numbers)}: {reason}" for reason, numbers in runs.items())
+        reasons = " ".join(f"{_named(numbers)}: {reason}" for reason, numbers in runs.items())
         are = "is" if len(self.excluded) == 1 else "are"
-        return f"{len(self.excluded)} of {total} runs {are} not in it. {told}"
+        return f"{len(self.excluded)} of {total} runs {are} not in it. {reasons}"
 
 
 def _named(numbers: Sequence[str]) -> str:
@@ -310,10 +304,9 @@ def as_near_as_the_best(
 ) -> tuple[bool, ...]:
     """Return a flag for each run whose mean error cannot be distinguished from the least one.
 
-    Random readings are drawn from their budget, and all runs are compared with each draw: an error of the readings
-    changes the errors of similar runs alike, so that their difference is known far better than either.
-    ``scatter_mm`` is added to each run independently. A run whose mean error is a third larger is not as near, however
-    large both doubts are.
+    All runs are compared with random readings, drawn from their budget: an error of the readings changes the errors of
+    similar runs alike, so their difference is known far better than either. ``scatter_mm`` is added to each run
+    independently. A run whose mean error is over a third larger is never as near.
     """
     s_mm, error_mm = errors_on_grid(runs, readings)
     off_mm = budget.at_stations_mm[:DRAWS] @ hats(s_mm, readings.s_mm).T
@@ -337,9 +330,9 @@ def scatter_of_runs(runs: Sequence[HeldRun], axes: tuple[Axis, Axis]) -> float:
     from scipy.spatial import KDTree
 
     places, values = _places(runs, axes), np.array([run.mean_error_mm for run in runs])
-    _, found = KDTree(places).query(places, k=min(NEIGHBOURS + 1, len(places)))
+    _, nearest = KDTree(places).query(places, k=min(NEIGHBOURS + 1, len(places)))
     distances = []
-    for index, around in enumerate(np.asarray(found)):
+    for index, around in enumerate(np.asarray(nearest)):
         others = around[around != index][:NEIGHBOURS]
         plane = np.column_stack([np.ones(len(others)), places[others] - places[index]])
         # The plane's height at the run is a weighted sum of its neighbours' values.

@@ -4,8 +4,8 @@ import csv
 from dataclasses import replace
 
 from tests.sides import METRICS, side
-from validate.study_figures.compare_sheet import compare_sheet
-from validate.study_figures.figure_sheet import FigureTable, write_sheet_of_figures
+from validate.figures.compare_sheet import compare_sheet
+from validate.figures.figure_sheet import FigureTable, write_sheet_of_figures
 
 
 def test_runs_go_by_numbers_whose_names_the_first_table_has(tmp_path):

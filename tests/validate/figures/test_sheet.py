@@ -5,10 +5,10 @@ import re
 from dataclasses import replace
 
 from tests.charts import make_chart
-from validate.study_figures.chart import Excluded
-from validate.study_figures.figure_sheet import FigureTable, write_sheet_of_figures
-from validate.study_figures.map_sheet import map_sheet
-from validate.study_figures.side_by_side import volume_words
+from validate.figures.chart import Excluded
+from validate.figures.figure_sheet import FigureTable, write_sheet_of_figures
+from validate.figures.map_sheet import map_sheet
+from validate.figures.side_by_side import volume_words
 
 HOSTILE = "<script>alert(1)</script> $\\frac{a}{b}$ =1+1"
 

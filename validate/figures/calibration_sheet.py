@@ -1,15 +1,16 @@
 """Page of a calibration: readings beside what the posterior predicts, and what it determines."""
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing import theme
-from validate.calibration.identified import Marginal
-from validate.calibration.prediction import Prediction
-from validate.calibration.summary import Calibrated
-from validate.study_figures.figure_sheet import FigureSheet, FigureTable, Numbers, Plot, SheetSection, wide_axes
+from sealtwin.core.records import Floats
+from validate.calibration.free import Marginal
+from validate.calibration.summary import Calibrated, Prediction
+from validate.figures import theme
+from validate.figures.figure_sheet import FigureSheet, FigureTable, Numbers, Plot, SheetSection, wide_axes
 from validate.units import percent
 
 BARS = 30
@@ -18,7 +19,7 @@ BARS = 30
 def calibration_sheet(calibrated: Calibrated) -> FigureSheet:
     sections = [_levels(calibrated, one, number) for number, one in enumerate(calibrated.predictions, start=1)]
     if calibrated.draws is not None:
-        sections += [_settings(calibrated), _combinations(calibrated)]
+        sections += [_settings(calibrated, calibrated.draws), _combinations(calibrated)]
     sections.append(_gates(calibrated))
     return FigureSheet(
         title=f"{calibrated.name}: calibration",
@@ -37,7 +38,7 @@ def calibration_sheet(calibrated: Calibrated) -> FigureSheet:
 
 
 def _levels(calibrated: Calibrated, one: Prediction, number: int) -> SheetSection:
-    told = (
+    caption = (
         f"Readings ({one.data}) with their 95 % intervals, and the mean and 95 % band that the posterior has for them."
     )
     columns = ["s_mm", "read_mm", "reading_half_width_mm", "predicted_mm", "band_half_width_mm"]
@@ -52,7 +53,7 @@ def _levels(calibrated: Calibrated, one: Prediction, number: int) -> SheetSectio
         else "These readings chose nothing: this is a prediction."
     )
     mark = "EMULATED " if calibrated.emulated and one.data != "measured" else ""
-    plot = Plot(f"levels-{number}", told, partial(draw_prediction, one, mark), Numbers(columns, rows))
+    plot = Plot(f"levels-{number}", caption, partial(draw_prediction, one, mark), Numbers(columns, rows))
     return SheetSection(f"{one.trial}: {one.role}", [judged, used], [plot])
 
 
@@ -60,20 +61,18 @@ def _levels(calibrated: Calibrated, one: Prediction, number: int) -> SheetSectio
 def draw_prediction(one: Prediction, mark: str = "") -> Figure:
     """Draw the readings over the band that is predicted of them."""
     figure, axes = wide_axes(3.8, face=True)
-    low_mm, high_mm = one.mean_mm - one.half_mm, one.mean_mm + one.half_mm
-    band = "95 % band of a reading"
-    axes.fill_between(one.s_mm, low_mm, high_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0, label=band)
+    theme.draw_band(axes, one.s_mm, one.mean_mm, one.half_mm, theme.SIMULATED, 0.25, "95 % band of a reading")
     axes.plot(one.s_mm, one.mean_mm, color=theme.SIMULATED, linewidth=2.2, label="predicted mean")
     read = {"color": theme.MEASURED, "linestyle": "none", "marker": "o", "markersize": 3.5, "elinewidth": 1.2}
     axes.errorbar(one.s_mm, one.read_mm, one.error_mm, **read, label=f"{mark}readings, 95 %")
-    ends_mm = np.concatenate([low_mm, high_mm, one.read_mm])
+    ends_mm = np.concatenate([one.mean_mm - one.half_mm, one.mean_mm + one.half_mm, one.read_mm])
     axes.set_ylim(ends_mm.min() - 0.5, max(ends_mm.max(), 0.0) + 0.5)
-    theme.label_axes(axes, theme.ALONG, "level from the face (mm)", f"{theme.printable(one.trial)}: {one.role}")
+    theme.label_axes(axes, theme.ALONG, theme.LEVEL, f"{theme.printable(one.trial)}: {one.role}")
     axes.legend(loc="best")
     return figure
 
 
-def _settings(calibrated: Calibrated) -> SheetSection:
+def _settings(calibrated: Calibrated, draws: Floats) -> SheetSection:
     head = ["setting", "range", "best", "5 %", "95 %", "width over that beforehand", "identified"]
     rows = [
         [
@@ -90,22 +89,21 @@ def _settings(calibrated: Calibrated) -> SheetSection:
         for one in calibrated.marginals
     ]
     columns = ["setting", "low", "high", "best", "q05", "q95", "width_over_prior"]
-    told = "The posterior of each free setting (bars) over what was known of it before (line)."
+    caption = "The posterior of each free setting (bars) over what was known of it before (line)."
     table = FigureTable("Free settings", head, rows, "settings", Numbers(columns, numbers))
-    return SheetSection("Settings", calibrated.advice, [Plot("marginals", told, partial(_draw, calibrated)), table])
+    plot = Plot("marginals", caption, partial(_draw, calibrated.marginals, draws))
+    return SheetSection("Settings", calibrated.advice, [plot, table])
 
 
 @theme.themed()
-def _draw(calibrated: Calibrated) -> Figure:
-    assert calibrated.draws is not None, "drawn only with a posterior"
-    count = len(calibrated.frees)
-    columns = min(count, 3)
-    lines = -(-count // columns)
+def _draw(marginals: Sequence[Marginal], draws: Floats) -> Figure:
+    columns = min(len(marginals), 3)
+    lines = -(-len(marginals) // columns)
     figure = theme.wide_figure(2.6 * lines)
-    for number, one in enumerate(calibrated.marginals):
+    for number, one in enumerate(marginals):
         axes = figure.add_subplot(lines, columns, number + 1)
         edges = np.linspace(0, 1, BARS + 1)
-        density, _ = np.histogram(calibrated.draws[:, number], edges, density=True)
+        density, _ = np.histogram(draws[:, number], edges, density=True)
         values = one.free.values(edges)
         axes.stairs(density, values, fill=True, color=theme.SIMULATED, alpha=0.6)
         shares = np.linspace(0, 1, 200)
@@ -129,7 +127,7 @@ def _label(axes: "theme.Axes", one: Marginal) -> None:
 
 
 def _combinations(calibrated: Calibrated) -> SheetSection:
-    told = (
+    sentence = (
         "Directions in which the posterior is narrowest and widest, in units of each setting's standard deviation "
         "beforehand: 1 is nothing learned. Those with a small deviation are well determined, whatever the settings "
         "alone are."
@@ -140,7 +138,7 @@ def _combinations(calibrated: Calibrated) -> SheetSection:
         [[*one.parts, one.deviation] for one in calibrated.combinations],
     )
     table = FigureTable("The best determined first", ["combination", "deviation"], rows, "combinations", numbers)
-    return SheetSection("Combinations", [told], [table])
+    return SheetSection("Combinations", [sentence], [table])
 
 
 def _gates(calibrated: Calibrated) -> SheetSection:
@@ -156,14 +154,14 @@ def _gates(calibrated: Calibrated) -> SheetSection:
         ]
         for (name, reach), noise in zip(calibrated.reaches, calibrated.run_noise_mm, strict=True)
     ]
-    told = [
+    sentences = [
         "Residual: what no sum of the runs' shapes makes of the readings. Noise: standard uncertainty of a reading "
         "and of what the shapes leave out.",
         f"The nearest setting of the ranges misses by {calibrated.least_implausibility:.2f} of what readings, runs and "
         "emulator allow; above 1 none is possible.",
     ]
     if calibrated.discrepancy_mm is not None:
-        told.append(
+        sentences.append(
             f"The model's own error, by the posterior of the trials together: {calibrated.discrepancy_mm:.2f} mm."
         )
-    return SheetSection("Gates", told, [FigureTable("Trials", head, rows, "gates", Numbers(head, rows))])
+    return SheetSection("Gates", sentences, [FigureTable("Trials", head, rows, "gates")])

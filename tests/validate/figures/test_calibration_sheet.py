@@ -6,10 +6,9 @@ import numpy as np
 
 from validate.calibration.free import Free
 from validate.calibration.posterior import BasisReach, ReadLevels
-from validate.calibration.prediction import Prediction, predicted_by_runs
-from validate.calibration.summary import Calibrated
-from validate.study_figures.calibration_sheet import calibration_sheet
-from validate.study_figures.figure_sheet import write_sheet_of_figures
+from validate.calibration.summary import Calibrated, Prediction, predicted_by_runs
+from validate.figures.calibration_sheet import calibration_sheet
+from validate.figures.figure_sheet import write_sheet_of_figures
 
 FREES = (Free("fluid.yield_stress_pa", 3.0, 60.0), Free("fluid.viscosity_pa_s", 0.2, 5.0))
 S_MM = np.linspace(1, 30, 8)

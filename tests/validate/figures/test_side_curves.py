@@ -8,10 +8,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from sealtwin.core.drawing.theme import INK
 from tests.evidence import axes_of
 from tests.sides import side
-from validate.study_figures.compare_sheet import MOST, draw_errors_of_runs, draw_levels_of_runs
+from validate.figures.compare_sheet import MOST, draw_errors_of_runs, draw_levels_of_runs
+from validate.figures.theme import INK
 
 
 def sides_of(count):

@@ -5,10 +5,10 @@ from functools import partial
 
 import numpy as np
 
-from validate.study_figures import map_figures
-from validate.study_figures.chart import Chart
-from validate.study_figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
-from validate.study_figures.side_by_side import setting_words, volume_words
+from validate.figures import map_figures
+from validate.figures.chart import Chart
+from validate.figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
+from validate.figures.side_by_side import setting_words, volume_words
 from validate.units import percent, signed
 
 MOST_ROWS = 200  # Largest number of rows on the page, the nearest runs first; the CSV has all
@@ -33,9 +33,9 @@ def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequenc
     first, second = chart.axes
     sections = [_levels(chart), _map(chart, fills), _influences(chart)]
     if fills:
-        told = "Sections along the crack as chosen runs fill it, particles by age, as in the paper's Fig. 6."
+        caption = "Sections along the crack as chosen runs fill it, particles by age, as in the paper's Fig. 6."
         sections.append(
-            SheetSection("Fills", [_again(fills)], [Plot("fills", told, lambda: map_figures.draw_fills(fills))])
+            SheetSection("Fills", [_again(fills)], [Plot("fills", caption, lambda: map_figures.draw_fills(fills))])
         )
     sections += [_cost(chart, fills), SheetSection("Runs", [], [_runs(chart)])]
     if chart.excluded:
@@ -62,20 +62,24 @@ def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequenc
 
 
 def _cautions(chart: Chart) -> list[str]:
-    told = [chart.screening] if chart.screening else []
-    told += [
+    sentences = [chart.screening] if chart.screening else []
+    sentences += [
         f"The nearest of {len(chart.runs)} pairs was chosen with these readings: that is a calibration. Its error is a "
         "residual, and predicts nothing until the pair is compared with other readings."
     ]
-    told += [*volume_words({run.number: run.volume_ratio for run in chart.runs}), *chart.fluid_warnings, *chart.unused]
+    sentences += [
+        *volume_words({run.number: run.volume_ratio for run in chart.runs}),
+        *chart.fluid_warnings,
+        *chart.unused,
+    ]
     if chart.readings.data == "undeclared":
-        told.append("Nobody declared whether the readings are measured: how close runs come to them says no more.")
+        sentences.append("Nobody declared whether the readings are measured: how close runs come to them says no more.")
     elif chart.readings.data != "measured":
-        told.append(
+        sentences.append(
             f"The readings are {chart.readings.data}: this shows how close runs come to what they were made "
             "from, and no more."
         )
-    return told
+    return sentences
 
 
 def _levels(chart: Chart) -> SheetSection:
@@ -84,11 +88,13 @@ def _levels(chart: Chart) -> SheetSection:
         levels_mm = [np.interp(s_mm, run.profile.s_mm, run.profile.level_mm) for run in chart.runs]
         columns = ["s_mm", *(f"level_of_run_{run.number}_mm" for run in chart.runs)]
         numbers = Numbers(columns, np.column_stack([s_mm, *levels_mm]).tolist())
-    told = (
+    caption = (
         "The level along the crack of every run, the nearest one in bold, and the readings with their 95 % band, as in "
         "the paper's Fig. 7."
     )
-    return SheetSection("Levels", [], [Plot("levels", told, lambda: map_figures.draw_levels_of_study(chart), numbers)])
+    return SheetSection(
+        "Levels", [], [Plot("levels", caption, lambda: map_figures.draw_levels_of_study(chart), numbers)]
+    )
 
 
 def _map(chart: Chart, fills: Sequence[map_figures.Fill]) -> SheetSection:
@@ -99,13 +105,13 @@ def _map(chart: Chart, fills: Sequence[map_figures.Fill]) -> SheetSection:
         for y, row in zip(up, error_mm[::8], strict=True)
         for x, error in zip(across, row, strict=True)
     ]
-    told = "Mean error between the runs, which are crosses, by linear interpolation, as in the paper's Fig. 8"
-    told += "; letters name the runs that are drawn below." if fills else "."
+    caption = "Mean error between the runs, which are crosses, by linear interpolation, as in the paper's Fig. 8"
+    caption += "; letters name the runs that are drawn below." if fills else "."
     numbers = Numbers([first.setting, second.setting, "mean_error_mm"], cells)
-    plots = [Plot("heat", told, lambda: map_figures.draw_heat(chart, [fill.run for fill in fills]), numbers)]
+    plots = [Plot("heat", caption, lambda: map_figures.draw_heat(chart, [fill.run for fill in fills]), numbers)]
     if fills:
-        told = "The lettered runs at their end, particles by age, with the level measured from them."
-        plots.append(Plot("thumbnails", told, lambda: map_figures.draw_thumbnails(fills)))
+        caption = "The lettered runs at their end, particles by age, with the level measured from them."
+        plots.append(Plot("thumbnails", caption, lambda: map_figures.draw_thumbnails(fills)))
     return SheetSection(f"Error over {first.name} and {second.name}", [chart.flatness], plots)
 
 

@@ -1,25 +1,26 @@
 """Particles in a figure: discs to scale, colour scales, places along a crack, and sections across it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import Colormap, LogNorm, Normalize
 from matplotlib.figure import FigureBase
-from matplotlib.patches import Polygon
+from matplotlib.patches import Patch, Polygon
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from sealtwin.core.drawing.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes, print_plain
 from sealtwin.core.mesh_file import load_trimesh
-from sealtwin.core.records import Floats, Integers, Outline, Solid
+from sealtwin.core.records import Floats, Frame, Integers, Outline, Solid
+from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes, print_plain
 
 SECTIONS_AT = (0.2, 0.5, 0.8)
 """Places of the sections across a crack, as shares of its length: in the paste's slope, its middle, its plateau."""
 ACROSS_MM = 9.0  # Half the width of a section
+MARGIN_MM = 4.0  # Width shown past the sample's edges
 BEYOND_MM = 30.0  # Length by which the centreline is continued straight past its ends, for sealant on the face
 FINE_MM = 0.1  # Spacing of the points that stand for a centreline: an eighth of a particle of the paper's
 CELLS = 6  # Cells of a disc's radius where what it hides is looked for
@@ -31,7 +32,7 @@ class ColourScale(NamedTuple):
     """Label, colour map and range of the values that colours stand for."""
 
     label: str
-    colours: str
+    colours: str | Colormap
     norm: Normalize
 
 
@@ -40,6 +41,11 @@ SPEED = ColourScale("speed (mm/s)", SPEEDS, LogNorm(SLOWEST_MM_S, FASTEST_MM_S, 
 
 def age_scale(oldest_s: float) -> ColourScale:
     return ColourScale("age (s)", AGES, Normalize(0.0, oldest_s))
+
+
+def ages_of(frames: Iterable[Frame]) -> ColourScale:
+    """Return one scale for all frames."""
+    return age_scale(max((float(frame.age_s.max(initial=0.1)) for frame in frames), default=0.1))
 
 
 def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, scale: ColourScale) -> EllipseCollection:
@@ -54,7 +60,7 @@ def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, sc
         offsets=place_mm[seen],
         offset_transform=axes.transData,
         array=value[seen],
-        cmap=matplotlib.colormaps[scale.colours],
+        cmap=scale.colours,
         norm=scale.norm,
         linewidth=0,
         rasterized=True,
@@ -88,15 +94,12 @@ def not_hidden(place_mm: Floats, radius_mm: float) -> NDArray[np.bool_]:
     return seen
 
 
-def add_bar(
-    figure: FigureBase, discs: EllipseCollection, axes: Sequence[Axes], scale: ColourScale, **layout: Any
-) -> None:
-    """Draw a colour bar beside ``axes``; on a logarithmic scale its arrow stands for all lower values."""
-    powers = isinstance(scale.norm, LogNorm)
-    bar = figure.colorbar(discs, ax=list(axes), extend="min" if powers else "neither", **layout)
-    if powers:
+def add_bar(figure: FigureBase, scale: ColourScale, axes: Iterable[Axes], **layout: Any) -> None:
+    """Draw a colour bar beside ``axes``; the arrow at the end of the scale of speeds stands for all lower values."""
+    layout.setdefault("extend", "min" if scale is SPEED else "neither")
+    bar = figure.colorbar(ScalarMappable(scale.norm, scale.colours), ax=list(axes), label=scale.label, **layout)
+    if isinstance(scale.norm, LogNorm):
         print_plain(bar.long_axis)
-    bar.set_label(scale.label)
 
 
 class AlongCrack:
@@ -129,6 +132,22 @@ def show_to_scale(axes: Axes, x_mm: tuple[float, float], y_mm: tuple[float, floa
     axes.grid(visible=False)
 
 
+def draw_walls(axes: Axes, outline: Outline, face: Patch, **style: Any) -> None:
+    """Draw the walls from above, clipped to the face: those of an oblique open end continue past the sample's edge."""
+    for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
+        (wall,) = axes.plot(*wall_mm.T, color=ON_GROUND, linewidth=0.9, **style)
+        wall.set_clip_path(face)
+
+
+def show_from_above(axes: Axes, outline: Outline, solid: Solid, aside_mm: float, title: str, legend: int = 0) -> None:
+    """Show the sample from above as far as ``aside_mm`` around its crack, and no farther than ``MARGIN_MM`` past it."""
+    block_mm = np.reshape(solid.block_mm, (2, 2))
+    low = np.maximum(outline.outline_mm.min(axis=0) - aside_mm, block_mm[0] - MARGIN_MM)
+    high = np.minimum(outline.outline_mm.max(axis=0) + aside_mm, block_mm[1] + MARGIN_MM)
+    show_to_scale(axes, (low[0], high[0]), (low[1], high[1]))
+    label_axes(axes, "x (mm)", "y (mm)", title, legend)
+
+
 def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floats) -> list[Floats]:
     """Cut a mesh by the upright plane through ``foot_mm`` across the unit vector ``ahead``.
 
@@ -143,27 +162,30 @@ def cut_rings(vertices_mm: Floats, faces: Integers, foot_mm: Floats, ahead: Floa
     return [np.column_stack([(ring[:, :2] - foot_mm) @ right, ring[:, 2]]) for ring in rings]
 
 
-def draw_section(
-    axes: Axes, outline: Outline, solid: Solid, s_mm: float, position_mm: Floats, radius_mm: float, value: Floats,
+def draw_across(
+    row: Sequence[Axes], outline: Outline, solid: Solid, position_mm: Floats, radius_mm: float, value: Floats,
     scale: ColourScale,
 ) -> None:  # fmt: skip
-    """Draw the section across the crack at ``s_mm``: the solid, and the particles within a radius of the plane.
+    """Draw the sections across the crack at ``SECTIONS_AT``: the solid, and the particles within a radius of the plane.
 
     The view is along the path: left of the path is left in the picture.
     """
-    foot, tip = (
-        np.array([np.interp(s, outline.s_mm, outline.centreline_mm[:, axis]) for axis in (0, 1)])
-        for s in (s_mm, min(s_mm + 1.0, outline.length_mm))
-    )
-    ahead = (tip - foot) / np.linalg.norm(tip - foot)
-    right = np.array([ahead[1], -ahead[0]])
-    for ring in cut_rings(solid.vertices_mm, solid.faces, foot, ahead):
-        axes.add_artist(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8))
-    offset = position_mm[:, :2] - foot
-    near = (np.abs(offset @ ahead) <= radius_mm) & (np.abs(offset @ right) < ACROSS_MM)
-    place_mm = np.column_stack([offset @ right, position_mm[:, 2]])[near]
-    draw_discs(axes, place_mm, radius_mm, value[near], scale)
-    axes.set_facecolor(AIR)
-    top_mm = max(4.0, float(position_mm[near, 2].max(initial=0.0)) + 1)
-    show_to_scale(axes, (-ACROSS_MM, ACROSS_MM), (-solid.depth_mm - 2, top_mm))
-    label_axes(axes, "across (mm)", "", f"s = {s_mm:.0f} mm")
+    for axes, share in zip(row, SECTIONS_AT, strict=True):
+        s_mm = share * outline.length_mm
+        foot, tip = (
+            np.array([np.interp(s, outline.s_mm, outline.centreline_mm[:, axis]) for axis in (0, 1)])
+            for s in (s_mm, min(s_mm + 1.0, outline.length_mm))
+        )
+        ahead = (tip - foot) / np.linalg.norm(tip - foot)
+        right = np.array([ahead[1], -ahead[0]])
+        for ring in cut_rings(solid.vertices_mm, solid.faces, foot, ahead):
+            axes.add_artist(Polygon(ring, closed=True, facecolor=GROUND, edgecolor=ON_GROUND, linewidth=0.8))
+        offset = position_mm[:, :2] - foot
+        near = (np.abs(offset @ ahead) <= radius_mm) & (np.abs(offset @ right) < ACROSS_MM)
+        place_mm = np.column_stack([offset @ right, position_mm[:, 2]])[near]
+        draw_discs(axes, place_mm, radius_mm, value[near], scale)
+        axes.set_facecolor(AIR)
+        top_mm = max(4.0, float(position_mm[near, 2].max(initial=0.0)) + 1)
+        show_to_scale(axes, (-ACROSS_MM, ACROSS_MM), (-solid.depth_mm - 2, top_mm))
+        label_axes(axes, "across (mm)", "", f"s = {s_mm:.0f} mm")
+    row[0].set_ylabel("z (mm)")
