@@ -36,11 +36,10 @@ def plan(
     Example: sealtwin plan trial.toml --cell cell.toml
     """
     from sealtwin.plan.make_plan import Options, make_plan
-    from sealtwin.plan.plan_page import cautions_of, finding
     from simulate.device import choose_device
 
     options = Options(knots, verify, seeds, margin_mm, flow_max_mm3_s, keep_speed)
-    content = make_plan(
+    made = make_plan(
         trial,
         out,
         options,
@@ -51,8 +50,8 @@ def plan(
         posterior=posterior,
         settings=settings,
     )
-    files = f"Plan: {content['folder']}/plan.csv, and trial.toml that runs it. Page: plan.html"
-    command.reply(Answer(content, [*cautions_of(content), finding(content), files]))
+    files = f"Plan: {made.content['folder']}/plan.csv, and trial.toml that runs it. Page: plan.html"
+    command.reply(Answer(made.content, [*made.sentences, files]))
 
 
 @answers()
@@ -73,7 +72,7 @@ def loop(
     Example: sealtwin loop reports/crack-plan --emulate faults.toml
     """
     from sealtwin.plan import make_loop
-    from sealtwin.plan.loop_page import loop_finding
+    from sealtwin.plan.pages import loop_finding
 
     if (emulate is None) == (replay is None):
         raise typer.BadParameter("give either --emulate faults.toml or --replay LOG")

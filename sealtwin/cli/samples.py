@@ -48,7 +48,7 @@ def digitise(
 
     if meshes := [target for target in targets if target.suffix.lower() in READERS]:
         raise typer.BadParameter(f"{meshes[0]} is a mesh: 'sealtwin import-mesh {meshes[0]}' takes it")
-    from sealtwin.photos.batch import are_several, digitise_many, plan
+    from sealtwin.study.photos import are_several, digitise_many, plan
     from sealtwin.trial.trial_file import sample_trial
 
     if not are_several(targets):

@@ -16,7 +16,7 @@ from sealtwin.core.records import Outline, Solid
 from sealtwin.core.settings import Settings, checked, dotted_names, read_toml
 from simulate.material_file import Material
 from simulate.settings import REPLACED_BY_CURVE, Fluid, Nozzle, SampleSlope, Solver
-from validate.settings import Gate, Readings, Uncertainty
+from validate.settings import ANGLE, Gate, Readings, Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
 
@@ -39,6 +39,11 @@ class Output(Settings):
     """Moments that snapshots/ shows, by default the paper's; [] for none."""
 
 
+class FluidOfFile(Fluid):
+    # A trial says whether its sealant stiffens; the paper's did.
+    freeze_after_s: float | Literal["never"]  # pyright: ignore[reportGeneralTypeIssues]
+
+
 class Trial(Settings):
     """Crack, its sealing, and the readings that were taken afterwards."""
 
@@ -53,7 +58,7 @@ class Trial(Settings):
     mesh: MeshInput | None = None  # Mesh, in place of photo and crack
     sample: SampleSlope = SampleSlope()  # Slopes of the sample's face
     path: NozzlePath = NozzlePath()
-    fluid: Fluid | None = None  # Fluid, which only the fluid run needs
+    fluid: FluidOfFile | None = None  # Fluid, which only the fluid run needs
     solver: Solver = Solver()
     nozzle: Nozzle = Nozzle()
     output: Output = Output()
@@ -86,8 +91,8 @@ class Trial(Settings):
             )
         if self.gate is not None and self.readings is None:
             raise ValueError("[gate] without [readings]: there is nothing to compare with")
-        if self.crack is not None and self.crack.fill is not None and self.uncertainty.wall_angle_deg is not None:
-            raise ValueError("uncertainty.wall_angle_deg beside crack.fill, which gives it: leave it out")
+        if self.crack is not None and self.crack.fill is not None and getattr(self.uncertainty, ANGLE) is not None:
+            raise ValueError(f"uncertainty.{ANGLE} beside crack.fill, which gives it: leave it out")
         if self.path.weighed is not None and self.uncertainty.volume_ml is not None:
             raise ValueError("uncertainty.volume_ml beside path.weighed, which gives it: leave it out")
         fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted
