@@ -20,7 +20,8 @@ from digitise.weighing.moved_walls import widened
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Sample
 from sealtwin.core.settings import checked
-from sealtwin.material.by_spread import COURSE, DENSITY_ERROR, LIFT_ERROR_S, viscosity
+from sealtwin.material.by_spread import COURSE, LIFT_ERROR_S, viscosity
+from sealtwin.material.paste import DENSITY_ERROR
 from sealtwin.study.moved_inputs import Base
 from sealtwin.trial.trial_file import Trial
 from simulate.settings import ABREAST, Nozzle

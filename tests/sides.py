@@ -5,7 +5,7 @@ from typing import Any
 
 from sealtwin.core.records import DataKind, Profile
 from tests.charts import S_MM, line, make_readings
-from validate.study_figures.side_by_side import Side
+from validate.figures.side_by_side import Side
 
 METRICS = {
     "mean_error_mm": 0.5,

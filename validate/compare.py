@@ -20,11 +20,11 @@ from sealtwin.core.comparison import (
 )
 from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
-from validate.metrics.alignment import alignment
 from validate.metrics.baselines import ALWAYS, are_compared, beaten, best_curves, flat_levels
 from validate.metrics.curve_distances import (
     CLOSE_MM,
     PiecewiseLinear,
+    alignment,
     best_flat_line,
     error_bins,
     frechet_mm,
@@ -36,9 +36,9 @@ from validate.report_input import Evidence
 from validate.settings import NO_INPUTS, Gate, Readings, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
-from validate.uncertainty.numerics import numerical_errors, size_series
+from validate.uncertainty.computed import Spread, numerical_errors, size_series
 from validate.uncertainty.reading_errors import budget_of
-from validate.uncertainty.validation import COVERAGE, Spread
+from validate.uncertainty.validation import COVERAGE
 
 AREAS_AGREE = 1e-9  # Largest relative difference, by rounding, of the two computations of one area
 

@@ -5,21 +5,22 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, Device, File, Json, Quiet, Text, answering, argument, flag, option
+from sealtwin.cli.answer import Answer, Command, File, Text, answers, argument, flag, option
 from sealtwin.cli.numbers import count_option
+from sealtwin.cli.settings_options import Given
 
 if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped
-    from validate.study_figures.figure_sheet import FigureSheet
+    from validate.figures.figure_sheet import FigureSheet
 
 MOST_NAMED = 8  # Failed runs in the text of an answer; all of them are in the table
 
 
+@answers()
 def compare(
+    command: Command,
     folders: Annotated[list[Path], argument("RUN RUN ...", "Run folders, 2 to 28.")],
     out: Annotated[Path, option("Where the page goes.", "DIR")] = Path("reports", "compare"),
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Put runs side by side: settings and stage numbers that differ, levels and errors in one plot, held-out trials.
 
@@ -27,16 +28,17 @@ def compare(
 
     Example: sealtwin compare reports/paper-trial reports/paper-trial-lean
     """
-    with answering("cpu", as_json, quiet) as command:
-        if len(folders) < 2:
-            raise typer.BadParameter("give two run folders or more")
-        from sealtwin.study.run_comparison import compare_runs
+    if len(folders) < 2:
+        raise typer.BadParameter("give two run folders or more")
+    from sealtwin.study.run_comparison import compare_runs
 
-        content, sheet = compare_runs(folders, out)
-        command.reply(Answer(content, compared_lines(content, sheet)))
+    content, sheet = compare_runs(folders, out)
+    command.reply(Answer(content, compared_lines(content, sheet)))
 
 
+@answers(device=True)
 def map(
+    command: Command,
     folder: Annotated[Path, argument("STUDY", "The folder of a sweep.")],
     caliper: Annotated[
         File,
@@ -53,9 +55,6 @@ def map(
         bool, flag("--any-volume", 'Map runs whose volume is off by over 5 % too, as those of preset "paper".')
     ] = False,
     fills: Annotated[bool, option("Compute some nine runs once more, to draw how they fill.")] = True,
-    device: Device = "auto",
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Draw a study of two settings as the paper draws its own: levels, map of the error, influences, fills, cost.
 
@@ -64,24 +63,24 @@ def map(
 
     Example: sealtwin map reports/paper-132 --caliper fixtures/paper-trial/caliper.csv
     """
-    with answering(device, as_json, quiet) as command:
-        from sealtwin.study.study_map import map_study
-        from simulate.device import choose_device
+    from sealtwin.study.study_map import map_study
+    from simulate.device import choose_device
 
-        drawn_on = choose_device(device) if fills else None
-        mapped = map_study(folder, out, caliper, data, drawn_on, command.progress(), any_volume=any_volume)
-        if caliper is not None:
-            from sealtwin.lab.held_out import note_use
+    drawn_on = choose_device(command.device) if fills else None
+    mapped = map_study(folder, out, caliper, data, drawn_on, command.progress(), any_volume=any_volume)
+    if caliper is not None:
+        from sealtwin.lab.held_out import note_use
 
-            note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
-        command.reply(Answer(mapped.content, mapped_lines(mapped)))
+        note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
+    command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
 LAUNCH = 256  # Runs of the paper's size in one launch on a GPU: 2 GB of its memory, 6 if nothing freezes
-SHARDS = 16  # Jobs of an array, unless --shards says otherwise
 
 
+@answers(device=True)
 def sweep(
+    command: Command,
     targets: Annotated[
         list[Path] | None,
         argument(
@@ -90,8 +89,9 @@ def sweep(
             "shards.",
         ),
     ] = None,
+    *,
+    settings: Given,
     out: Annotated[File, option("The sweep's folder; default: reports/<study name>.", "DIR")] = None,
-    device: Device = "auto",
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
     batch: Annotated[
         int | None,
@@ -100,25 +100,17 @@ def sweep(
     scheduler: Annotated[
         Text,
         option(
-            "Compute on the workers of this Dask scheduler instead of on this machine.",
+            "Compute on the workers of this Dask scheduler instead of on this machine; needs sealtwin[cluster].",
             "tls://HOST:PORT",
-            "--scheduler",
-            "--dask",
         ),
     ] = None,
     shard: Annotated[
         Text, option("Compute only the I-th of N parts of the study, into a folder of its own.", "I/N")
     ] = None,
-    batch_script: Annotated[
-        Text, option("Print a script that computes the study as a job array; run nothing.", "slurm|pbs|sge|lsf")
-    ] = None,
-    shards: Annotated[int, count_option("Jobs of the array that --batch-script prints.", 1)] = SHARDS,
     keep_runs: Annotated[bool, flag("--keep-runs", "Keep the particles of each run too.")] = False,
     retry: Annotated[bool, flag("--retry", "Compute runs once more that failed.")] = False,
     dry_run: Annotated[bool, flag("--dry-run", "Check all settings, digitise, estimate; inject nothing.")] = False,
     example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Run a trial many times with other settings: a grid, a list or a Latin hypercube, on all cores.
 
@@ -131,62 +123,55 @@ def sweep(
 
     sealtwin sweep merge reports/paper-132-1-of-2 reports/paper-132-2-of-2 --out reports/paper-132
     """
-    with answering(device, as_json, quiet) as command:
-        if example is not None:
-            if targets:
-                raise typer.BadParameter("--example beside a study: it only writes a study file to start from")
-            from sealtwin.trial.starter_files import write_example_study
+    if example is not None:
+        if targets:
+            raise typer.BadParameter("--example beside a study: it only writes a study file to start from")
+        from sealtwin.trial.starter_files import write_example_study
 
-            write_example_study(example)
-            command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
-            return
-        if not targets:
-            raise typer.BadParameter("give a study; --example FILE writes one to start from")
-        from sealtwin.study import sweep as sweeps
+        write_example_study(example)
+        command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
+        return
+    if not targets:
+        raise typer.BadParameter("give a study; --example FILE writes one to start from")
+    from sealtwin.study import sweep as sweeps
 
-        verb = str(targets[0])
-        if verb == "status":
-            if len(targets) != 2:
-                raise typer.BadParameter("status: give the folder of one sweep")
-            found = sweeps.status(targets[1])
-            command.reply(Answer(found, swept_lines(found)))
-            return
-        if verb == "merge":
-            if len(targets) < 2 or out is None:
-                raise typer.BadParameter("merge: give the folders of the shards, and --out")
-            merged = sweeps.merge(targets[1:], out)
-            command.reply(Answer(merged, swept_lines(merged), merged["exit_code"]))
-            return
-        if len(targets) != 1:
-            raise typer.BadParameter(f"{len(targets)} studies: give one")
-        if batch_script is not None:
-            if batch_script not in sweeps.DIRECTIVES:
-                raise typer.BadParameter(f"--batch-script {batch_script}: expected {', '.join(sweeps.DIRECTIVES)}")
-            script = sweeps.batch_script(batch_script, targets[0], out, shards, jobs or 1)
-            command.reply(Answer({"version": 1, "script": script}, script.splitlines()))
-            return
-        from sealtwin.core.cluster import cores
-        from sealtwin.lab.held_out import note_study
-        from simulate.device import choose_device, describe_device
+    verb = str(targets[0])
+    if verb == "status":
+        if len(targets) != 2:
+            raise typer.BadParameter("status: give the folder of one sweep")
+        found = sweeps.status(targets[1])
+        command.reply(Answer(found, swept_lines(found)))
+        return
+    if verb == "merge":
+        if len(targets) < 2 or out is None:
+            raise typer.BadParameter("merge: give the folders of the shards, and --out")
+        merged = sweeps.merge(targets[1:], out)
+        command.reply(Answer(merged, swept_lines(merged), merged["exit_code"]))
+        return
+    if len(targets) != 1:
+        raise typer.BadParameter(f"{len(targets)} studies: give one")
+    from sealtwin.core.cluster import cores
+    from sealtwin.lab.held_out import note_study
+    from simulate.device import choose_device, describe_device
 
-        part = _shard(shard)
-        chosen = choose_device(device)
-        command.say(f"Device: {describe_device(chosen)}")
-        on_cpu = chosen == "cpu"
-        options = sweeps.SweepOptions(
-            device=chosen,
-            jobs=jobs or (cores() if on_cpu else 1),
-            batch=batch or (1 if on_cpu else LAUNCH),
-            keep_runs=keep_runs,
-            retry=retry,
-            dry_run=dry_run,
-            scheduler=scheduler,
-            shard=part,
-        )
-        swept = sweeps.sweep(targets[0], out, options, command.progress())
-        if swept["best"] is not None:
-            note_study(targets[0])
-        command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
+    part = _shard(shard)
+    chosen = choose_device(command.device)
+    command.say(f"Device: {describe_device(chosen)}")
+    on_cpu = chosen == "cpu"
+    options = sweeps.SweepOptions(
+        device=chosen,
+        jobs=jobs or (cores() if on_cpu else 1),
+        batch=batch or (1 if on_cpu else LAUNCH),
+        keep_runs=keep_runs,
+        retry=retry,
+        dry_run=dry_run,
+        scheduler=scheduler,
+        shard=part,
+    )
+    swept = sweeps.sweep(targets[0], out, options, command.progress(), settings)
+    if swept["best"] is not None:
+        note_study(targets[0], settings)
+    command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
 
 
 def _shard(text: str | None) -> tuple[int, int]:
@@ -253,7 +238,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
 
 def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
     """Return the lines that a person reads of runs side by side."""
-    from validate.study_figures.side_by_side import setting_words
+    from validate.figures.side_by_side import setting_words
 
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
     for name, values in content["differing"].items():
@@ -262,6 +247,6 @@ def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
 
 
 def _said(settings: dict[str, Any]) -> str:
-    from validate.study_figures.side_by_side import setting_words
+    from validate.figures.side_by_side import setting_words
 
     return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())

@@ -11,8 +11,7 @@ from typing_extensions import TypedDict
 from sealtwin.core import files
 from sealtwin.core.comparison import Comparison
 from sealtwin.core.errors import InputError
-from sealtwin.core.interrupts import load_trimesh
-from sealtwin.core.mesh_file import read_mesh
+from sealtwin.core.mesh_file import load_trimesh, read_mesh
 from sealtwin.core.records import FaceLabel, Outline, Profile, Run, Sample, Sections, Solid, Trajectory
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.solid_figures import SolidFigures

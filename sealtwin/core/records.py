@@ -19,11 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, PlainValidator, with_config
 
-from sealtwin.core.arc_length import Floats, arc_length
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
 from sealtwin.core.run_figures import Known as Known
 from sealtwin.core.solid_figures import EndKind, SolidFigures
 
+Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Pixels = NDArray[np.uint8]  # Picture, (height, width, 3), RGB
 
@@ -125,7 +126,7 @@ class Outline:
     """Relative standard uncertainty of every length due to the scale; None if unknown."""
     camera_tilt_deg: float | None = None
     """Angle between the camera's axis and the normal of the face; None if the photo does not show it."""
-    photo_size_px: tuple[int, int] | None = None  # Width and height of the photo; None in files of version 0.1
+    photo_size_px: tuple[int, int] | None = None  # Width and height of the photo; None of an outline made by hand
     width_source: WidthSource = "walls"
     width_95_mm: tuple[float, float] | None = None
     """Ends of the 95 % interval of the mean width, without the scale's doubt; None where the method gives none."""

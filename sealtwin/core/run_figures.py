@@ -20,7 +20,7 @@ class RunHealth(BaseModel):
     Labels and units of all are in the report's table of numerical health.
     """
 
-    # Files of other versions may hold more.
+    # The solver may record more.
     model_config = ConfigDict(frozen=True, extra="allow")
 
     density_error_mean: Known = None  # Compression above the rest density as a share of it, as are the next two
@@ -70,9 +70,7 @@ class FastFill(BaseModel):
     held_slope: float  # Slope that the paste holds between the walls
     mound_mm: float  # Height of what stays standing under the nozzle's last place
     fill: float  # Volume given over that of the crack
-    above_mm: float | None = (
-        None  # Highest level over the face, 0 where it stays below; None in runs that did not record it
-    )
+    above_mm: float  # Highest level over the face, 0 if it stays below
     unfit: tuple[str, ...]  # Why the model is unfit for the case, a sentence each; none where it is fit
 
 

@@ -26,10 +26,10 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import readings_of
+from validate.figures.compare_sheet import MOST, compare_sheet
+from validate.figures.figure_sheet import FigureSheet, write_sheet_of_figures
+from validate.figures.side_by_side import Side, differing, first_with_readings, replicate_words
 from validate.settings import Role
-from validate.study_figures.compare_sheet import MOST, compare_sheet
-from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
-from validate.study_figures.side_by_side import Side, differing, first_with_readings, replicate_words
 from validate.wording.headline import run_warnings
 from validate.wording.of_runs import sentences_of_runs
 
@@ -124,7 +124,6 @@ def _finished(folder: Path) -> Job:
     if made_with is None or not (job.path / "comparison.json").is_file():
         raise InputError(f"{job.path}: not compared with its readings yet. {again}.")
     wanted = stage_settings(job.trial, "validate")
-    # A setting that another version did not know is not set here either.
     changed = [
         f"[{table}]" for table in OF_A_COMPARISON if _flat(made_with.get(table) or {}) != _flat(wanted[table] or {})
     ]
@@ -134,7 +133,7 @@ def _finished(folder: Path) -> Job:
 
 
 def _unused(side: Side) -> Sequence[str]:
-    """Return sentences on declared errors that the readings contradict; an earlier version kept none."""
+    """Return sentences on declared errors that the readings contradict."""
     return (side.metrics.get("uncertainty") or {}).get("unused", ())
 
 

@@ -26,9 +26,6 @@ SUMMARY = "summary.json"
 INPUTS = "inputs"  # Folder in a run folder that holds the copy of the readings
 
 
-Bench = Sample  # Its name in sealtwin.plan
-
-
 @dataclass(frozen=True)
 class Sealing:
     """The measured result of a run."""
@@ -108,7 +105,7 @@ def seal_in_worker(sample: bytes, trials: Sequence[Trial], device: str, keep_run
     return seal(_unpickled(sample), trials, device=device, keep_runs=keep_runs)
 
 
-def read_bench(folder: Path, settings: Readings | None) -> Sample:
+def read_with_readings(folder: Path, settings: Readings | None) -> Sample:
     """Read a digitised sample with its readings. Raises InputError if a file is missing or cannot be read."""
     sample = record_files.read_sample(folder)
     if settings is None:
@@ -156,7 +153,7 @@ def _arguments(folder: Path, group: Sequence[StudyRun], how: Computing) -> tuple
 @lru_cache(maxsize=1)
 def _pickled(sample: Path, readings: str) -> bytes:
     """Return a pickled sample; runs of one sample mostly follow each other."""
-    return pickle.dumps(read_bench(sample, Readings.model_validate_json(readings) if readings else None))
+    return pickle.dumps(read_with_readings(sample, Readings.model_validate_json(readings) if readings else None))
 
 
 @lru_cache(maxsize=1)

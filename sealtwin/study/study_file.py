@@ -11,19 +11,16 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.settings import MOST_FAULTS, Settings, checked, read_settings
-from sealtwin.trial.trial_file import PRINTABLE, SETTINGS, TABLES, Trial, folder_name, no_such_setting
-from simulate.settings import REPLACED_BY_CURVE
+from sealtwin.trial.trial_file import (
+    PRINTABLE,
+    SETTINGS,
+    TABLES,
+    Trial,
+    folder_name,
+    no_such_setting,
+    with_settings,
+)
 
-_CURVES = ("fluid.curve", "fluid.cooling")
-_SHEARED = ("fluid.consistency_pa_s_n", "fluid.flow_index")
-IN_PLACE_OF = {
-    "fluid.U": (("fluid.viscosity_pa_s",), _SHEARED, _CURVES),
-    "fluid.viscosity_pa_s": (("fluid.U", "fluid.D_cm"), _SHEARED, _CURVES),
-    "fluid.consistency_pa_s_n": (("fluid.U", "fluid.D_cm"), ("fluid.viscosity_pa_s",), _CURVES),
-    "path.volume_ml": (("path.weighed",),),
-    "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in REPLACED_BY_CURVE)),
-}
-"""Settings that exclude each other: a study over one removes from the trial each group whose first setting is there."""
 MOST_RUNS = 20_000  # A night's work on one core at a second each; more is a value too many in a grid
 
 Value = TypeVar("Value")
@@ -51,7 +48,9 @@ class Rows(Settings):
     """Runs one by one."""
 
     columns: Annotated[tuple[str, ...], Field(min_length=1)]
-    rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MOST_RUNS)]  # A value for each column
+    """Dotted names of the settings that vary."""
+    rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MOST_RUNS)]
+    """Runs, with a value for each column."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -65,9 +64,13 @@ class Range(Settings):
     """The range from which a Latin hypercube draws a setting."""
 
     low: float
+    """Lower end."""
     high: float
+    """Upper end."""
     scale: Literal["linear", "log"] = "linear"
-    whole: bool = False  # Round to whole numbers, for settings that are counts
+    """Draws are even over the range, or over its logarithm."""
+    whole: bool = False
+    """Round to whole numbers, for settings that are counts."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -91,7 +94,9 @@ class Latin(Settings):
     """A Latin hypercube: each setting's range in ``count`` slices, each slice drawn once."""
 
     count: Annotated[int, Field(ge=2, le=MOST_RUNS)]
+    """Number of runs, and of slices."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    """Seed of the draws."""
     ranges: Annotated[Named[Range], Field(min_length=1)]
 
     def rows(self) -> Iterator[tuple[float | int, ...]]:
@@ -106,7 +111,8 @@ class Study(Settings):
 
     name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
     """Name of the study, and of its folder under reports/."""
-    trial: Path  # A trial file, looked for beside the study file
+    trial: Path
+    """Trial file to start from, relative to the study file's folder or absolute."""
     fixed: Named[Any] = Field(default={})
     """Settings of all runs in place of the trial's own, by dotted name, for example a coarser radius."""
     grid: Annotated[Named[tuple[Any, ...]], Field(min_length=1)] | None = None
@@ -144,6 +150,11 @@ class Study(Settings):
     @property
     def runs(self) -> int:
         return self._design()[1]
+
+    @property
+    def names(self) -> set[str]:
+        """Dotted names of all settings that it gives."""
+        return {*self.fixed, *self._design()[0]}
 
     @property
     def folder_name(self) -> str:
@@ -202,20 +213,6 @@ def raise_faults(faults: Mapping[str, list[int]]) -> None:
     shown = [f"{_runs(numbers)}: {sentence}" for sentence, numbers in list(faults.items())[:MOST_FAULTS]]
     more = len(faults) - len(shown)
     raise InputError("\n".join([*shown, f"and {more} more faults."] if more else shown))
-
-
-def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a trial's tables with other settings, by dotted name, which replace those that they exclude."""
-    changed = {name: dict(value) if isinstance(value, dict) else value for name, value in content.items()}
-    for name, value in settings.items():
-        table, _, key = name.rpartition(".")
-        home = changed.setdefault(table, {}) if table else changed
-        home[key] = value
-        for group in IN_PLACE_OF.get(name, ()) if value is not None else ():
-            if group[0].rpartition(".")[2] in home:
-                for other in set(group) - set(settings):
-                    home.pop(other.rpartition(".")[2], None)
-    return changed
 
 
 def _runs(numbers: list[int]) -> str:

@@ -3,13 +3,12 @@
 import hashlib
 import json
 import platform
-import shlex
 import shutil
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from sealtwin.core import files, record_files
 from sealtwin.core.comparison import Baseline
@@ -35,29 +34,6 @@ FIGURES = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "sp
 """Figures of a run in the table; the others are in its summary.json."""
 HIDDEN = shutil.ignore_patterns(".*", study_folder.OUTCOME)
 """Files that are not copied: locks, files of a killed process, and the outcome, which must be written last."""
-BatchSystem = Literal["slurm", "pbs", "sge", "lsf"]
-DIRECTIVES: dict[BatchSystem, tuple[str, str, str]] = {
-    "slurm": (
-        "#SBATCH --job-name={name}\n#SBATCH --array=1-{shards}\n#SBATCH --cpus-per-task={jobs}",
-        "SLURM_ARRAY_TASK_ID",
-        "SLURM_SUBMIT_DIR",
-    ),
-    "pbs": ("#PBS -N {name}\n#PBS -J 1-{shards}\n#PBS -l select=1:ncpus={jobs}", "PBS_ARRAY_INDEX", "PBS_O_WORKDIR"),
-    "sge": ("#$ -N {name}\n#$ -t 1-{shards}\n#$ -pe smp {jobs}", "SGE_TASK_ID", "SGE_O_WORKDIR"),
-    "lsf": ('#BSUB -J "{name}[1-{shards}]"\n#BSUB -n {jobs}\n#BSUB -R "span[hosts=1]"', "LSB_JOBINDEX", "LS_SUBCWD"),
-}
-"""Head of the script, and the environment variables for the number of the job and the folder it was submitted from."""
-SCRIPT = """\
-#!/bin/bash
-{head}
-# Add the time limit, queue and environment that your cluster asks for. A job that is killed or hits its time limit is
-# submitted again as it is: finished runs are kept. When all jobs have ended:
-#   sealtwin sweep merge {out}-*-of-{shards} --out {out}
-set -euo pipefail
-cd "${folder}"
-shard="${task}"
-exec sealtwin sweep {study} --shard "$shard/{shards}" --out {out}-"$shard"-of-{shards} --jobs {jobs} --quiet
-"""
 
 
 @dataclass(frozen=True)
@@ -69,10 +45,16 @@ class SweepOptions(Computing):
     shard: tuple[int, int] = (1, 1)  # The i-th of n parts of the study
 
 
-def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progress) -> dict[str, Any]:
+def sweep(
+    file: Path,
+    out: Path | None,
+    options: SweepOptions,
+    progress: Progress,
+    settings: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
     """Compute all runs of a study that are not done yet, and return the --json object of the command.
 
-    ``out`` is its folder; None: reports/<name of the study>.
+    ``out`` is its folder; None: reports/<name of the study>. ``settings`` by dotted name replace those of its trial.
 
     Raises:
         InputError: Settings of any run cannot be used, which is checked before the first one starts; or the folder is
@@ -81,7 +63,9 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
     """
     study = load_study(file)
     base = file.parent / study.trial
-    planned = plan_runs(study, file, load_trial(base))
+    if twice := sorted(study.names & (settings or {}).keys()):
+        raise InputError(f"--set {twice[0]} beside {file}, which gives it itself; change it there.")
+    planned = plan_runs(study, file, load_trial(base, settings))
     if planned[0].trial.fluid is None:
         raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
     planned = [replace(run, trial=run.trial.loaded(base.parent)) for run in planned]
@@ -229,7 +213,10 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
     failed = [run for run in runs if run.state == "failed"]
     rows = [_row(run) for run in runs]
     if table and rows:
-        files.write_sheet(folder / TABLE, list(rows[0]), (list(row.values()) for row in rows))
+        cells = (
+            [json.dumps(each) if isinstance(each, list | tuple) else each for each in row.values()] for row in rows
+        )
+        files.write_sheet(folder / TABLE, list(rows[0]), cells)
     return {
         "version": 1,
         "name": plan.study,
@@ -302,7 +289,6 @@ def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
     fitted = len(varied | {*declared})
     curves = [Baseline.model_validate(one) for one in figures.get("baselines", ())]
     curves = [one for one in curves if one.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
-    # Runs of earlier versions kept no curves, or no number of stations.
     stations, sentence = figures.get("stations_compared"), None
     if curves:
         sentence = against_baselines(error_mm, curves, "calibrated-on", fitted or None, stations)
@@ -348,23 +334,6 @@ def _row(run: study_folder.StudyRun) -> dict[str, Any]:
         "reason": run.reason,
         "folder": f"runs/{run.key[:16]}" if run.state == "done" else None,
     }
-
-
-def batch_script(system: BatchSystem, file: Path, out: Path | None, shards: int, jobs: int) -> str:
-    """Return a script for a job array that computes a study in shards. Raises InputError if the study is faulty."""
-    study = load_study(file)
-    if shards > study.runs:
-        raise InputError(f"--shards {shards}: the study has {study.runs} runs, so at most as many shards.")
-    head, task, folder = DIRECTIVES[system]
-    return SCRIPT.format(
-        head=head.format(name=study.folder_name, shards=shards, jobs=jobs),
-        out=shlex.quote((out or Path("reports", study.folder_name)).as_posix()),
-        study=shlex.quote(file.as_posix()),
-        shards=shards,
-        jobs=jobs,
-        task=task,
-        folder=folder,
-    )
 
 
 def merge(folders: Sequence[Path], out: Path) -> dict[str, Any]:

@@ -39,11 +39,11 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
     look_into(folder)
     if not (folder / FRAMES).is_file():
         raise InputError(
-            f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --frames-every-s 0.1' runs the fluid again and "
-            "writes frames."
+            f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --set output.frames_every_s=0.1' writes "
+            "frames, by another fluid run."
         )
-    from sealtwin.core.drawing.snapshots import FillScene
     from validate.figures.film import write_film
+    from validate.figures.snapshots import FillScene
 
     outline, solid = record_files.read_outline(folder), record_files.read_solid(folder)
     run = record_files.read_simulation(folder)
@@ -240,17 +240,15 @@ def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
         "mean_error_95_mm": [round(end, 4) for end in found["mean_error_mm"]],
         "worst_error_mm": round(comparison["worst_error_mm"], 4),
         "worst_at_mm": round(comparison["worst_at_mm"], 2),
-        "worst_at_a_station": _worst_at_a_station(found.get("stations"), comparison["worst_at_mm"]),
+        "worst_at_a_station": _worst_at_a_station(found["stations"], comparison["worst_at_mm"]),
         "flat_level_error_mm": round(comparison["flat_level_error_mm"], 4),
         "beats_flat_level": comparison["beats_flat_level"],
-        # An earlier version knew the flat line alone.
-        "baselines": comparison.get("baselines", []),
-        "beats_baseline": comparison.get("beats_baseline"),
+        "baselines": comparison["baselines"],
+        "beats_baseline": comparison["beats_baseline"],
         "gate_passed": comparison["passed"],
         "outcome": comparison["outcome"],
         "verdict": comparison["verdict"],
-        # Files of version 0.1 have one sentence.
-        "headline": comparison.get("headline", [comparison["verdict"]]),
+        "headline": comparison["headline"],
         "mean_level": {
             key: round(value, 4) if isinstance(value, float) else value
             for key, value in mean.items()
@@ -258,20 +256,17 @@ def _compared(comparison: dict[str, Any]) -> dict[str, Any]:
         },
         "particle_sizes": None if numerics is None else _sizes(numerics["radii_mm"], numerics["mean_error_mm"]),
         "inputs_mm": {one["name"]: round(one["mean_level_mm"], 4) for one in found["inputs"]},
-        # An earlier version knew particles alone.
-        "inputs_model": found["inputs"][0].get("model", "particles") if found["inputs"] else None,
+        "inputs_model": found["inputs"][0]["model"] if found["inputs"] else None,
         "findings": comparison["findings"],
     }  # fmt: skip
 
 
-def _worst_at_a_station(stations: dict[str, Any] | None, worst_at_mm: float) -> dict[str, float] | None:
+def _worst_at_a_station(stations: dict[str, Any], worst_at_mm: float) -> dict[str, float] | None:
     """Return the worst error at a station and its place; None if the worst of all is at one."""
     import numpy as np
 
     from validate.wording.where_off import worst_at_a_station
 
-    if stations is None:
-        return None  # An earlier version wrote the file.
     worst = worst_at_a_station(np.array(stations["s_mm"]), np.array(stations["error_mm"]), worst_at_mm)
     return None if worst is None else {"error_mm": round(worst[0], 4), "s_mm": round(worst[1], 2)}
 
@@ -280,8 +275,7 @@ def _sizes(radii_mm: list[float], error: dict[str, Any]) -> dict[str, Any]:
     band_mm = error["band"]
     return {
         "radii_mm": [round(radius_mm, 4) for radius_mm in radii_mm],
-        # An earlier version ran each size once.
-        "runs": error.get("runs", [1] * len(radii_mm)),
+        "runs": error["runs"],
         "mean_error_mm": [round(error_mm, 4) for error_mm in error["values"]],
         "band_95_mm": None if band_mm is None else round(band_mm, 4),
     }

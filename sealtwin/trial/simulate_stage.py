@@ -103,7 +103,7 @@ def check(job: Job) -> None:
 
 def _draw(job: Job, run: Run, sample: Sample) -> list[str]:
     """Draw the pictures of a finished run and return their names."""
-    from sealtwin.core.drawing.snapshots import FillScene, write_gallery
+    from validate.figures.snapshots import FillScene, write_gallery
 
     job.progress.start("Drawing", 1)
     scene = FillScene(sample.outline, sample.solid, sample.trajectory, run.radius_mm, job.trial.nozzle.diameter_mm)

@@ -79,22 +79,6 @@ def test_a_fault_names_the_particle_by_its_release():
         finish(injection)
 
 
-@pytest.mark.usefixtures("often")
-def test_a_checkpoint_of_a_version_that_kept_the_order_of_release_is_read_in_it(monkeypatch):
-    with monkeypatch.context() as before:
-        before.setattr("simulate.fluid.solver.RENUMBERED", 10**9)
-        older = begun(20)
-    kept = older.snapshot()
-    for name in ("number", "released_in"):
-        del kept[name]
-    injection = begun(31)
-    injection.restore(kept)
-    state = injection.engine.state
-    assert np.array_equal(injection.snapshot()["number"], np.arange(state.count))
-    assert np.array_equal(state.release_frame.numpy(), older.engine.state.release_frame.numpy())
-    assert np.array_equal(state.position_mm(), older.engine.state.position_mm())
-
-
 def test_each_column_moves_with_its_particles():
     state: State = begun(2).engine.state
     marks = state.column(float)

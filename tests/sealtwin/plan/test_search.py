@@ -1,5 +1,6 @@
 """A plan as numbers, its bounds, and its search on the fast model."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,12 @@ from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Profile
-from sealtwin.plan.make_plan import Options, case_of, low_stretches, plan_on
-from sealtwin.plan.plan_page import chance_rows
+from sealtwin.core.records import Profile, Sample
+from sealtwin.plan.make_plan import Options, case_of, plan_on
+from sealtwin.plan.pages import chance_rows
 from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
 from sealtwin.plan.shape import Knots, Limits, limits_of, require_possible
-from sealtwin.plan.verify import Verifier, misfit
-from sealtwin.study.runner import Bench
+from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit
 from sealtwin.trial.trial_file import load_trial
 from simulate.slot.flux import HerschelBulkley
 from tests.planned_slot import with_other_last_bits
@@ -138,7 +138,7 @@ class FastModelItself(Verifier):
     """Stands for particles that do what the fast model says."""
 
     def levels(self, title, paths):
-        case = case_of(self.bench, self.trial, OWN)
+        case = case_of(self.sample, self.trial, OWN)
         found = [
             case.fill(plan_trajectory(OUTLINE, path, SOLID.cavity_volume_mm3, SOLID.sections)) for _, path, _ in paths
         ]
@@ -149,19 +149,22 @@ def test_a_plan_expects_the_level_of_the_middle(tmp_path):
     """By the mean level it would expect 0.11 mm less of this paste."""
     folder = plannable_lab(tmp_path)
     trial = load_trial(folder / "planned.toml").loaded(folder)
-    bench = Bench(OUTLINE, SOLID, OWN, None)
-    found = plan_on(FastModelItself(folder, trial, bench, "cpu", Progress()), Options(rounds=1, seeds=1), [])
+    sample = Sample(OUTLINE, SOLID, OWN)
+    found = plan_on(FastModelItself(folder, trial, sample, "cpu", Progress()), Options(rounds=1, seeds=1), [])
     assert found.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)
     # One run shows no scatter: a band of no width would be false.
     assert found.half_width_mm is None
     with pytest.raises(InputError, match=r"seed = 0 and with seed = 1 have the same level .* solver.radius_mm"):
-        plan_on(FastModelItself(folder, trial, bench, "cpu", Progress()), Options(rounds=1, seeds=2), [])
+        plan_on(FastModelItself(folder, trial, sample, "cpu", Progress()), Options(rounds=1, seeds=2), [])
 
 
 def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
     """The last 20 mm of a plan were 2.5 mm low, and its sentence gave volumes alone."""
     s_mm = np.linspace(0.0, 100.0, 101)
     level_mm = np.where(s_mm > 80, -2.5, -0.5) - np.where((s_mm > 10) & (s_mm < 14), 3.0, 0.0)
-    (low,) = low_stretches(s_mm, level_mm, 0.0)
+    none = Misfit(0.0, 0.0, 0.0)
+    best = Round("round 1", NozzlePath(), Profile(s_mm, level_mm), none)
+    planned = Planned(best, (best,), (), OWN, 0.0, s_mm, level_mm, None, (none,), None)
+    (low,) = planned.low_stretches
     assert (low["from_mm"], low["to_mm"], low["mean_mm"]) == (81.0, 100.0, 2.5)
-    assert not low_stretches(s_mm, level_mm, 2.0)[1:], "a plan that aims lower is not low there"
+    assert not replace(planned, margin_mm=2.0).low_stretches[1:], "a plan that aims lower is not low there"

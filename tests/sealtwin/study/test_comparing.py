@@ -22,8 +22,8 @@ from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import load_trial
 from tests.studies import tiny_lab
 from validate.compare import compare
+from validate.figures.compare_sheet import MOST
 from validate.readings.read_readings import read_readings
-from validate.study_figures.compare_sheet import MOST
 
 
 @pytest.fixture(scope="module")

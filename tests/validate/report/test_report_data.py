@@ -20,7 +20,7 @@ from validate.report.report_data import ReadingsFile, ReportData, ReportedVerdic
 from validate.report.write_report import tone, write_report
 from validate.report_input import ReadingsSheet
 from validate.settings import Gate, Readings, Uncertainty
-from validate.uncertainty.validation import Effect, SizeRuns, Spread
+from validate.uncertainty.computed import Effect, SizeRuns, Spread
 from validate.units import PageTable
 
 
