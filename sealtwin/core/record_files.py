@@ -300,22 +300,25 @@ def read_checked(kind: type[Kind], path: Path, remedy: str = AGAIN) -> Any:
     """Read a JSON file that fits a record, as it was written. Raises InputError as ``read_record``."""
     text = files.read_text(path)
     as_record(kind, text, path, remedy)
-    try:
-        return files.parse_json(text)
-    except ValueError as fault:
-        raise InputError(f"{path}: no readable JSON ({fault}). {remedy}") from None
+    return files.parse_json(text)
 
 
 def as_record(kind: type[Kind], text: str, where: Path | str, remedy: str = AGAIN) -> Kind:
     """Return a JSON text as a record. Raises InputError as ``read_record``, naming ``where``."""
     try:
-        return _adapter(kind).validate_json(text)
+        record: Kind = _adapter(kind).validate_json(text)
+        # A field of any value takes them.
+        if "NaN" in text or "Infinity" in text:
+            files.parse_json(text)
+        return record
     except ValidationError as faults:
         fault = faults.errors()[0]
         key = ".".join(str(part) for part in fault["loc"] if part not in ("int", "float")) or "its content"
         found = "" if fault["type"] == "missing" else f" = {fault['input']!r:.60}"
         reason = fault["msg"].removeprefix("Value error, ").removeprefix("Input ")
         raise InputError(f"{where}: not as it was written ({key}{found}: {reason}). {remedy}") from None
+    except ValueError as fault:
+        raise InputError(f"{where}: no readable JSON ({fault}). {remedy}") from None
 
 
 def _rounded(value: Any) -> Any:
