@@ -5,9 +5,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import ConfigDict, Field, field_validator, model_validator
 
-from sealtwin.core.comparison import Role
 from sealtwin.core.records import DataKind
 from sealtwin.core.settings import Settings
 from sealtwin.core.solid_figures import WeighedCavity
@@ -27,6 +26,10 @@ OF_THE_SHEET = ("sheet", "unit", "datum", "datum_level_mm")
 """Settings that [readings.columns] may hold too; they mean those of [readings]."""
 Sign = Literal["up", "down"]
 Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
+Role = Literal["calibrated-on", "held-out", "undeclared"]
+"""Use of the readings: the fluid was tuned on them, so that the error is a residual and no test; it was not; or it is
+undeclared. Only held-out readings can validate.
+"""
 SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
 
 
@@ -188,6 +191,8 @@ class Readings(Declared):
 
 class Gate(Settings):
     """Limits declared before the run."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
 
     mean_error_mm: float = Field(gt=0, le=500)
     """Area between the simulated and the measured level over the covered length; 1.26 in the paper's best run. No crack

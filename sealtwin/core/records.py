@@ -17,7 +17,15 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, with_config
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    PlainSerializer,
+    PlainValidator,
+    WithJsonSchema,
+    with_config,
+)
 
 from sealtwin.core.arc_length import Floats, arc_length
 from sealtwin.core.solid_figures import EndKind, SolidFigures
@@ -52,7 +60,13 @@ def _require_as_long(record: object, first: str, *others: str) -> None:
             raise ValueError(f"{name} has {len(values)} rows for the {length} of {first}")
 
 
-Numbers = Annotated[Floats, PlainValidator(_finite)]  # Array of numbers in a record that is read from JSON
+Numbers = Annotated[
+    Floats,
+    PlainValidator(_finite),
+    PlainSerializer(np.ndarray.tolist, when_used="json"),
+    WithJsonSchema({"type": "array", "items": {"type": "number"}}),
+]
+"""Array of finite numbers in a record that is written as JSON and read from it."""
 Points = Annotated[Floats, PlainValidator(_points)]  # Points in a record that is read from JSON, (n, 2)
 FROM_JSON = ConfigDict(strict=True, allow_inf_nan=False)
 

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.core import files, plain_files, record_files
-from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import RunFolder
 from sealtwin.core.stage_keys import UNNUMBERED, other_numbers
 from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
 from sealtwin.trial.trial_file import Trial, load_trial, trial_text
+from validate.result import EarlierTrial
 
 STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")

@@ -54,7 +54,6 @@ def test_a_run_folder_is_read():
     assert record_files.read_run(folder).device == "CPU (x86_64), Warp 1.19.0"
     assert record_files.read_trajectory(folder).duration_s > 0
     assert len(record_files.read_profile(folder).s_mm) > 10
-    assert record_files.read_comparison(folder)["mean_error_mm"] == pytest.approx(4.46, abs=0.05)
 
 
 @pytest.mark.parametrize("command", ["validate", "simulate", "film"])

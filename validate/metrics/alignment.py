@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from sealtwin.core.comparison import Alignment, ShiftedError
 from sealtwin.core.records import Profile
+from validate.comparison import Alignment, ShiftedError
 from validate.metrics.curve_distances import level_difference
 
 CHOICE = "s from the first end given, on both curves; neither is shifted to fit the other"
@@ -14,7 +14,7 @@ def alignment(simulated: Profile, measured: Profile) -> Alignment:
     """Return mean error and bias with the readings moved along the crack by each of the shifts."""
     errors = [level_difference(simulated, replace(measured, s_mm=measured.s_mm + shift_mm)) for shift_mm in SHIFTS_MM]
     shifts = [
-        ShiftedError(shift_mm=shift_mm, mean_error_mm=error.mean_error, bias_mm=error.mean())
+        ShiftedError(shift_mm, error.mean_error, error.mean())
         for shift_mm, error in zip(SHIFTS_MM, errors, strict=True)
     ]
     return Alignment(choice=CHOICE, shifts=tuple(shifts))

@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sealtwin.core.comparison import ErrorBin
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
+from validate.comparison import ErrorBin
 
 BIN_MM = 10.0
 """Length of a bin of errors along the crack, as in the paper's Fig. 9b; the outer ones are its start and end."""
@@ -149,7 +149,7 @@ def error_bins(simulated: Profile, measured: Profile, length_mm: float) -> tuple
         if high > low:
             part = Difference(*_clipped(simulated, low, high), *_clipped(measured, low, high))
             mean_mm = part.area / (high - low)
-        bins.append(ErrorBin(from_mm=begin_mm, to_mm=end_mm, covered_mm=max(high - low, 0.0), mean_error_mm=mean_mm))
+        bins.append(ErrorBin(float(begin_mm), float(end_mm), float(max(high - low, 0.0)), mean_mm))
     return tuple(bins)
 
 

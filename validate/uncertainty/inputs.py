@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from sealtwin.core.comparison import InputDrawsRecord, InputEffect
 from sealtwin.core.records import Floats, Numbers
+from validate.comparison import InputDrawsRecord, InputEffect
 from validate.settings import Differences
 from validate.uncertainty.budget import Component, draws_for, normals
 from validate.units import LABELS, MODELS

@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from sealtwin.core.comparison import SizeSeries
 from sealtwin.core.records import Floats
+from validate.comparison import SizeSeries
 from validate.uncertainty.budget import Component, draws_for, half_width, normals, uniforms
 
 ORDERS = np.linspace(0.5, 2.0, 61)

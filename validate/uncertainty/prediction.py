@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from sealtwin.core.predicted_level import PredictedLevel, PredictedPart
 from sealtwin.core.records import Floats, Profile
+from validate.result import PredictedLevel, PredictedPart
 from validate.settings import NO_INPUTS, Uncertainty
 from validate.uncertainty.budget import Budget, Curve, Kind, half_width, rms
 from validate.uncertainty.numerics import numerical_errors

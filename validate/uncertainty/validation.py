@@ -7,9 +7,10 @@ from typing import Any, Self
 import numpy as np
 from pydantic import TypeAdapter
 
-from sealtwin.core.comparison import BudgetPart, MeanLevelBudget, StationErrors
 from sealtwin.core.records import Floats, Integers, Numbers
 from sealtwin.core.replicates import require_different
+from validate.comparison import BudgetPart, MeanLevelBudget, StationErrors
+from validate.result import Comparison
 from validate.uncertainty.inputs import Effect, InputDraws, Inputs, along
 from validate.uncertainty.numerics import Replicates
 from validate.units import counted, signed
@@ -81,10 +82,12 @@ def level_sentences(
     return text, _station_sentence(stations, parts, "readings, numerics and inputs")
 
 
-def with_time(findings: Sequence[str], extra_runs: str) -> tuple[str, ...]:
-    """Return findings with the time, in words, that the runs take without which V&V 20 is not assessed."""
-    told = f"{NOT_ASSESSED}, about {extra_runs}." if extra_runs else f"{NOT_ASSESSED}."
-    return tuple(told if one == f"{NOT_ASSESSED}." else one for one in findings)
+def with_time(comparison: Comparison, extra_runs: str) -> Comparison:
+    """Return a comparison whose findings state the time, in words, of the runs that V&V 20 needs."""
+    if not extra_runs:
+        return comparison
+    timed = {f"{NOT_ASSESSED}.": f"{NOT_ASSESSED}, about {extra_runs}."}
+    return comparison.model_copy(update={"findings": tuple(timed.get(one, one) for one in comparison.findings)})
 
 
 def _not_assessed(mean: MeanLevelBudget) -> str:

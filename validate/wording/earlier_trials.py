@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from sealtwin.core.earlier_trials import Bias, EarlierTrial, EarlierTrials, Expectation, Quantity
+from validate.result import Bias, EarlierTrial, EarlierTrials, Expectation, Quantity
 from validate.units import PageTable, counted, percent, signed
 
 FEW, ENOUGH = 4, 6  # Trials; the interval's half-width over the scatter is 16 at two, 5.0 at three, 2.8 at six
