@@ -268,7 +268,9 @@ class TrialResult(JsonRecord):
 
 def read_result(folder: Path) -> TrialResult:
     """Read run.json. Raises InputError, naming the key that does not fit."""
-    return read_record(TrialResult, folder / RESULT, f"Delete it; 'sealtwin validate {folder}' writes it anew.")
+    return read_record(
+        TrialResult, folder / RESULT, f"Delete it; 'sealtwin validate {folder}' writes it anew.", strict=True
+    )
 
 
 def read_comparison(folder: Path) -> Comparison:
