@@ -37,8 +37,8 @@ from benchmarks.golden_cases import CASES, ROOT, Bench, Case
 RENAMED: dict[str, str] = {
     **{f"run.json#/{name}": f"/sample/{name}" for name in (
         "data", "length_mm", "mean_width_mm", "width_source", "width_95_mm", "cavity_volume_mm3",
-        "cavity_volume_95_mm3", "weighed", "sealant_mm3", "path_source", "scale_source", "mm_per_px", "scale_uncertainty",
-        "scale_residual_mm", "camera_tilt_deg", "warnings",
+        "cavity_volume_95_mm3", "weighed", "sealant_mm3", "path_source", "scale_source", "mm_per_px",
+        "scale_uncertainty", "scale_residual_mm", "camera_tilt_deg", "warnings",
     )},
     **{f"run.json#/{name}": f"/fluid/{name}" for name in (
         "particles", "escaped_particles", "spilled_particles", "volume_ratio", "device",

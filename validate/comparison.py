@@ -14,7 +14,7 @@ from sealtwin.core.record_files import Amount, Positive
 from sealtwin.core.records import DataKind, JsonRecord, Known, Numbers
 from validate.settings import Role
 
-PART = ConfigDict(extra="forbid", use_attribute_docstrings=True)
+PART = ConfigDict(extra="forbid")
 
 
 @with_config(PART)

@@ -5,7 +5,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from sealtwin.core.records import DataKind
 from sealtwin.core.settings import Settings
@@ -191,8 +191,6 @@ class Readings(Declared):
 
 class Gate(Settings):
     """Limits declared before the run."""
-
-    model_config = ConfigDict(use_attribute_docstrings=True)
 
     mean_error_mm: float = Field(gt=0, le=500)
     """Area between the simulated and the measured level over the covered length; 1.26 in the paper's best run. No crack

@@ -307,7 +307,7 @@ class Trajectory:
 class JsonRecord(BaseModel):
     """A frozen record that is written as JSON, key by key."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
 
 Known = Annotated[

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sealtwin.core import files, plain_files, record_files
 from sealtwin.core.errors import InputError
@@ -14,7 +14,9 @@ from sealtwin.core.run_folder import RunFolder
 from sealtwin.core.stage_keys import UNNUMBERED, other_numbers
 from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
 from sealtwin.trial.trial_file import Trial, load_trial, trial_text
-from validate.result import EarlierTrial
+
+if TYPE_CHECKING:
+    from validate.result import EarlierTrial
 
 STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")

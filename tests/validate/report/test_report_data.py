@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from importlib.resources import files as resources
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -72,6 +73,7 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     assert data.readings == ReadingsFile(**dict(sheet), dialect="", data="measured")
     assert "ASME V&V 20: E = +0.50 mm" in data.findings[0]
     assert data.comparison is not None
+    assert evidence.comparison is not None
     assert data.comparison.model_dump_json() == evidence.comparison.model_dump_json()
     assert data.headline == data.comparison.headline
     found = data.comparison.uncertainty
@@ -119,7 +121,7 @@ def test_numbers_that_differ_have_labels_that_differ(tmp_path):
     assert data.comparison.volumes is not None
     numbers = [(each.meaning, f"{each.value:.0f}") for each in data.mass_balance.values()]
     numbers += [
-        (type(record).model_fields[name].description, f"{value:.0f}")
+        (schema()["$defs"][type(record).__name__]["properties"][name]["description"], f"{value:.0f}")
         for record in (data.comparison, data.comparison.volumes.mass_balance)
         for name, value in record
         if name.endswith("_mm3")
@@ -139,7 +141,8 @@ def test_what_was_dispensed_is_somewhere(tmp_path):
 def test_a_number_that_does_not_exist_is_null_and_an_unknown_key_is_refused(tmp_path):
     evidence = make_evidence(tmp_path)
     assert evidence.comparison is not None
-    broken = Comparison(**dict(evidence.comparison) | {"start_zone_error_mm": float("nan")})
+    changed: dict[str, Any] = dict(evidence.comparison) | {"start_zone_error_mm": float("nan")}
+    broken = Comparison(**changed)
     content = report_data(replace(evidence, comparison=broken)).model_dump(mode="json")
     assert content["comparison"]["start_zone_error_mm"] is None
     with pytest.raises(ValidationError, match="surprise"):
