@@ -17,15 +17,9 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    PlainSerializer,
-    PlainValidator,
-    WithJsonSchema,
-    with_config,
-)
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, with_config
+from pydantic.functional_serializers import PlainSerializer
+from pydantic.json_schema import WithJsonSchema
 
 from sealtwin.core.arc_length import Floats, arc_length
 from sealtwin.core.solid_figures import EndKind, SolidFigures
@@ -60,13 +54,9 @@ def _require_as_long(record: object, first: str, *others: str) -> None:
             raise ValueError(f"{name} has {len(values)} rows for the {length} of {first}")
 
 
-Numbers = Annotated[
-    Floats,
-    PlainValidator(_finite),
-    PlainSerializer(np.ndarray.tolist, when_used="json"),
-    WithJsonSchema({"type": "array", "items": {"type": "number"}}),
-]
-"""Array of finite numbers in a record that is written as JSON and read from it."""
+AS_LIST = PlainSerializer(np.ndarray.tolist, when_used="json")
+OF_NUMBERS = WithJsonSchema({"type": "array", "items": {"type": "number"}})
+Numbers = Annotated[Floats, PlainValidator(_finite), AS_LIST, OF_NUMBERS]  # Array in a record that is read from JSON
 Points = Annotated[Floats, PlainValidator(_points)]  # Points in a record that is read from JSON, (n, 2)
 FROM_JSON = ConfigDict(strict=True, allow_inf_nan=False)
 
