@@ -19,7 +19,8 @@ from digitise.weighing.fit_cavity import weigh
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
-from sealtwin.material.by_spread import COURSE, DENSITY_ERROR, LIFT_ERROR_S, viscosity
+from sealtwin.material.by_spread import COURSE, LIFT_ERROR_S, viscosity
+from sealtwin.material.paste import DENSITY_ERROR
 from sealtwin.study.moved_inputs import Base
 from sealtwin.study.runner import Bench
 from sealtwin.trial.trial_file import Trial

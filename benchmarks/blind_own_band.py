@@ -23,8 +23,8 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
 from sealtwin.study.drawn_runs import draw
 from sealtwin.study.extra_runs import RATIO, REPLICATES
-from validate.uncertainty.prediction import predict
-from validate.uncertainty.validation import SizeRuns, Spread
+from validate.uncertainty.computed import SizeRuns, Spread
+from validate.uncertainty.validation import predict
 
 
 def bands(number: int) -> Iterator[Row]:

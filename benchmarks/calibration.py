@@ -36,7 +36,7 @@ from benchmarks.table import Row, finish
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
-from sealtwin.calibration.search import CONFIRM, Found, Setting, Source, search, settings_at
+from sealtwin.calibration.search import CONFIRM, SearchResult, Setting, Source, search, settings_at
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Outline, Solid
 from sealtwin.core.replicates import require_different
@@ -45,8 +45,7 @@ from simulate.run import inject
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.shapes import straight_slot
 from validate.calibration.emulator import Emulator
-from validate.calibration.free import Free
-from validate.calibration.identified import marginals_of
+from validate.calibration.free import Free, marginals_of
 from validate.calibration.posterior import Posterior, ReadLevels, reach_of
 
 TABLE = Path(__file__).with_name("calibration.csv")
@@ -176,7 +175,7 @@ def main() -> None:
         finish(library_rows(Library()))
     count: int = asked.truths
     library, known = Library(), truths()[:count]
-    found: list[tuple[Setting, ReadLevels, Found]] = []
+    found: list[tuple[Setting, ReadLevels, SearchResult]] = []
     for number, truth in enumerate(known):
         began, evidence = time.process_time(), readings(library, number, truth)
         library.mean_mm(truth)
@@ -190,7 +189,7 @@ def main() -> None:
     finish([*rows(library, found, others), *library_rows(library)])
 
 
-def _said(truth: Setting, found: Found) -> str:
+def _said(truth: Setting, found: SearchResult) -> str:
     if found.draws is None:
         return f"nothing possible (implausibility {found.least_implausibility:.2f}, {found.reaches[0]})"
     return ", ".join(
@@ -245,7 +244,7 @@ def bar_rows(values: int) -> list[Row]:
 
 def rows(
     library: Library,
-    found: Sequence[tuple[Setting, ReadLevels, Found]],
+    found: Sequence[tuple[Setting, ReadLevels, SearchResult]],
     others: Mapping[str, Sequence[Sequence[Setting]]],
 ) -> list[Row]:
     """Return the figures of the calibrations; ``others`` holds the settings that each baseline tries for each truth."""

@@ -18,7 +18,7 @@ from pathlib import Path
 from benchmarks.table import Row, finish
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import make_specimen, mean_width_mm
-from sealtwin.core.records import arc_length
+from sealtwin.core.arc_length import arc_length
 
 RECIPE = Recipe(face_mm=(148.0, 98.0), length_mm=130.0, mm_per_px=0.05)
 """With its frame, 4000 x 3000 px."""

@@ -106,7 +106,7 @@ def _count(ingested: Ingested, fate: str) -> int:
 
 
 @dataclass
-class Said:
+class FilePlace:
     """What was said of sheets, counted: refused, named where it is wrong, something else in doubt, or nothing."""
 
     counts: Counter[str] = field(default_factory=Counter)
@@ -137,7 +137,7 @@ def doubt_rows(folder: Path, seed: int, each: int) -> list[Row]:
     folder.mkdir()
     rows = []
     for what, manners in (("reviewed", REVIEWED), ("varied", VARIED)):
-        at_ingest, at_run = Said(), Said()
+        at_ingest, at_run = FilePlace(), FilePlace()
         for name, sheet in drawn(manners, seed, each):
             path = sheet.write(folder, "sheet")
             at_ingest.read(path, sheet, name, run=False)
@@ -166,7 +166,7 @@ def drawn(manners: Sequence[Manner], seed: int, each: int) -> list[tuple[str, Dr
 
 def sound_rows(folder: Path, seed: int, count: int) -> list[Row]:
     random = np.random.default_rng([seed, count])
-    at_ingest, at_run = Said(), Said()
+    at_ingest, at_run = FilePlace(), FilePlace()
     for _ in range(count):
         sheet = sound_sheet(random)
         path = sheet.write(folder, "sheet")

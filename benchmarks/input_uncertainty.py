@@ -43,8 +43,7 @@ from sealtwin.trial.validate_stage import read_spread, readings_of
 from simulate.slot.run import pour
 from validate.compare import error_uncertainty
 from validate.comparison import ErrorUncertainty
-from validate.uncertainty.inputs import RUNS
-from validate.uncertainty.validation import Spread, effects_of, two_level_design
+from validate.uncertainty.computed import RUNS, Spread, effects_of, two_level_design
 from validate.units import LABELS
 
 SHIPPED = HERE / "fixtures" / "paper-trial"

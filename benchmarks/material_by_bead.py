@@ -23,7 +23,7 @@ from digitise.bead import measure_bead
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.material.by_bead import MASS_ERROR_G, SPEED_ERROR, STIFFEST, LaidBead, identify
-from sealtwin.material.by_spread import DENSITY_ERROR, EDGE_ERROR_N_M, EDGE_N_M
+from sealtwin.material.paste import DENSITY_ERROR, EDGE_ERROR_N_M, EDGE_N_M
 from simulate.spread_law import GRAVITY_M_S2
 from tests.spreads import BEAD_BOARD, BEAD_FACE_MM, BeadPhoto
 

@@ -25,16 +25,8 @@ from digitise.settings import PhotoInput
 from digitise.spread import measure_spread
 from sealtwin.core.records import Floats
 from sealtwin.material.by_rheometer import TORQUE, material_of_table
-from sealtwin.material.by_spread import (
-    CONE_ERROR_MM,
-    DENSITY_ERROR,
-    EDGE_ERROR_N_M,
-    EDGE_N_M,
-    MASS_ERROR_G,
-    Heap,
-    PasteEstimate,
-    estimate,
-)
+from sealtwin.material.by_spread import CONE_ERROR_MM, MASS_ERROR_G, Heap, PasteEstimate, estimate
+from sealtwin.material.paste import DENSITY_ERROR, EDGE_ERROR_N_M, EDGE_N_M
 from simulate.material_file import Material
 from simulate.slump import SlumpCurve
 from simulate.spread_law import Cone, spread_radius_mm

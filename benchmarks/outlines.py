@@ -9,7 +9,8 @@ from manifold3d import CrossSection, FillRule
 from scipy.ndimage import gaussian_filter1d
 
 from digitise.geometry.polyline import left_normals
-from sealtwin.core.records import Floats, Outline, arc_length
+from sealtwin.core.arc_length import arc_length
+from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import EndKind
 from tests.shapes import outline_between, to_px
 

@@ -34,8 +34,8 @@ from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, step
 from sealtwin.plan.make_plan import Options, Planned, case_of, plan_on
 from sealtwin.plan.verify import Verifier
 from sealtwin.study.runner import Bench
-from sealtwin.trial.trial_file import Trial
-from simulate.settings import Fluid, Nozzle, Solver
+from sealtwin.trial.trial_file import FluidOfFile, Trial
+from simulate.settings import Nozzle, Solver
 from tests.shapes import CUT, outline_between
 
 LENGTH_MM, WIDTH_MM, FLOW_MAX_MM3_S, BACK_MM_S = 80.0, 3.1, 680.0, 8.0
@@ -72,7 +72,7 @@ def trial(radius_mm: float) -> Trial:
         photo=PhotoInput(file=Path("none.png"), data="synthetic", mm_per_px=0.1),
         crack=CrackShape(depth_mm=16.0, tilt="vertical"),
         path=NozzlePath(trim_mm=3.0),
-        fluid=Fluid(viscosity_pa_s=1.0, yield_stress_pa=5.0, freeze_after_s="never"),
+        fluid=FluidOfFile(viscosity_pa_s=1.0, yield_stress_pa=5.0, freeze_after_s="never"),
         solver=Solver(radius_mm=radius_mm, settle_s=2.0),
         nozzle=Nozzle(diameter_mm=2.4),
     )

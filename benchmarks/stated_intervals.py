@@ -27,7 +27,7 @@ from sealtwin.core.records import Floats, Profile
 from validate.metrics.curve_distances import Difference
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import Curve, half_width, mean_absolute
-from validate.uncertainty.numerics import Replicates, numerical_errors
+from validate.uncertainty.computed import Replicates, numerical_errors
 from validate.uncertainty.reading_errors import budget_of
 
 LENGTH_MM, WIDTH_MM = 80.0, 3.1

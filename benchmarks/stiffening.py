@@ -19,7 +19,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from sealtwin.core import record_files
-from sealtwin.core.drawing.theme import INK, MEASURED, MUTED, SIMULATED, THIRD, draw_ground, label_axes, themed
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Outline, Profile, Solid, Trajectory
 from sealtwin.core.run_folder import open_folder
@@ -30,6 +29,7 @@ from simulate.injection import Injection, prepare
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import Fluid, Nozzle, Solver
 from validate.compare import compare
+from validate.figures.theme import INK, MEASURED, MUTED, SIMULATED, THIRD, draw_ground, label_axes, themed
 from validate.readings.read_readings import read_readings
 
 FIXTURE = Path(__file__).parent.parent / "fixtures" / "paper-trial"

@@ -16,8 +16,9 @@ from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from fixtures.generate.fracture import mean_width_mm
 from fixtures.generate.specimen import Specimen, make_specimen
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, Outline, arc_length
+from sealtwin.core.records import Floats, Outline
 
 
 @dataclass(frozen=True)
@@ -55,13 +56,14 @@ def trace_case(case: Case, folder: Path) -> Figures:
         face_mm=plain.face_mm,
         ends_px=case.ends_px(truth),
         edge_fraction=case.edge_fraction,
+        branches="keep" if case.keep_branches else "drop",
         second_photo=None if truth.second_jpeg is None else Path("second.jpg"),
     )
     began = time.process_time()
     try:
         photo = load_photo(settings, folder)
         path = find_path(photo, settings.ends_px)
-        outline = trace_outline(photo, path, settings.edge_fraction, case.keep_branches)
+        outline = trace_outline(photo, path, settings)
     except InputError as refusal:
         nan = float("nan")
         return Figures(nan, nan, nan, nan, nan, nan, nan, nan, time.process_time() - began, str(refusal))

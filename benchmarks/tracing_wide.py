@@ -20,9 +20,10 @@ from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import PhotoInput
 from fixtures.generate.lighting import DISPLAY_GAMMA as GAMMA
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Floats, arc_length
+from sealtwin.core.records import Floats
 
 MM_PER_PX = 0.05
 MEGAPIXELS = (1.0, 24.0)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from skimage.measure import points_in_poly
@@ -13,7 +14,7 @@ from digitise.geometry import polyline
 from digitise.image.raster import shrunk
 from digitise.photo import Photo
 from digitise.scale.view import Lens, View
-from digitise.settings import PhotoInput, Pixel
+from digitise.settings import PhotoInput
 from digitise.walls.beyond import judge_beyond
 from digitise.walls.centreline_and_walls import STATION_PX, TooThinError, Traced
 from digitise.walls.islands import find_islands, photo_of_paint
@@ -37,7 +38,8 @@ CLICKED = ("ends", "via", "mask")  # Sources of a path whose ends a person chose
 LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
 
 
-Lines = Sequence[Sequence[Pixel]]
+BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
+"""Settings of a photo that say nothing on how its crack is measured."""
 
 
 class Unconfirmed(str):
@@ -47,26 +49,14 @@ class Unconfirmed(str):
 PROPOSAL = Unconfirmed("the crack was found automatically: look at overlay.png, then give ends_px to confirm it")
 
 
-def trace_outline(
-    photo: Photo,
-    path: CrackPath,
-    edge_fraction: float = 0.5,
-    keep_branches: bool = False,
-    *,
-    width_mm: Floats | None = None,
-    mean_width_mm: float | None = None,
-    path_only: bool = False,
-    walls_px: Lines = (),
-) -> Outline:
-    """Measure the crack along ``path``: between its walls or, where it is too thin for them, by a fit of its profile.
+def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
+    """Measure the crack along ``path``: between its walls or, if it is too thin for them, by a fit of its profile.
 
-    ``width_mm``, (k, 2) of arc length and width, replaces what the photo shows, and all widths are scaled to
-    ``mean_width_mm``; with ``path_only`` the outline has no walls, and neither has that of a crack too thin for the
-    fit. ``walls_px`` are stretches of a wall that a person
-    drew, in place of what was traced. Raises InputError as ``outline_by_walls``, and where a thin crack or the ground
-    beside it is hidden, or where walls were drawn that no outline has.
+    Of the settings of the photo those are used that say how a crack is measured. Without walls are the outline of a
+    path alone, and that of a crack too thin for the fit. Raises InputError as ``outline_by_walls``, and if a thin crack
+    or the ground beside it is hidden, or if walls were drawn that no outline has.
     """
-    outline = _measured(photo, path, edge_fraction, keep_branches, width_mm, mean_width_mm, path_only, walls_px)
+    outline = _measured(photo, path, settings)
     if path.source not in CLICKED:
         return outline
     shown = photo_of_paint(photo, path) if path.source == "mask" else photo
@@ -74,67 +64,43 @@ def trace_outline(
     return replace(outline, warnings=(*outline.warnings, *beyond))
 
 
-def _measured(
-    photo: Photo,
-    path: CrackPath,
-    edge_fraction: float,
-    keep_branches: bool,
-    width_mm: Floats | None,
-    mean_width_mm: float | None,
-    path_only: bool,
-    walls_px: Lines,
-) -> Outline:
+def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
     """Outline of ``trace_outline`` without a look beyond its ends."""
-    if mean_width_mm is not None:
-        shown = _measured(photo, path, edge_fraction, keep_branches, width_mm, None, False, walls_px)
+    if settings.mean_width_mm is not None:
+        shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
         if shown.width_source == "none" or shown.branches_kept:
             raise InputError(
                 f"{photo.file}: photo.mean_width_mm: only a main crack between walls is widened. Leave it out, or give "
                 'width_mm, and branches = "drop".'
             )
-        moved = widened(shown, mean_width_mm - shown.mean_width_mm)
+        moved = widened(shown, settings.mean_width_mm - shown.mean_width_mm)
         return replace(moved, width_source="gauge", width_95_mm=None)
-    if walls_px and (path_only or width_mm is not None):
+    width_mm = settings.width_stations_mm
+    if settings.walls_px and (settings.path_only or width_mm is not None):
         raise InputError(f"{photo.file}: photo.walls_px beside width_mm or path_only, which need no walls; keep one.")
-    if path_only or width_mm is not None:
-        traced = _middle(photo, path, edge_fraction)
+    if settings.path_only or width_mm is not None:
+        traced = _middle(photo, path, settings)
         return _along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
         with suppress(TooThinError):
-            return outline_by_walls(photo, path, edge_fraction, keep_branches, walls_px)
-    if walls_px:
+            return outline_by_walls(photo, path, settings)
+    if settings.walls_px:
         raise InputError(f"{photo.file}: photo.walls_px: the crack is too thin for walls of its own; leave them out.")
     return _fitted(photo, path)
 
 
-def outline_as_set(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
-    """Measure the crack along ``path`` as the settings of its photo say; raises as ``trace_outline``."""
-    return trace_outline(
-        photo,
-        path,
-        settings.edge_fraction,
-        keep_branches=settings.branches == "keep",
-        width_mm=settings.width_stations_mm,
-        mean_width_mm=settings.mean_width_mm,
-        path_only=bool(settings.path_only),
-        walls_px=settings.walls_px or (),
-    )
+def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
+    """Measure the walls along ``path``, which may be painted; side cracks that are kept are in the ring too.
 
-
-def outline_by_walls(
-    photo: Photo, path: CrackPath, edge_fraction: float = 0.5, keep_branches: bool = False, walls_px: Lines = ()
-) -> Outline:
-    """Measure the walls along ``path``, which may be painted; ``keep_branches`` puts side cracks into the ring too.
-
-    At an open end s = 0 is where the centreline meets the edge of the face. Raises InputError where the crack is too
-    short, or its walls are not found, and TooThinError where blur would decide its width.
+    At an open end s = 0 is where the centreline meets the edge of the face. Raises InputError if the crack is too
+    short, or its walls are not found, and TooThinError if blur would decide its width.
     """
     painted = path.source == "mask"
-    source, edge_fraction = (photo_of_paint(photo, path), RIM) if painted else (photo, edge_fraction)
-    islands_mm, source = find_islands(source, path, edge_fraction)
-    sides = find_side_cracks(source, path, edge_fraction)
-    traced, rings_px = trace_past_mouths(source, path, sides, edge_fraction)
-    lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in walls_px]
+    source, wall_share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
+    islands_mm, source = find_islands(source, path, wall_share)
+    sides = find_side_cracks(source, path, wall_share)
+    traced, rings_px = trace_past_mouths(source, path, sides, wall_share)
+    lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in settings.walls_px or ()]
     outline = _along(photo, path, traced, "walls", lines_mm=lines_mm)
     main_mm, centreline_px = outline.outline_mm, outline.centreline_px
     missed = judge_reach(photo, path.points_px, centreline_px, traced.kinds)
@@ -142,7 +108,8 @@ def outline_by_walls(
     least_px = 0.0 if painted else MIN_WIDTH_PX
     if not painted:
         missed += judge_stretches(photo, outline.centreline_mm, outline.width_mm)
-    branches = measure_branches(photo, main_mm, centreline_px, sides, rings_px, keep_branches, least_px)
+    keep = settings.branches == "keep"
+    branches = measure_branches(photo, main_mm, centreline_px, sides, rings_px, keep, least_px)
     standing = tuple(ring for ring in islands_mm if points_in_poly(ring, branches.ring_mm).all())
     return replace(
         outline,
@@ -177,15 +144,9 @@ def _along(
     return Outline(
         **photo.in_both_units(centreline=centreline_mm, left_wall=left_mm, right_wall=right_mm, outline=ring_mm),
         ends=traced.kinds,
-        face_mm=photo.face_mm,
-        mm_per_px=photo.mm_per_px,
-        scale_source=photo.scale_source,
-        scale_residual_mm=photo.scale_residual_mm,
+        **photo.facts_of_outline,
         path_source=path.source,
         warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *_far(photo, far), *remarks),
-        scale_uncertainty=photo.scale_uncertainty,
-        camera_tilt_deg=photo.camera_tilt_deg,
-        photo_size_px=photo.size_px,
         width_source=source,
         width_95_mm=width_95_mm,
     )
@@ -239,11 +200,11 @@ def _judged_band(seen: Photo, path: CrackPath, traced: Traced, fit: FittedWidth)
     ]
 
 
-def _middle(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
-    """The line down the middle of a crack, between its walls where these are found; neither of them is kept."""
+def _middle(photo: Photo, path: CrackPath, settings: PhotoInput) -> Traced:
+    """The line down the middle of a crack, between its walls if these are found; neither of them is kept."""
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
         with suppress(InputError):
-            seen = outline_by_walls(photo, path, edge_fraction)
+            seen = outline_by_walls(photo, path, settings.model_copy(update={"branches": "drop"}))
             line_mm = seen.centreline_mm
             return Traced(line_mm, line_mm, line_mm, seen.ends, (0.0, seen.length_mm), 0.0, 0.0, 0.0)
     return trace_line(photo, path)
@@ -264,15 +225,16 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
     return _along(photo, path, traced, "gauge", remarks=tuple(said))
 
 
-def glance(photo: Photo, path: CrackPath, edge_fraction: float = 0.5, walls_px: Lines = ()) -> Outline | None:
-    """Trace the outline in a smaller copy of the photo, in whose pixels it is; None where its walls are not found."""
+def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline | None:
+    """Trace the outline in a smaller copy of the photo, in whose pixels it is; None if its walls are not found."""
     if path.width_px < 2 * GLANCE_WIDTH_PX or photo.drawn is not None:
         return None
     factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))
     narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor)
     with suppress(InputError):
-        drawn_px = [_placed(np.array(line_px), factor).tolist() for line_px in walls_px]
-        return outline_by_walls(smaller(photo, factor), narrow, edge_fraction, walls_px=drawn_px)
+        drawn_px = [_placed(np.array(line_px), factor).tolist() for line_px in settings.walls_px or ()]
+        simple = settings.model_copy(update={"walls_px": drawn_px, "branches": "drop"})
+        return outline_by_walls(smaller(photo, factor), narrow, simple)
     return None
 
 

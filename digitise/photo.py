@@ -57,6 +57,12 @@ class Photo(Pixels, Scale):
         in_px = {f"{name}_px": self.to_px(line_mm) for name, line_mm in lines_mm.items()}
         return {f"{name}_mm": line_mm for name, line_mm in lines_mm.items()} | in_px
 
+    @property
+    def facts_of_outline(self) -> dict[str, Any]:
+        """Fields of an ``Outline`` that are the photo's own."""
+        names = ("face_mm", "mm_per_px", "scale_source", "scale_residual_mm", "scale_uncertainty", "camera_tilt_deg")
+        return {name: getattr(self, name) for name in names} | {"photo_size_px": self.size_px}
+
     @cached_property
     def face_px(self) -> Floats | None:
         """Corners of the face: lower left, lower right, upper right, upper left."""

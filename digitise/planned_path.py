@@ -34,7 +34,9 @@ class PathTable(Settings):
     t_s: Column
     """Time at which the nozzle is there, from row to row larger."""
     x_mm: Column
+    """Place of the nozzle's tip, to the right of the face's lower left corner."""
     y_mm: Column
+    """Place of the nozzle's tip, above that corner."""
     z_mm: Column
     """Height of the nozzle's tip above the face."""
     flow_mm3_s: Column

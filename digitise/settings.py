@@ -70,8 +70,9 @@ class Marker(Settings):
     id: int = Field(ge=0, lt=1000)
     """Number of the marker in its dictionary, none of which has a thousand."""
     x_mm: OnFace
-    """Position of the marker's centre from the lower left corner of the face."""
+    """Distance of the marker's centre to the right of the face's lower left corner."""
     y_mm: OnFace
+    """Distance of the marker's centre above that corner."""
 
 
 class MarkerBoard(Settings):
@@ -81,6 +82,7 @@ class MarkerBoard(Settings):
     """
 
     dictionary: Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"] = "4x4_50"
+    """Set that the markers are of, as it was printed."""
     size_mm: float = Field(gt=0.5, le=1000)
     """Outer edge of the black square: below 0.5 it does not print, above a metre it is larger than a sample."""
     markers: tuple[Marker, ...] = Field(min_length=4, max_length=1000)
@@ -100,22 +102,23 @@ class PhotoInput(Settings):
     file: Path
     """Path of the file, relative to the trial file's folder or absolute."""
     data: DataKind
-    """Origin of the photo; every report states one that is not "measured"."""
+    """Origin of the photo. Every report states one that is not "measured", and only with "measured" a comparison can be
+    a validation."""
     ends_px: tuple[Pixel, Pixel] | None = None
-    """Both ends of the crack; the nozzle starts at the first. Without them the crack is searched for: check overlay.png
-    before you use the result."""
+    """Both ends of the crack, column and row each; the nozzle starts at the first. Without them the crack is searched
+    for: look at it over the photo (overlay.png) before you use the result."""
     crack: int | None = Field(default=None, ge=1, le=MOST_RANKED)
-    """Number of the crack among those that are found without ends_px, as refused.png shows them. Left out, the first is
-    taken where it stands out."""
+    """Number of the crack among those that are found without ends_px, best first, as refused.png shows them. Left out,
+    the first is taken if it stands out."""
     via_px: tuple[Pixel, ...] = Field(default=(), max_length=MOST_VIA)
-    """Points of the crack between its ends, in order, needed where it forks or a darker crack is near."""
+    """Points of the crack between its ends, in order, needed if it forks or a darker crack is near."""
     roi_px: tuple[Pixel, ...] | None = Field(default=None, min_length=2, max_length=200)
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""
     walls_px: tuple[Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)], ...] | None = Field(
         default=None, max_length=MOST_WALLS
     )
-    """Stretches of wall drawn by hand where the photo misleads: each a line from a place on one wall, along where the
-    wall is, to another place on it. 'sealtwin trace' draws them."""
+    """Stretches of wall drawn by hand if the photo misleads: each a line from a place on one wall, along where the wall
+    is, to another place on it. 'sealtwin trace' draws them."""
     mask: Path | None = None
     """Picture of the photo's size with the crack painted white on black, or opaque on transparent; its edges are the
     walls. The path is relative to the trial file's folder or absolute."""
@@ -123,8 +126,8 @@ class PhotoInput(Settings):
     """Photo of the same sample from the same camera, lit from the other side: the darker of both pixels is used, since
     each lamp lights another wall."""
     edge_fraction: float = Field(default=0.5, gt=0.2, lt=0.9)
-    """Share of the contrast between crack and mortar that defines a wall. Half is the middle of a blurred edge; 0.7
-    finds more of a lit wall. Noise in the crack sets the lower bound, noise in the mortar the upper one."""
+    """Share of the contrast from crack to mortar at which a wall is. Half is the middle of a blurred edge; 0.7 finds
+    more of a lit wall. Noise in the crack sets the lower bound, noise in the mortar the upper one."""
     width_mm: (
         Annotated[
             Annotated[Width, Tag(ONE)]
@@ -134,25 +137,26 @@ class PhotoInput(Settings):
         | None
     ) = None
     """Width of the crack by a gauge or a microscope, in place of the photo's: one, or a table of [s, width] along the
-    crack from the nozzle's start, linear between and constant beyond. Its doubt is width_mm of [uncertainty]. Left out,
-    the width is measured between the walls, or fitted to the profile of a crack below 8 px."""
+    crack from the nozzle's start, linear between and constant beyond. Its uncertainty is width_mm of [uncertainty].
+    Left out, the width is measured between the walls, or fitted to the profile of a crack below 8 px."""
     mean_width_mm: Width | None = None
     """Mean width of the crack by a gauge, or to try another one: all widths along it are scaled in proportion, those of
     the photo as those of width_mm. Left out, they stay as they are."""
     path_only: bool | None = None
-    """True for the crack's path alone, without walls and solid, of which a robot program can be made; no depth is
-    needed. It gives sealant if path.volume_ml is a number."""
+    """True for the crack's path alone, without walls and solid; a robot program can be made of it, and no depth is
+    needed. The nozzle gives sealant if path.volume_ml is a number."""
     branches: Literal["drop", "keep"] = "drop"
-    """Use of side cracks: keep makes them part of outline and solid. The nozzle always follows the main crack. What is
-    less than three times as long as wide is no side crack."""
+    """Use of side cracks: keep makes them part of outline and solid. The nozzle always follows the main crack. A side
+    crack is at least three times as long as wide."""
     markers: MarkerBoard | None = None
+    """ArUco markers in the plane of the face: dictionary, size_mm, and markers, a list of tables of id, x_mm, y_mm."""
     lens: Literal["auto", "none"] = "auto"
-    """Lens model: auto fits one radial term where the markers show it, none assumes no distortion."""
+    """Lens model: auto fits one radial term if the markers show it, none assumes no distortion."""
     camera_distance_mm: float | None = Field(default=None, gt=10, le=20_000)
     """Distance from lens to face, used for the error of markers above or below the face. No lens focuses below 10; from
     above 20 m no crack is visible."""
     ruler_px: tuple[Pixel, Pixel] | None = None
-    """Two points on a ruler in the plane of the face; the camera is assumed to be square to it."""
+    """Two points on a ruler in the plane of the face, column and row each; the camera is assumed to be square to it."""
     ruler_mm: float | None = Field(default=None, gt=1, le=5000)
     """Distance of the points on the ruler."""
     face_mm: tuple[FaceSide, FaceSide] | None = None
@@ -161,9 +165,14 @@ class PhotoInput(Settings):
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
     """Corners of the face: lower left, lower right, upper right, upper left. Without them they are searched for."""
     mm_per_px: float | None = Field(default=None, gt=FINEST_MM_PER_PX, le=COARSEST_MM_PER_PX)
-    """Scale of a photo taken square to the face."""
+    """Scale of a photo taken square to the face, in mm for each pixel."""
     scale_is: Literal["measured", "assumed"] = "measured"
-    """Origin of mm_per_px; reports mark lengths by an assumed scale."""
+    """Origin of mm_per_px; an assumed scale is stated wherever a length is shown."""
+
+    @property
+    def hints(self) -> tuple[tuple[Pixel, Pixel] | None, tuple[Pixel, ...], tuple[Pixel, ...] | None, int | None]:
+        """Ends, points between them, region and number, as ``find_path`` takes them."""
+        return self.ends_px, self.via_px, self.roi_px, self.crack
 
     @property
     def width_stations_mm(self) -> Floats | None:
@@ -228,8 +237,8 @@ class CrackShape(Settings):
     ] = 11.0
     """Angle of both walls from vertical, or of the left and the right one along the path; 11 in the paper."""
     fill: FillOrFile | None = None
-    """CSV of a liquid that was weighed into the crack, or the table [crack.fill] with it: it gives the angle of the
-    walls, and corrects depth and width within their uncertainty. wall_angle_deg is then left out."""
+    """CSV of a liquid that was weighed into the crack, or the table [crack.fill] with it. It gives the angle of the
+    walls in place of wall_angle_deg, and corrects depth and width within their uncertainty."""
     lean_to: Literal["left", "right"] = "left"
     """Side of the floor relative to the mouth, along the path; the paper does not state it. Both are mirror images, and
     swapped ends exchange them."""
@@ -237,10 +246,10 @@ class CrackShape(Settings):
     """Thickness of the sample below the crack: thicker than a particle, thin enough to print. Above 500, float32 loses
     the crack's digits."""
     margin_mm: float = Field(default=12.0, gt=0.5, le=1000)
-    """Width of the block around the crack where the size of the face is unknown, with room for overflow. Thinner walls
+    """Width of the block around the crack if the size of the face is unknown, with room for overflow. Thinner walls
     break; nothing flows farther than a metre."""
     dam_height_mm: DamHeight = 10.0
-    """Height of the tape above the face at open ends, as in the paper: 0, or at least 0.1, the tape's thickness."""
+    """Height of the tape above the face at open ends, as in the paper: 0 for none, or at least 0.1, its thickness."""
 
     @property
     def deepest_mm(self) -> float:
@@ -294,18 +303,19 @@ class MeshInput(Settings):
     file: Path
     """Path of an STL, PLY, OBJ, OFF, GLB or 3MF file, relative to the trial file's folder or absolute."""
     data: DataKind
-    """Origin of the mesh; every report states one that is not "measured"."""
+    """Origin of the mesh. Every report states one that is not "measured", and only with "measured" a comparison can be
+    a validation."""
     units: MeshUnit
     """Unit of the file's numbers, which most formats do not state."""
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the file that points out of the cracked face."""
     path: Path | None = None
-    """Path of a centreline, a line of x and y in mm for each point, in the file's frame turned upright. Without it, the
+    """File of a centreline, a line of x and y in mm for each point, in the file's frame turned upright. Without it, the
     centreline is found in a section just below the face."""
     base_mm: float | None = Field(default=None, gt=0.1, le=1000)
-    """Depth of the flat underside, with upright sides, that closes a scan open below."""
+    """Depth below the face of a flat underside, with upright sides, that closes a scan open below."""
     dam_height_mm: DamHeight = 10.0
-    """Height of the dams, as in [crack], wherever the crack leaves the block."""
+    """Height above the face of the dams, as in [crack], wherever the crack leaves the block."""
 
 
 class Dispensed(Settings):
@@ -340,11 +350,11 @@ class NozzlePath(Settings):
     weighed: Dispensed | None = None
     """The sealant by weight, in place of volume_ml and of its uncertainty."""
     flow: Literal["constant", "cross_section"] = "constant"
-    """Flow along the path: constant, or in proportion to the cavity's cross-section."""
+    """Flow along the path: the same for every mm, or in proportion to the cavity's cross-section."""
     reverse: bool = False
     """Start at the crack's second end; s counts from the first."""
     trim_mm: Annotated[Annotated[Trim, Tag(ONE)] | Annotated[tuple[Trim, Trim], Tag(SEVERAL)], ByShape] = 10.0
-    """Distance between the ends of crack and path, as in the paper; or two, that at s = 0 first."""
+    """Distance between the ends of crack and path, 10 in the paper; or two, the one at s = 0 first."""
     ramp_mm: float = Field(default=0.0, ge=0, le=200)
     """Distance to reach full speed and to stop, from the outer ends of the leads; no arm needs more than 200. Flow is
     proportional to speed, so that each millimetre gets the same volume."""

@@ -23,7 +23,6 @@ MOST_UNROUND = 0.10  # RMS of the outline over its mean radius; beyond, the plat
 LEAST_SEEN, LEAST_SEEN_LONG = 0.8, 0.95
 """Share of rays on which the edge must be told: a round one goes on where it is hidden, the end of a bead does not."""
 EDGE_PX = 0.5  # Standard uncertainty of the edge all around: where in its blur, or on its wet rim, paste ends
-FLAT_PX = 200  # Longer side of the copy on which the sheet's own light is told
 
 
 @dataclass(frozen=True)

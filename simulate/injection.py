@@ -17,7 +17,7 @@ from simulate.device import describe_device
 from simulate.fluid.fault_checks import SENTENCES, RunFault
 from simulate.fluid.run_statistics import RunStatistics
 from simulate.fluid.solver import FluidSolver
-from simulate.fluid.state import NOWHERE_FREE, State
+from simulate.fluid.state import State
 from simulate.kernels import status
 from simulate.remarks import remarks_on
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
@@ -113,16 +113,6 @@ class Injection:
         Raises KeyError or ValueError, with nothing changed, for a snapshot of a run unlike this one.
         """
         lasting = self.engine.lasting()
-        # Older versions did not keep them: the guess for the next viscosity solve is then the velocity itself, no
-        # pressure is carried over, nothing is known of walls, and particles are in the order of release.
-        swelling = np.ones(self.engine.state.runs, dtype=np.float32)
-        nothing = np.zeros((len(snapshot["place"]), 4), dtype=np.float32)
-        unknown = {"pressed": nothing, "wall": nothing, "free": np.full_like(nothing, NOWHERE_FREE)}
-        by_release = {
-            "number": np.arange(len(nothing), dtype=np.int32),
-            "released_in": np.tile(self.schedule.frame_of, self.engine.state.runs).astype(np.int32),
-        }
-        snapshot = {"earlier_velocity": snapshot["velocity"], "swelling": swelling, **unknown, **by_release, **snapshot}
         for name, here in self.snapshot().items():
             found = snapshot[name]
             # The statistics grow with the run.

@@ -39,11 +39,6 @@ class Course(NamedTuple):
     yield_stress_pa: Floats
 
     @property
-    def thickest_pa_s(self) -> float:
-        """Largest viscosity at any age."""
-        return float(self.viscosity_pa_s.max())
-
-    @property
     def softens(self) -> bool:
         """The yield stress falls at some age."""
         return bool((np.diff(self.yield_stress_pa) < 0).any())

@@ -46,10 +46,10 @@ MaterialOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[Material, Tag
 
 
 class Fluid(Settings):
-    """The sealant: the paper's U and D, a viscosity, Herschel and Bulkley's two numbers, or a table; one of them."""
+    """The sealant: the paper's U and D, a viscosity, Herschel and Bulkley's two numbers, or a curve; one of them."""
 
     U: float | None = Field(default=None, ge=0, le=STIFFEST_U)
-    """Weight of the fluid's own viscosity in Eq. 5; no unit where lengths are in cm, as in the paper. A frame of
+    """Weight of the fluid's own viscosity in Eq. 5; without a unit if lengths are in cm, as in the paper. A frame of
     7.23 ms at a radius of 0.4 mm turns U = 1 into 1.07e-6 m2/s, about water; without a yield stress particles move
     before it acts, and no U makes them viscous.
     """
@@ -70,31 +70,34 @@ class Fluid(Settings):
     sheared, and needs consistency_pa_s_n.
     """
     density_kg_m3: float = Field(default=1690.0, ge=1, le=2e4)
-    """Cement paste of water-cement ratio 0.67, from 3150 and 1000 kg/m3 of its parts. It turns viscosity_pa_s into
-    U, and stresses into what they can hold against gravity; the fluid falls alike at any density. Below 1 it is a gas.
+    """Density of the sealant; by default of cement paste of water-cement ratio 0.67, whose parts have 3150 and 1000. It
+    turns viscosity_pa_s into U, and stresses into what they can hold against gravity. The fluid falls alike at any
+    density. Below 1 it is a gas.
     """
     yield_stress_pa: float = Field(default=0.0, ge=0, le=1e4)
     """Yield stress of fresh paste, below which it stands like a solid (Bingham). Cement grouts have 5 to 37 Pa."""
     structuration_pa_per_s: float = Field(default=0.0, ge=0, le=1e3)
-    """Yield stress that a second at rest or in motion adds, as the paste cures."""
+    """Growth of the yield stress per second, at rest and in motion, as the paste cures."""
     yield_stress_most_pa: float | None = Field(default=None, ge=0, le=1e4)
     """Yield stress at which curing ends; left out, curing does not end."""
     curve: CurveOrFile | None = None
-    """CSV file, or its columns, of viscosity and yield stress over age or over temperature, in place of U,
-    viscosity_pa_s and the three settings of the yield stress. Between rows the logarithm of the viscosity is linear,
-    and so is the yield stress; before the first age and after the last they stay.
+    """Viscosity and yield stress over age or over temperature, in place of U, viscosity_pa_s and the three settings of
+    the yield stress: a CSV file, or its columns viscosity_pa_s, yield_stress_pa and either age_s or temperature_c.
+    Between rows the logarithm of the viscosity is linear, and so is the yield stress. Before the first age and after
+    the last they stay.
     """
     cooling: CoolingOrFile | None = None
-    """CSV file, or its columns, of the sealant's temperature over its age, for a curve over temperature. It may not
-    leave the curve's temperatures.
+    """Temperature of the sealant over its age, for a curve over temperature: a CSV file, or its columns age_s and
+    temperature_c. It may not leave the curve's temperatures.
     """
     material: MaterialOrFile | None = None
-    """A material.toml of 'sealtwin material', which gives yield stress, density and, where it has one, the viscosity;
-    their uncertainties stand in [uncertainty] unless others are declared.
+    """A material.toml of 'sealtwin material', which gives yield stress, density and, if it has one, the viscosity.
+    Their uncertainties are those of [uncertainty] unless others are declared.
     """
-    freeze_after_s: float | Literal["never"]
-    """Age at which a particle is fixed where it lies. It is the paste's stiffening and makes the slope of the bed:
-    2.58 s is the paper's limit of 2,500 moving particles.
+    freeze_after_s: float | Literal["never"] = "never"
+    """Age at which a particle is fixed where it is, or "never": the default in Python, and a trial file must say it. It
+    stands for the paste's stiffening, and makes the slope of the bed. The paper's solver froze at 2.58 s, its limit of
+    2,500 moving particles, and had no yield stress. A fluid with neither levels out.
     """
 
     @model_validator(mode="before")
@@ -283,12 +286,12 @@ class Solver(Settings):
     lose a fifth to a quarter of it. Lean walls fit the paper's bed with the second, flared walls with the first.
     """
     radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = 0.4
-    """Radius of a particle: 0.4 is four abreast in a crack of 3.1 mm, as in the paper; "auto" is four abreast in
-    this crack.
+    """Radius of a particle: 0.4 is four abreast in a crack of 3.1 mm, as in the paper; "auto" is four abreast in this
+    crack. Half the radius takes about ten times as long.
     """
     substeps: int | None = Field(default=None, ge=1, le=MOST_SUBSTEPS)
-    """Number of parts of a frame. Left out, as many as keep a particle's fall in one of them under 0.03 h: 4 in the
-    paper's trial. Compression falls with their square.
+    """Substeps per frame. Default: enough that a particle falls less than 0.03 h in one, 4 in the paper's trial.
+    Compression falls with their square.
     """
     pressure: Literal["local", "two-level"] = "local"
     """local: iterations hand pressure from neighbour to neighbour, and leave a column of 16 mm 12 % compressed at its
@@ -399,4 +402,4 @@ class Nozzle(Settings):
     """The outlet. Its path, height and flow are the trajectory's."""
 
     diameter_mm: float = Field(default=2.4, gt=0, le=100)
-    """The paper's. A release is as many particles as pack its disc, seven at a radius of 0.4 mm."""
+    """Inner diameter; 2.4 in the paper. Each release is as many particles as pack its disc: seven, of radius 0.4."""

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from sealtwin.core.records import Profile
-from validate.settings import Readings, Uncertainty
-from validate.study_figures.chart import (
+from validate.figures.chart import (
     Chart,
     Excluded,
     Finished,
@@ -18,6 +17,7 @@ from validate.study_figures.chart import (
     hold,
     scatter_of_runs,
 )
+from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import Budget
 from validate.uncertainty.reading_errors import budget_of
 

@@ -28,6 +28,7 @@ BED = Bed(
     held_slope=0.1,
     mound_mm=0.5,
     fill=0.5,
+    above_mm=0.0,
     unfit=(),
 )
 """What marks a run as the fast model's."""

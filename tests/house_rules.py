@@ -30,7 +30,7 @@ PAST_THE_READER = {
     "digitise/image/decoding.py": "asks for a plain file and its size itself, with words for photos",
     "digitise/drawing/read_dxf.py": "asks for a plain file and its size itself, with words for drawings",
     "validate/readings/samples.py": "asks for a plain file and its size itself, with words for sheets",
-    "simulate/output/checkpoint.py": "hands NumPy what the reader has opened",
+    "simulate/output.py": "hands NumPy what the reader has opened",
     "sealtwin/cli/answer.py": "opens the null device",
     "sealtwin/cli/photo_tools.py": "opens a browser",
 }

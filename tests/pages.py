@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from sealtwin.core.drawing import snapshots
+from validate.figures import snapshots
 from validate.report import write_report as report_module
 from validate.report_input import Evidence
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -21,6 +22,11 @@ def photo_of(specimen: Specimen, folder: Path) -> Photo:
     """The specimen's photo, scaled by its markers."""
     specimen.write(folder)
     return load_photo(specimen.photo_input(), folder)
+
+
+def how_traced(**settings: Any) -> PhotoInput:
+    """Settings on how a crack is measured, of a photo whose file and scale are no matter."""
+    return PhotoInput(file=Path("photo.png"), data="synthetic", mm_per_px=0.1, **settings)
 
 
 def write_png(path: Path, brightness: Floats) -> Path:

@@ -6,8 +6,8 @@ from typing import Any
 from sealtwin.core.records import DataKind, Profile
 from tests.charts import S_MM, line, make_readings
 from validate.comparison import Baseline
+from validate.figures.side_by_side import Side
 from validate.result import Comparison
-from validate.study_figures.side_by_side import Side
 
 COMPARISON = Comparison.model_construct(
     mean_error_mm=0.5,

@@ -7,6 +7,7 @@ from types import ModuleType
 
 import pytest
 
+from sealtwin.core.settings import described
 from tests.places import ROOT
 
 MOST_LINES = 120
@@ -58,6 +59,13 @@ def test_every_setting_of_a_file_stands_in_its_reference(reference, kind):
     wanted = _keys(schema, schema.get("$defs", {}))
     assert len(wanted) > 8
     assert _on_page(reference.settings_text(kind)) == wanted
+
+
+def test_every_setting_has_its_meaning(reference):
+    for root in reference.FILES.values():
+        for table in (root, *(table for _, _, table in reference.tables_of(root))):
+            below = {heading for heading, _, _ in reference.tables_of(table)}
+            assert not set(table.model_fields) - set(described(table)) - below, table
 
 
 def test_a_setting_has_its_unit_bounds_default_and_meaning(reference):

@@ -40,7 +40,7 @@ METHODS = {"hardlink_to", "symlink_to"}
 ALLOWED = {
     # hasattr before it, and else all cores.
     ("sealtwin/core/cluster.py", "cores", "os.sched_getaffinity"),
-    ("sealtwin/core/cluster.py", "_children_ignore_interrupts", "signal.pthread_sigmask"),
+    ("sealtwin/core/cluster.py", "_block_interrupts", "signal.pthread_sigmask"),
 }
 
 

@@ -16,11 +16,11 @@ from validate.comparison import (
     StationErrors,
     VolumeComparison,
 )
-from validate.metrics.alignment import alignment
 from validate.metrics.baselines import ALWAYS, are_compared, beaten, best_curves, flat_levels
 from validate.metrics.curve_distances import (
     CLOSE_MM,
     PiecewiseLinear,
+    alignment,
     best_flat_line,
     error_bins,
     frechet_mm,
@@ -33,9 +33,9 @@ from validate.result import Comparison, EarlierTrial
 from validate.settings import NO_INPUTS, Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
-from validate.uncertainty.numerics import numerical_errors, size_series
+from validate.uncertainty.computed import Spread, numerical_errors, size_series
 from validate.uncertainty.reading_errors import budget_of
-from validate.uncertainty.validation import COVERAGE, Spread
+from validate.uncertainty.validation import COVERAGE
 from validate.wording.where_off import worst_at_a_station
 
 AREAS_AGREE = 1e-9  # Largest relative difference, by rounding, of the two computations of one area

@@ -69,6 +69,8 @@ class LiveModel(JsonRecord):
     after_s: float
     """Time in which the nozzle still moves when it has ceased to give."""
     sliders: dict[str, LiveSlider]
+    limits: Mapping[str, tuple[float, int, str]]
+    """Largest number of a case in the model's domain, its decimals, and the sentence on a larger one, by name."""
     unknown: tuple[str, ...]
     """Parts of the case that the fast model leaves out, a sentence each."""
     trial: str

@@ -34,28 +34,28 @@ SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
 
 
 class Columns(Settings):
-    """Columns of a sheet, where its header does not tell them; and what else it leaves open, as in [readings]."""
+    """Columns of a sheet whose header does not name them, and other facts that it leaves open, as in [readings]."""
 
     s: Text | None = None
     """Column of the stations: its name in the header, or its letter in a spreadsheet, as "A"."""
     levels: Annotated[tuple[Text, ...], Field(min_length=1, max_length=256)] | None = None
     """Columns of readings: names, letters or spans of letters, as ["B", "C"] or ["B:D"]. No other column is read."""
     repeat: Text | None = None
-    """Column that numbers the readings of a station, where each reading has a row."""
+    """Column that numbers the readings of a station, if each reading has a row."""
     header_rows: int | None = Field(default=None, ge=0, le=20)
     """Number of rows of the header; 0 for a sheet that begins with its readings."""
     transposed: bool | None = None
-    """True where the stations stand in a row: letters then count rows, "A" for the first. Left out, names tell it."""
+    """True if each station has a column: letters then count rows, "A" for the first. Left out, names decide."""
     s_from: Literal["first", "second"] | None = None
-    """End of the crack from which the sheet counts s, where it is the second: s = 0 of the overlay is at the first."""
+    """End of the crack from which the sheet counts s, if it is the second: s = 0 of the overlay is at the first."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
     """Rows that are not read: by number from 1, or by the text of their first cell, as ["Mittelwert", 9]."""
     missing: tuple[Text, ...] = ()
-    """Words of this sheet for a reading that is missing, beside those that are known, as ["n. lesbar"]."""
+    """Words of this sheet for a missing reading, beside the usual ones, as ["n. lesbar"]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None
     """Part of the sheet that is read: cells, as "F2:I30", or columns, as "F:I", or rows, as "2:30"."""
     sign: Sign | None = None
-    """Direction in which readings count: "up" for levels, "down" for depths; [readings] quantity in other words."""
+    """Direction in which readings count: "up" for levels, "down" for depths, as quantity of [readings]."""
     sheet: Text | None = None
     """Worksheet, as in [readings]."""
     unit: Unit | None = None
@@ -67,30 +67,30 @@ class Columns(Settings):
 
 
 class Declared(Settings):
-    """Facts that a sheet of readings leaves open. None is ever guessed: a fact that is in neither is asked for."""
+    """Facts that a sheet of readings leaves open. None is guessed: a missing one is asked for."""
 
     sheet: Annotated[str, Field(min_length=1, max_length=200)] | None = None
-    """Name of the worksheet in a workbook with several."""
+    """Name of the worksheet, in a workbook with several."""
     sample: Annotated[str, Field(min_length=1, max_length=200)] | None = None
-    """Sample whose rows are read where a column names the sample of each; spelt as file names may spell it."""
+    """Sample whose rows are read, if a column names the sample of each row; spelt as file names may spell it."""
     separator: Separator | None = None
-    """Separator between the fields of a text file, where its rows leave it open."""
+    """Separator between the fields of a text file, if its rows leave it open."""
     decimal: Decimal | None = None
-    """Decimal mark, where "1,234" may be one and a quarter, or more than a thousand."""
+    """Decimal mark, if "1,234" may be one and a quarter, or more than a thousand."""
     quantity: Quantity | None = None
-    """Direction in which readings count, where the header names none."""
+    """level counts upward from the datum, depth downward; needed if the header names neither."""
     unit: Unit | None = None
-    """Unit of all columns whose header names none."""
+    """Unit of the columns whose header names none."""
     columns: Columns | None = None
-    """Columns of the sheet, where its header does not tell them."""
+    """Columns of the sheet, if its header does not name them."""
     as_written: tuple[str, ...] | None = None
-    """Answers to doubts about the sheet that was read: cells ("E7"), columns ("E") or rows ("7") that are meant as they
-    stand, and "sign", "unit", "datum" or "direction" of the whole sheet.
+    """Answers to doubts about the sheet: cells ("E7"), columns ("E") or rows ("7") that are meant as they are, and
+    "sign", "unit", "datum" or "direction" of the whole sheet.
     """
     datum: Datum = "sample_surface"
     """Datum that readings count from. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
-    """Height of that datum above the sample's surface; required for the other two, since no sheet shows it."""
+    """Height of that datum above the sample's surface; needed for the other two, since no sheet shows it."""
 
     @field_validator("as_written")
     @classmethod
@@ -144,17 +144,19 @@ class Readings(Declared):
     data: DataKind
     """Origin of the readings; only "measured" ones can validate."""
     role: Role
+    """Use of the readings: "calibrated-on" if the fluid was tuned on them, "held-out" if not. Every report states one
+    that is "undeclared"."""
     fitted: tuple[str, ...] | None = None
-    """Settings of the trial that were fitted to these readings, by dotted name, as "fluid.yield_stress_pa"; only where
-    the role is "calibrated-on". An empty list declares that none was; left out, nobody declared it."""
+    """Settings of the trial that were fitted to these readings, by dotted name, as "fluid.yield_stress_pa"; only with
+    the role "calibrated-on". An empty list declares that none was. Left out, it is undeclared, as reports state."""
     state: Literal["wet", "cured"] | None = None
     """State of the sealant when it was read. Cured sealant has lost volume that was dispensed."""
     shrinkage_percent: float | None = Field(default=None, ge=0, lt=100)
-    """Volume lost from dispensing until it was read, where it had cured."""
+    """Share of the volume lost from dispensing until it was read, if it had cured."""
     resolution_mm: float = Field(default=0.01, gt=0, le=10)
     """Last digit of the caliper; 0.01 on digital ones."""
     limit_mm: float = Field(default=0.02, ge=0, le=10)
-    """Limit of its error; digital calipers up to 150 mm state 0.02."""
+    """Limit of the caliper's error; digital ones up to 150 mm state 0.02."""
     probe_mm: float | None = Field(default=None, gt=0, le=100)
     """Width of the tip that touches the sealant: it reads the highest point that it covers."""
     datum_error_mm: float | None = Field(default=None, ge=0, le=100)
@@ -200,10 +202,13 @@ class Gate(Settings):
 
 
 PASS_MM = 0.2
-"""Standard deviation of a pass that is allowed for where none is declared: three passes leave two degrees of freedom
-and cannot tell it from none."""
+"""Standard deviation of a pass that is allowed for if none is declared: three passes leave two degrees of freedom, and
+cannot tell it from none."""
+ANGLE = "wall_angle_deg"
+OF_THE_WALLS = ("width_mm", ANGLE, "depth_mm")
+"""Settings of [uncertainty] that change the solid, in the order of a weighed fill."""
 NO_INPUTS = ("differences", "station_mm", "station_each_mm", "common_mm", "pass_mm", "repeatability_mm")
-"""Settings of [uncertainty] that are about the readings, or about how inputs are moved."""
+"""Settings of [uncertainty] about the readings, or about how inputs are moved."""
 Standard = Annotated[float, Field(gt=0, le=1000)]
 Differences = Literal["particles", "slot"]
 """Model that moved inputs are computed with."""
@@ -218,7 +223,7 @@ class Uncertainty(Settings):
     differences: Differences | None = None
     """Model of the runs with moved inputs. particles: each input up and down by a design, with the coarser particles.
     slot: the fast model, 1,000 runs with all inputs drawn together; the level stays the particles'. Left out, slot
-    where the trial is within the fast model's domain, else particles; a report names it beside each input.
+    if the trial is within the fast model's domain, else particles; a report names it beside each input.
     """
     speed_mm_s: Standard | None = None
     """Uncertainty of the nozzle's speed. The volume stays the same, and the flow changes with the speed."""
@@ -234,6 +239,7 @@ class Uncertainty(Settings):
     depth_mm: Standard | None = None
     """Uncertainty of the crack's depth, the same over all of its length."""
     viscosity_percent: Standard | None = None
+    """Uncertainty of the viscosity, or of U."""
     yield_stress_pa: Standard | None = None
     """Uncertainty of the yield stress. Left out, it is that of fluid.material, and so is viscosity_percent."""
     station_mm: Standard | None = None
@@ -243,10 +249,10 @@ class Uncertainty(Settings):
     common_mm: Standard | None = None
     """Uncertainty of a station's level that all its repeats share, as of a rough bed that is read at one place."""
     pass_mm: float | None = Field(default=None, ge=0, le=1000)
-    """Standard deviation of a whole pass, or operator, along the crack, where each column of repeats is one. Without
-    it 0.2 mm are allowed for, which three passes cannot exclude; 0 declares that repeats are no passes."""
+    """Standard deviation of a whole pass, or operator, along the crack, if each column of repeats is one. Without it,
+    0.2 mm are allowed for, which three passes cannot exclude; 0 declares that repeats are no passes."""
     repeatability_mm: Standard | None = None
-    """Standard deviation of a single reading from earlier work, used only where no station was read twice."""
+    """Standard deviation of a single reading from earlier work, used only if no station was read twice."""
 
     @property
     def moved(self) -> dict[str, float]:
@@ -260,8 +266,7 @@ class Uncertainty(Settings):
         given. Without one, a width fitted to a photo has the doubt ``width_mm``, unless one is declared.
         """
         if weighed is not None:
-            names = ("width_mm", "wall_angle_deg", "depth_mm")
-            return self.model_copy(update={name: weighed.steps[i][i] or None for i, name in enumerate(names)})
+            return self.model_copy(update={name: weighed.steps[i][i] or None for i, name in enumerate(OF_THE_WALLS)})
         if width_mm is None or self.width_mm is not None:
             return self
         return self.model_copy(update={"width_mm": width_mm})

@@ -5,8 +5,7 @@ import json
 import numpy as np
 
 from sealtwin.core.errors import SealtwinError
-from validate.uncertainty.numerics import numerical_errors
-from validate.uncertainty.validation import SizeRuns, Spread
+from validate.uncertainty.computed import SizeRuns, Spread, numerical_errors
 
 s_mm = np.linspace(0.0, 80.0, 17)
 scatter_mm = 0.15 * np.random.default_rng(1).standard_normal((3, 3, 17))

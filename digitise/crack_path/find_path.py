@@ -39,11 +39,11 @@ class RivalCracksError(InputError):
 def find_path(
     photo: Photo,
     ends_px: tuple[Pixel, Pixel] | None,
-    via_px: tuple[Pixel, ...] = (),
+    between_px: tuple[Pixel, ...] = (),
     roi_px: tuple[Pixel, ...] | None = None,
     crack: int | None = None,
 ) -> CrackPath:
-    """Find the path between the given ends, past the via points in their order, inside ``roi_px`` only.
+    """Find the path between the given ends, past the points between them in order, inside ``roi_px`` only.
 
     Without ends it runs along the ``crack`` of that number among those that are found, or along the one that stands
     out, from left to right; or along the middle of the paint. Raises InputError where a point is outside the photo or
@@ -53,7 +53,7 @@ def find_path(
         return painted_path(photo, ends_px)
     if ends_px is None:
         return CrackSearch.of(photo, roi_px).path(crack)
-    return LiveWire(photo, roi_px).path(ends_px, via_px)
+    return LiveWire(photo, roi_px).path(ends_px, between_px)
 
 
 @dataclass(frozen=True)

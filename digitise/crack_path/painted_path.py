@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from digitise.crack_path import medial_axis
 from digitise.crack_path.hints import CrackPath, check_hints, listed, snap_px
 from digitise.crack_path.paint_check import judge_paint, require_filled
-from digitise.crack_path.step_costs import cheapest, off_centre
+from digitise.crack_path.step_costs import along_middle
 from digitise.image.raster import shrunk
 from digitise.photo import Photo
 from digitise.settings import Pixel
@@ -46,7 +46,7 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
         way = medial_axis.without_hooks(medial_axis.longest_line(region), medial_axis.radius(region))
         way = way if way[0, 1] <= way[-1, 1] else way[::-1]
     else:
-        way = _between(region, (np.array(ends_px) - (left, top) + 0.5) * scale - 0.5)
+        way = along_middle(region, (np.array(ends_px) - (left, top) + 0.5) * scale - 0.5)
     width_px = (2 * float(np.median(medial_axis.radius(region)[tuple(way.T)])) - 1) / scale
     share = stats[chosen, cv2.CC_STAT_AREA] / stats[1:, cv2.CC_STAT_AREA].sum()
     others = (
@@ -87,12 +87,3 @@ def _without_pinholes(region: NDArray[np.bool_]) -> NDArray[np.bool_]:
     _, label, stats, _ = cv2.connectedComponentsWithStats((~region).astype(np.uint8), connectivity=4)
     small = np.flatnonzero(stats[:, cv2.CC_STAT_AREA] <= np.pi / 4 * hole**2)
     return region | (np.isin(label, small) & ~region)
-
-
-def _between(region: NDArray[np.bool_], ends: Floats) -> Integers:
-    cells = np.argwhere(region)
-    start, end = (cells[int(np.argmin(np.sum((cells - point[::-1]) ** 2, axis=1)))] for point in ends)
-    to_rim = medial_axis.radius(region)
-    usual = max(2 * float(np.median(to_rim[region])), 1.0)
-    cost = np.where(region, off_centre(to_rim, usual), np.inf)
-    return cheapest(cost, start, end, margin=max(region.shape))

@@ -5,10 +5,9 @@ with masks: no path on a crack comes near them.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from digitise.crack_path.hints import CrackPath
-from digitise.crack_path.profiles import Profiles, median_known, profiles_across, row_medians
+from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
+from digitise.crack_path.profiles import median_known, profiles_across, row_medians
 from digitise.photo import Photo
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -25,11 +24,7 @@ GROUND = 75  # Percentile of light across a stretch that is the ground's
 def require_dark(photo: Photo, path: CrackPath) -> None:
     """Raise InputError for a path that is no darker than its darker side, beside something far brighter."""
     width_px = path.width_px
-    seen = profiles_across(photo, path.points_px, width_px, FAR[0] * width_px + FAR[1])
-    light, away_px = seen.mean(), np.abs(seen.offset_px)
-    beside = away_px > width_px / 2 + NEAR_PX + 1
-    left, right = _sides(seen, light, beside)
-    own = light[:, away_px <= width_px / 2 + NEAR_PX].min(axis=1)
+    light, own, left, right = _own_and_sides(photo, path, width_px / 2 + NEAR_PX + 1, FAR[0] * width_px + FAR[1])
     ratio = median_known(own / np.fmax(np.fmin(left, right), 1e-6))
     brightest = median_known(np.nan_to_num(light).max(axis=1) / np.fmax(row_medians(light), 1e-6))
     if ratio > NOT_DARK and brightest > BRIGHT:
@@ -37,24 +32,25 @@ def require_dark(photo: Photo, path: CrackPath) -> None:
             f"{photo.file}: no crack between the ends: the path is as bright as the ground on one side of it, and "
             f"something {brightest:.1f} times as bright as the ground runs along it. A crack brighter than the ground, "
             "as one that is filled or has a light crust, is not found by its darkness: paint it in photo.mask, and "
-            "give ends_px on the paint. If the crack is dark, give ends_px in the middle of it, and via_px."
+            f"give ends_px on the paint. If the crack is dark, {IN_ITS_MIDDLE}."
         )
 
 
-def _sides(seen: Profiles, light: Floats, beside: NDArray[np.bool_]) -> tuple[Floats, Floats]:
-    """Return the median light of each stretch to the left and to the right, among the distances ``beside``."""
-    left, right = (row_medians(light[:, beside & (sign * seen.offset_px > 0)]) for sign in (1, -1))
-    return left, right
+def _own_and_sides(photo: Photo, path: CrackPath, beside_px: float, reach_px: float) -> tuple[Floats, ...]:
+    """Return the light of each stretch at each distance, its least on the path, and its median to the left and right.
+
+    The sides are farther than ``beside_px`` from the path.
+    """
+    seen = profiles_across(photo, path.points_px, path.width_px, reach_px)
+    light, away_px = seen.mean(), np.abs(seen.offset_px)
+    own = light[:, away_px <= path.width_px / 2 + NEAR_PX].min(axis=1)
+    return light, own, *(row_medians(light[:, (away_px > beside_px) & (sign * seen.offset_px > 0)]) for sign in (1, -1))
 
 
 def unlike_sides(photo: Photo, path: CrackPath) -> list[str]:
     """Return a warning about a line whose sides differ by much of its darkness, as beside a marking or at an edge."""
-    width_px = path.width_px
-    seen = profiles_across(photo, path.points_px, width_px, SIDES[1] * width_px + SIDES_PX[1])
-    light, away_px = seen.mean(), np.abs(seen.offset_px)
-    beside = away_px > SIDES[0] * width_px + SIDES_PX[0]
-    left, right = _sides(seen, light, beside)
-    own = light[:, away_px <= width_px / 2 + NEAR_PX].min(axis=1)
+    beside_px, reach_px = (widths * path.width_px + more_px for widths, more_px in zip(SIDES, SIDES_PX, strict=True))
+    _, own, left, right = _own_and_sides(photo, path, beside_px, reach_px)
     step = median_known(np.fmin(left, right) - own)
     difference = abs(median_known(left - right))
     if not difference > MOST_UNLIKE * max(step, 0.0):

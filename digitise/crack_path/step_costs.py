@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from skimage.graph import MCP_Geometric
 
 from digitise.crack_path.darkness import DarkMap
-from digitise.crack_path.medial_axis import distance_outside, larger_pieces
+from digitise.crack_path.medial_axis import distance_outside, larger_pieces, radius
 from digitise.image.raster import widened
 from sealtwin.core.records import Floats, Integers
 
@@ -87,6 +87,15 @@ def cheapest(cost: Floats, start: Integers, end: Integers, margin: int) -> Integ
     search = MCP_Geometric(np.where(np.isfinite(near), near, -1), fully_connected=True)
     search.find_costs([tuple(start - low)], [tuple(end - low)])
     return low + np.array(search.traceback(tuple(end - low)), dtype=np.int64)
+
+
+def along_middle(region: NDArray[np.bool_], ends: Floats) -> Integers:
+    """Cells along the middle of a region, (n, 2), between those nearest to two places, column and row each."""
+    cells = np.argwhere(region)
+    start, end = (cells[int(np.argmin(np.sum((cells - place[::-1]) ** 2, axis=1)))] for place in ends)
+    to_rim = radius(region)
+    usual = max(2 * float(np.median(to_rim[region])), 1.0)
+    return cheapest(np.where(region, off_centre(to_rim, usual), np.inf), start, end, margin=max(region.shape))
 
 
 def measure(field: DarkMap, cells: Integers) -> tuple[float, float]:

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from manifold3d import CrossSection, Manifold, OpType
+from manifold3d import CrossSection, OpType
 
 from digitise.drawing.drawn_layers import DrawnLayers
 from digitise.drawing.read_dxf import MM, Drawing
-from digitise.geometry.region import box_region, traced_region
+from digitise.geometry.region import box_region, prism, traced_region
 from digitise.mesh_import.import_mesh import MOST_MM
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
@@ -97,7 +97,7 @@ def drawn_crack(
         sides = box_region((x_min - MARGIN_MM, y_min - MARGIN_MM, x_max + MARGIN_MM, y_max + MARGIN_MM))
     if np.ptp(bounds_mm := np.reshape(sides.bounds(), (2, 2)), axis=0).max() > MOST_MM:
         raise _of_another_unit(drawing, f"the sample is {drawing.size(bounds_mm)}, and up to {MOST_MM:g} mm", extent_mm)
-    block = _extruded(sides, -depth_mm - FLOOR_MM, 0.0) - _extruded(crack, -depth_mm, ABOVE_MM)
+    block = prism(sides, -depth_mm - FLOOR_MM, 0.0) - prism(crack, -depth_mm, ABOVE_MM)
     mesh = block.to_mesh64()
     vertices_mm = np.asarray(mesh.vert_properties, dtype=float)[:, :3]
     return DrawnCrack(vertices_mm, np.asarray(mesh.tri_verts, dtype=np.int64), centre_mm)
@@ -122,7 +122,3 @@ def _of_another_unit(drawing: Drawing, what: str, crack_mm: Floats) -> InputErro
     units = " or ".join(f"--units {unit}" for unit in fitting)
     remedy = f"Give {units} if it is drawn so." if fitting else "Draw it to scale."
     return InputError(f"{drawing.file}: in {drawing.unit}, {drawing.unit_source}, {what} are expected. {remedy}")
-
-
-def _extruded(region: CrossSection, bottom_mm: float, top_mm: float) -> Manifold:
-    return Manifold.extrude(region, top_mm - bottom_mm).translate((0.0, 0.0, bottom_mm))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from manifold3d import CrossSection, FillRule, JoinType
+from manifold3d import CrossSection, FillRule, JoinType, Manifold
 
 from digitise.geometry.polyline import Box, crossings, meeting, signed_area
 from sealtwin.core.errors import ShapeError
@@ -87,3 +87,8 @@ def box_region(box_mm: Box) -> CrossSection:
     """Return the region of a box."""
     x_min, y_min, x_max, y_max = box_mm
     return CrossSection.square((x_max - x_min, y_max - y_min)).translate((x_min, y_min))
+
+
+def prism(region: CrossSection, bottom_mm: float, top_mm: float) -> Manifold:
+    """Return the upright body over a region, from one height to another."""
+    return region.extrude(top_mm - bottom_mm).translate((0.0, 0.0, bottom_mm))

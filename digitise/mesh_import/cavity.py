@@ -13,7 +13,7 @@ from skimage.measure import points_in_poly
 
 from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import at_arc_length, resampled, signed_area
-from digitise.geometry.region import box_region
+from digitise.geometry.region import box_region, prism
 from digitise.mesh_import.block import Block, parted
 from digitise.mesh_import.mouth_line import MouthLine
 from digitise.photo import Photo
@@ -30,7 +30,6 @@ RIVAL = 0.5  # Share of the largest opening's area from which on a second one is
 WORTH_SAYING_MM2 = 1.0  # Area of a pit that earns a warning; smaller ones are pores
 SLICE_MM = 1e-3  # Depth below its flat top at which a piece of the cavity is sliced
 UNDER_MM = 1.0  # Depth below the underside that is searched for a crack through it
-ON_EDGE_MM = 1e-3  # Tolerance of a wall point on the edge of the face
 ACROSS_PX = 40  # Pixels over the crack's width: a given path then enters the mouth within a fortieth of it
 LARGEST_PX = 12_000_000  # Largest picture, that of a phone
 LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would part a thin mouth
@@ -40,7 +39,6 @@ FACET_MM, FACETS = 1.0, 50_000  # Size of the pieces in which long facets are dr
 SPECK_MM2 = 1e-6  # Area below which a facet is rounding at a cut, and would be drawn as a line
 FACE_GREY, DEEPEST_GREY, BESIDE_GREY = 205.0, 40.0, 245
 LIGHT = np.array([-0.4, 0.45, 0.8])  # Direction of the light, from the upper left
-AT_ONCE = 2_000_000  # Pairs of a point and an edge that are compared at a time
 LARGEST_BYTES = 5_000_000  # Largest path file, of fifty thousand points; a path has some hundred
 SEPARATORS = re.compile(r"[;,\s]+")
 DECIMAL_COMMAS = re.compile(r"\s*[-+]?\d+,\d+(\s*;|\s+[-+]?\d+,\d)")
@@ -89,7 +87,7 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
         )
     # Walls that open upward are beyond the mouth; at 63 degrees from upright they are a face.
     rim = mouth.offset(2 * below_mm, JoinType.Round) ^ face
-    above = rim.extrude(below_mm).translate((0.0, 0.0, -below_mm)) - block.body
+    above = prism(rim, -below_mm, 0.0) - block.body
     return Cavity(below + above, mouth, below_mm, warnings)
 
 
@@ -189,33 +187,13 @@ def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
             centreline=line.centreline_mm, left_wall=line.left_mm, right_wall=line.right_mm, outline=ring
         ),
         ends=line.ends,
-        face_mm=photo.face_mm,
-        mm_per_px=photo.mm_per_px,
-        scale_source=photo.scale_source,
-        scale_residual_mm=None,
+        **photo.facts_of_outline,
         path_source="mesh",
         warnings=(*cavity.warnings, *line.warnings),
         islands_mm=tuple(islands),
         branches_mm=line.side_lines_mm,
         branches_kept=len(line.side_lines_mm) > 0,
-        scale_uncertainty=photo.scale_uncertainty,
-        camera_tilt_deg=photo.camera_tilt_deg,
-        photo_size_px=photo.size_px,
     )
-
-
-def nearest_on_ring(points: Floats, ring: Floats) -> Floats:
-    """Return the nearest place on a ring for each point, (n, 2)."""
-    start, step = ring, np.roll(ring, -1, axis=0) - ring
-    length_squared = (step**2).sum(axis=1)
-    found = []
-    for some in np.array_split(points, 1 + len(points) * len(ring) // AT_ONCE):
-        along = ((some[:, None] - start) * step).sum(axis=2)
-        share = np.divide(along, length_squared, out=np.zeros_like(along), where=length_squared > 0).clip(0, 1)
-        place = start + share[:, :, None] * step
-        best = ((place - some[:, None]) ** 2).sum(axis=2).argmin(axis=1)
-        found.append(place[np.arange(len(some)), best])
-    return np.concatenate(found)
 
 
 def read_path(path: Path) -> Floats:

@@ -10,7 +10,7 @@ from manifold3d import Manifold
 
 from digitise.geometry.mesh_topology import connected, examine_mesh, neighbours, normals
 from digitise.geometry.polyline import Box, depth_inside
-from digitise.geometry.region import box_region
+from digitise.geometry.region import box_region, prism
 from digitise.mesh_import.block import STEEPEST_DEG, Block, FacePlane, cut_block, find_face
 from digitise.mesh_import.cavity import (
     Cavity,
@@ -23,7 +23,6 @@ from digitise.mesh_import.cavity import (
 )
 from digitise.mesh_import.cavity_sections import cavity_sections
 from digitise.mesh_import.mouth_line import line_of_mouth
-from digitise.mesh_import.precision import MOST_OF_WIDTH, WORTH_SAYING_MM, in_words, step_of
 from digitise.mesh_import.repair import bounded_body, closed, one_surface
 from digitise.photo import Photo
 from digitise.settings import MeshInput, MeshUnit
@@ -45,6 +44,8 @@ UPRIGHT = {  # Rotations, by rows, that turn the axis out of the face to z
 }
 LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
 MOST_LISTED = 4  # Most bodies that a sentence lists
+WORTH_SAYING_MM = 0.01  # Step of a file's numbers from which on it is said: a tenth of a fine photo's pixel
+MOST_OF_WIDTH = 0.25  # Largest step in widths of the crack: each wall is off by up to half of it
 CLEAR_MM = 0.01  # Distance of a dam's edge from the block's vertices: nearer to a dam in the mesh it would fold
 
 
@@ -156,10 +157,10 @@ def _read_block(
     """Return block, face, repairs, number of triangles read, the step of the file's numbers in mm, and notes."""
     mesh = read_mesh(path)
     triangles, notes = len(mesh.faces), notes_on_unit(mesh, settings, path)
-    step_mm = MM[settings.units] * step_of(mesh.vertices)
+    step_mm = MM[settings.units] * _step_of(mesh.vertices)
     if step_mm > WORTH_SAYING_MM:
-        notes.append(f"{path.name} is in single precision: {in_words(step_mm)}")
-        facts.append(f"In single precision, {in_words(step_mm)}.")
+        notes.append(f"{path.name} is in single precision: {_step_in_words(step_mm)}")
+        facts.append(f"In single precision, {_step_in_words(step_mm)}.")
     surface = one_surface(upright_mm(mesh, settings), mesh.faces)
     # Each step takes hundreds of megabytes for two million triangles.
     del mesh
@@ -172,6 +173,24 @@ def _read_block(
         notes.append(f"{path.name}: {found}")
         facts.append(f"In it, {found}. If one of them is the sample, save it alone.")
     return cut_block(body, plane.below_mm), plane, repairs, triangles, step_mm, notes
+
+
+def _step_of(vertices: Floats) -> float:
+    """Return the step between neighbouring numbers at the farthest vertex; 0 if they have more digits than float32."""
+    single = vertices.astype(np.float32)
+    if not np.array_equal(single, vertices):
+        return 0.0
+    step = float(np.spacing(np.abs(single).max()))
+    # Whole numbers below its largest are exact in either precision.
+    return 0.0 if step < 1 and np.array_equal(np.rint(vertices), vertices) else step
+
+
+def _step_in_words(step_mm: float) -> str:
+    """Return what a step means for a mesh, and what to do about it."""
+    return (
+        f"its numbers have steps of {step_mm:.2g} mm so far from its origin. Move the mesh to the origin in the "
+        "program that made it, and save it again"
+    )
 
 
 def _listed(bodies: Sequence[Manifold], to_file: Floats) -> str:
@@ -237,7 +256,7 @@ def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float,
     bottom_mm = float(block.body.bounding_box()[2])
     body = block.body
     for plate in plates:
-        body += box_region(plate).extrude(dam_height_mm - bottom_mm).translate((0.0, 0.0, bottom_mm))
+        body += prism(box_region(plate), bottom_mm, dam_height_mm)
     vertices_mm, faces = tidy(body)
     faults, figures = examine_mesh(vertices_mm, faces)
     if figures is None:

@@ -11,12 +11,11 @@ from itertools import product
 
 import numpy as np
 from manifold3d import CrossSection
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from skimage.measure import points_in_poly
 
 from digitise.crack_path import medial_axis
-from digitise.crack_path.step_costs import cheapest, off_centre
+from digitise.crack_path.step_costs import along_middle
 from digitise.geometry.polyline import Box, at_arc_length, depth_inside, resampled, signed_area, smoothed, unit
 from digitise.mesh_import.mouth_ends import ACROSS, MouthEnd, are_square, end_before, straight_on
 from digitise.mesh_import.rim import dense, fine, stretch
@@ -24,7 +23,7 @@ from digitise.mesh_import.wall_pairs import facing
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import ShapeError
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
 MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow
@@ -238,7 +237,7 @@ def _rough_path(ring_mm: Floats, between_mm: Floats | None) -> tuple[Floats, flo
         # Rightward, as a painted crack is followed.
         way = way if way[0, 1] <= way[-1, 1] else way[::-1]
     else:
-        way = _way_between(region, to_rim, (between_mm - origin_mm) / cell_mm)
+        way = along_middle(region, (between_mm - origin_mm) / cell_mm)
     usual = max(2 * float(np.median(to_rim[tuple(way.T)])) - 1, 1.0) if len(way) else 1.0
     path_mm = resampled(origin_mm + cell_mm * way[:, ::-1].astype(float), usual / ACROSS * 2 * cell_mm)
     # A cell at the rim has its middle outside.
@@ -246,14 +245,6 @@ def _rough_path(ring_mm: Floats, between_mm: Floats | None) -> tuple[Floats, flo
     if len(inside) < 2:
         return path_mm[:1], usual * cell_mm
     return path_mm[inside[0] : inside[-1] + 1], usual * cell_mm
-
-
-def _way_between(region: NDArray[np.bool_], to_rim: Floats, ends: Floats) -> Integers:
-    """Return the cells of a way along the middle from one place to another, column and row each."""
-    cells = np.argwhere(region)
-    start, end = (cells[int(np.argmin(np.sum((cells - place[::-1]) ** 2, axis=1)))] for place in ends)
-    usual = max(2 * float(np.median(to_rim[region])), 1.0)
-    return cheapest(np.where(region, off_centre(to_rim, usual), np.inf), start, end, margin=max(region.shape))
 
 
 def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Floats]:

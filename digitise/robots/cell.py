@@ -27,14 +27,17 @@ class Taught(Settings):
 
     sample_mm: tuple[OnFace, OnFace]
     """x and y as in outline.json: x right and y up in the photo. With face_mm its lower left corner is [0, 0]."""
-    robot_mm: tuple[InCell, InCell, InCell]  # Coordinates on the pendant with the nozzle's tip on that point
+    robot_mm: tuple[InCell, InCell, InCell]
+    """Coordinates on the pendant with the nozzle's tip on that point."""
 
 
 class Reach(Settings):
     """Box in the robot's frame that the nozzle's tip must not leave."""
 
     low_mm: tuple[InCell, InCell, InCell]
+    """Least x, y and z."""
     high_mm: tuple[InCell, InCell, InCell]
+    """Largest x, y and z."""
 
     @model_validator(mode="after")
     def _a_box(self) -> Self:
@@ -69,8 +72,10 @@ class Plunger(Settings):
     """Inner diameter of the syringe, if a millimetre of the axis is one of the plunger."""
     mm3_per_mm: float | None = Field(default=None, gt=1e-4, le=1e5)
     """Sealant for a millimetre of the axis, if the plunger is geared: weigh the sealant of 10 mm."""
-    travel_mm: float = Field(gt=0.1, le=1000)  # Travel left to the plunger; a path that needs more is refused
-    largest_speed_mm_s: float = Field(gt=0.001, le=500)  # Largest speed of the plunger
+    travel_mm: float = Field(gt=0.1, le=1000)
+    """Travel left to the plunger; a path that needs more is refused."""
+    largest_speed_mm_s: float = Field(gt=0.001, le=500)
+    """Largest speed of the plunger."""
 
     @property
     def area_mm2(self) -> float:
@@ -93,14 +98,20 @@ class Spel(Settings):
     dispenser: Literal["output", "z", "s", "t"]
     """output: a bit switches a dispenser of constant flow on and off. z, s or t: that axis presses the plunger; on z
     the arm can no longer lift the nozzle, as in the paper; of the added axes s and t, the other is sent to 0."""
-    output_bit: int | None = Field(default=None, ge=0, le=8191)  # Number of the bit for dispenser = "output"
-    axis_start_mm: InCell | None = None  # Coordinate of the axis z, s or t with the plunger ready to give
-    axis_gives: Literal["+", "-"] = "-"  # Direction of that axis that presses the plunger: down, for the paper's z
-    hand: Literal["right", "left"] = "right"  # Posture of the arm; the elbow of a SCARA is on the other side
-    u_deg: Angle = 0.0  # Angle of the tool about the vertical, constant along the path: a nozzle is round
+    output_bit: int | None = Field(default=None, ge=0, le=8191)
+    """Number of the bit for dispenser = "output"."""
+    axis_start_mm: InCell | None = None
+    """Coordinate of the axis z, s or t with the plunger ready to give."""
+    axis_gives: Literal["+", "-"] = "-"
+    """Direction of that axis that presses the plunger: down, for the paper's z."""
+    hand: Literal["right", "left"] = "right"
+    """Posture of the arm; the elbow of a SCARA is on the other side."""
+    u_deg: Angle = 0.0
+    """Angle of the tool about the vertical, constant along the path: a nozzle is round."""
     vw_deg: tuple[Angle, Angle] | None = None
     """Angles V and W of a six-axis arm with the nozzle down; left out for a SCARA."""
-    tool: int = Field(default=0, ge=0, le=15)  # Number of the tool whose tip is the nozzle's; 0 is the bare flange
+    tool: int = Field(default=0, ge=0, le=15)
+    """Number of the tool whose tip is the nozzle's; 0 is the bare flange."""
     local: int = Field(default=0, ge=0, le=15)
     """Number of the local frame that robot_mm was read in; 0 is the robot's own."""
     first_point: int = Field(default=0, ge=0, lt=SPEL_POINTS)
@@ -120,8 +131,10 @@ class Spel(Settings):
 class Gcode(Settings):
     """Settings of a gantry with an extruder."""
 
-    relative_e: bool = False  # Write M83 in place of M82. Absolute E shows the dose so far at any line.
-    cold_extrusion: bool = False  # Write M302 P1, without which Marlin silently moves no extruder below 170 degrees
+    relative_e: bool = False
+    """Write M83 in place of M82. Absolute E shows the dose so far at any line."""
+    cold_extrusion: bool = False
+    """Write M302 P1, without which Marlin silently moves no extruder below 170 degrees."""
 
 
 class Urscript(Settings):
@@ -132,7 +145,8 @@ class Urscript(Settings):
     would stop at each."""
     dispenser: Literal["analog", "digital"]
     """analog: a standard analog output in proportion to the flow; digital: a standard output on and off."""
-    port: int = Field(ge=0, le=7)  # Analog: 0 or 1; digital: 0 to 7
+    port: int = Field(ge=0, le=7)
+    """Number of the output: analog 0 or 1, digital 0 to 7."""
     full_flow_mm3_s: float | None = Field(default=None, gt=1e-3, le=1e6)
     """Flow at the output's full level, for dispenser = "analog"."""
     tool_turn_deg: Angle = 0.0
@@ -154,9 +168,12 @@ class Urscript(Settings):
 class RobotCell(Settings):
     """Content of a cell file."""
 
-    name: Annotated[str, Field(min_length=1, max_length=80)]  # Name of the cell, for the head of its programs
-    formats: tuple[Format, ...] = Field(min_length=1)  # Formats that are written unless --format names others
-    robot_z: Literal["up", "down"] = "up"  # Direction of the robot's z axis; down if its base hangs from a ceiling
+    name: Annotated[str, Field(min_length=1, max_length=80)]
+    """Name of the cell, for the head of its programs."""
+    formats: tuple[Format, ...] = Field(min_length=1)
+    """Formats that are written unless --format names others."""
+    robot_z: Literal["up", "down"] = "up"
+    """Direction of the robot's z axis; down if its base hangs from a ceiling."""
     frame_limit_mm: float = Field(default=0.5, gt=0, le=10)
     """Largest residual of a taught point: a sixth of the paper's 3.1 mm wide crack, and more than the error of a tip
     touched to a mark by hand."""

@@ -6,13 +6,30 @@ import numpy as np
 from manifold3d import CrossSection, FillRule, OpType
 
 from digitise.geometry.mesh_topology import MeshFigures, examine_mesh, mesh_volume_mm3
-from digitise.geometry.region import box_region
+from digitise.geometry.region import box_region, pieces
 from digitise.settings import CrackShape
-from digitise.solid.dams import Dam, dam_box, dams, label_faces, tilted_out
+from digitise.solid.dams import (
+    CLEARANCE_MM,
+    REDUCE_ANGLE,
+    Dam,
+    dam_box,
+    dams,
+    label_faces,
+    plates_over,
+    sheltered,
+    tilted_out,
+)
 from digitise.solid.float_mesh import tidy
 from digitise.solid.footprint import Footprint, lay_out
-from digitise.solid.tilt_variants import Slicer, TiltVariants, cavity_volume_mm3, compare_tilts, crack_sections
-from digitise.solid.undercut import require_room
+from digitise.solid.tilt_variants import (
+    Slicer,
+    TiltVariants,
+    cavity_volume_mm3,
+    compare_tilts,
+    crack_sections,
+    largest_share,
+    meeting_share,
+)
 from digitise.solid.wedges import carve, wall_shifts_mm
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers, Outline, Solid
@@ -25,6 +42,7 @@ ATTEMPTS = 6
 CAVITY_TOLERANCE = 1e-3  # Relative difference allowed between the mesh's cavity and the integral of its sections
 FINER = 8  # Times as many sections before a refusal: those of a funnel change fast where walls meet
 LEAST_FLOOR = 0.5  # Share of the mouth's area that leaning walls must leave at the floor; less has left the sample
+SMALLEST_DEG = 0.1  # Least angle that a refusal proposes, and the step of what it proposes
 SMALLEST_CAVITY_MM3 = 1.0  # Smallest cavity worth a simulation: four particles of the paper's size
 
 
@@ -47,7 +65,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
     if shape.tilt == "lean" and sections[1].area() < LEAST_FLOOR * sections[0].area():
         raise tilted_out(spread_mm)
     if shape.tilt == "undercut":
-        require_room(footprint, shape)
+        _require_room(footprint, shape)
     plates = dams(footprint, sections, spread_mm)
     variants = compare_tilts(outline, footprint, shape)
     _require_volume(variants, shape)
@@ -144,6 +162,40 @@ def _watertight(
     )
 
 
+def _require_room(footprint: Footprint, shape: CrackShape) -> None:
+    """Raise InputError with the largest angle that fits, if parts of the crack meet below the face or leave the block.
+
+    A trace that leaves the block at the face already is refused by ``dams``.
+    """
+    slicer = Slicer(footprint, shape)
+    meeting, leaving = meeting_share(slicer, shape), _leaving_share(footprint, slicer, shape)
+    if meeting is None and leaving is None:
+        return
+    if meeting is not None and (leaving is None or meeting <= leaving):
+        share, fault = meeting, "parts of the crack meet below the face"
+    else:
+        share, fault = leaving or 0.0, f"the crack comes within {CLEARANCE_MM} mm of the block's side or leaves it"
+    # Largest angles in steps that are rounded down, so that they do fit.
+    angles_deg = np.degrees(np.arctan(share * np.tan(np.radians(shape.wall_angles_deg))))
+    left_deg, right_deg = np.floor(angles_deg / SMALLEST_DEG) * SMALLEST_DEG
+    fits = f"{left_deg:.1f}" if left_deg == right_deg else f"[{left_deg:.1f}, {right_deg:.1f}]"
+    remedy = f"the largest wall_angle_deg that fits is {fits}"
+    if max(left_deg, right_deg) == 0:
+        remedy = f"no wall_angle_deg of {SMALLEST_DEG}° or more fits"
+    raise InputError(
+        f'With tilt = "undercut", walls at {_angles(shape)} and {shape.deepest_mm:g} mm deep, {fault}; {remedy}, and '
+        'tilt = "lean" keeps the width.'
+    )
+
+
+def _leaving_share(footprint: Footprint, slicer: Slicer, shape: CrackShape) -> float | None:
+    face, floor = (slicer.between_walls(depth_mm) for depth_mm in (0.0, shape.deepest_mm))
+    covered = sheltered(footprint, plates_over(footprint, [face, floor]))
+    if pieces(face - covered):
+        return None
+    return largest_share(lambda share: bool(pieces(slicer.between_walls(share * shape.deepest_mm) - covered)))
+
+
 def _require_volume(variants: TiltVariants, shape: CrackShape) -> None:
     volume_mm3 = variants.volume_mm3[shape.tilt]
     if volume_mm3 >= SMALLEST_CAVITY_MM3:
@@ -151,7 +203,7 @@ def _require_volume(variants: TiltVariants, shape: CrackShape) -> None:
     remedy = "Check depth_mm and the photo's scale."
     # Only a funnel takes room away; otherwise the crack itself is too shallow or too small.
     if shape.tilt == "funnel" and variants.volume_mm3["vertical"] >= SMALLEST_CAVITY_MM3:
-        remedy = 'Reduce wall_angle_deg or choose tilt = "flare" or "lean".'
+        remedy = f'{REDUCE_ANGLE} or choose tilt = "flare" or "lean".'
     raise InputError(
         f"At {_angles(shape)} and {shape.deepest_mm:g} mm deep, tilt {shape.tilt} leaves a cavity of "
         f"{volume_mm3:.2g} mm³, less than {SMALLEST_CAVITY_MM3:g}: nothing to fill. {remedy}"

@@ -142,11 +142,14 @@ def _require_clearance(
         )
 
 
+REDUCE_ANGLE = "Reduce wall_angle_deg"
+
+
 def tilted_out(spread_mm: float) -> InputError:
     """Return the refusal of a crack that the tilt, not the trace, takes out of the sample."""
     return InputError(
         f"The tilt moves the walls {spread_mm:.1f} mm sideways over the depth, which takes the crack to within "
-        f"{CLEARANCE_MM} mm of the block's side or through it, where no open end is. Reduce wall_angle_deg, check "
+        f"{CLEARANCE_MM} mm of the block's side or through it, where no open end is. {REDUCE_ANGLE}, check "
         'depth_mm, or choose tilt = "vertical".'
     )
 

@@ -4,9 +4,9 @@ Wedges, triangles swept along a wall, are united before they are subtracted: one
 """
 
 import numpy as np
-from manifold3d import CrossSection, Manifold, Mesh64, OpType
+from manifold3d import Manifold, Mesh64, OpType
 
-from digitise.geometry.region import box_region
+from digitise.geometry.region import box_region, prism
 from digitise.settings import CrackShape
 from digitise.solid.dams import Dam
 from digitise.solid.footprint import Footprint
@@ -92,8 +92,8 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
     """Return the sample in mm, dams included, before its mesh is tidied."""
     depth_mm = shape.deepest_mm
     bottom_mm = -(depth_mm + shape.floor_thickness_mm)
-    block = _upright(footprint.block, bottom_mm, 0.0)
-    shaft = _upright(footprint.crack, -depth_mm - (BELOW_MM if footprint.floor else 0.0), 0.0)
+    block = prism(footprint.block, bottom_mm, 0.0)
+    shaft = prism(footprint.crack, -depth_mm - (BELOW_MM if footprint.floor else 0.0), 0.0)
     walls = Manifold()
     if shape.tilt == "lean":
         shear: Floats = np.eye(3, 4)
@@ -107,7 +107,7 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
     elif shape.tilt == "funnel":
         walls = _wedges(tilted_walls(footprint, shape), edge_z_mm=0.0, far_z_mm=-depth_mm)
     if not footprint.stoppers.is_empty():
-        shaft -= _upright(footprint.stoppers, -depth_mm - 2 * BELOW_MM, BELOW_MM)
+        shaft -= prism(footprint.stoppers, -depth_mm - 2 * BELOW_MM, BELOW_MM)
     sample = block - shaft
     if footprint.floor:
         walls += footprint.floor.ground
@@ -115,12 +115,8 @@ def carve(footprint: Footprint, shape: CrackShape, plates: tuple[Dam, ...]) -> M
         # Wedges of the run-outs extend beyond the block's sides, where only dams belong.
         sample = (sample + walls) ^ block
     for plate in plates:
-        sample += _upright(box_region(plate.box_mm), bottom_mm, shape.dam_height_mm)
+        sample += prism(box_region(plate.box_mm), bottom_mm, shape.dam_height_mm)
     return sample
-
-
-def _upright(region: CrossSection, bottom_mm: float, top_mm: float) -> Manifold:
-    return region.extrude(top_mm - bottom_mm).translate((0.0, 0.0, bottom_mm))
 
 
 def _wedges(stretches: list[Stretch], edge_z_mm: float, far_z_mm: float) -> Manifold:

@@ -162,9 +162,6 @@ class TraceSession:
     def __init__(self, settings: PhotoInput, folder: Path, hints: Hints) -> None:
         """Read the photo; ``hints``, not those in ``settings``, are the first. Raises InputError for a bad photo."""
         self._rest, self.hints = rest_of(settings), hints
-        self._edge_fraction = settings.edge_fraction
-        self._width_mm, self._mean_width_mm = settings.width_stations_mm, settings.mean_width_mm
-        self._path_only = bool(settings.path_only)
         pixels = read_pixels(settings, folder)
         # Messages on the page name the photo without its folder.
         self._pixels = replace(pixels, file=Path(pixels.file.name))
@@ -221,18 +218,9 @@ class TraceSession:
                     yield "cracks", [_crack_answer(crack) for crack in search.cracks]
                     path = search.path(settings.crack)
                 yield "path", _path_answer(path, seen.known)
-                rough = glance(seen.photo, path, self._edge_fraction, hints.walls_px or ())
+                rough = glance(seen.photo, path, settings)
                 yield "glance", None if rough is None else _walls_answer(seen.photo, rough, seen.known)
-                outline = trace_outline(
-                    seen.photo,
-                    path,
-                    self._edge_fraction,
-                    hints.branches == "keep",
-                    width_mm=self._width_mm,
-                    mean_width_mm=self._mean_width_mm,
-                    path_only=self._path_only,
-                    walls_px=hints.walls_px or (),
-                )
+                outline = trace_outline(seen.photo, path, settings)
                 yield "walls", _walls_answer(seen.photo, outline, seen.known)
             except RivalCracksError as rivals:
                 yield "refused", CHOOSE.format(count=len(rivals.cracks))

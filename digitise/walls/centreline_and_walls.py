@@ -64,7 +64,7 @@ class Traced:
     beyond_mm: float  # Length of path left out at its ends because a wall lies outside the photo
 
 
-def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
+def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
     """Follow both walls along ``path``; raise InputError where the crack is too short or unclear.
 
     Raises TooThinError where blur would decide its width.
@@ -82,7 +82,7 @@ def trace(photo: Photo, path: CrackPath, edge_fraction: float) -> Traced:
     def look(line_mm: Floats, ray: Floats, at_edge: bool = False) -> tuple[Strip, Walls]:
         step_mm = sample_step_mm(width_mm, photo.mm_per_px)
         strip = straighten(photo, patch, line_mm, ray, step_mm, REACH * width_mm)
-        return strip, find_walls(strip, width_mm, edge_fraction, at_edge)
+        return strip, find_walls(strip, width_mm, wall_share, at_edge)
 
     line_mm = smoothed(resampled(photo.to_mm(path.points_px), spacing_mm), PATH_SMOOTHING * width_mm / spacing_mm)
     _, walls = look(line_mm, rays_across(line_mm, width_mm, (None, None)))

@@ -91,12 +91,12 @@ def contrast(photo: Photo, path: CrackPath, patch: Patch) -> Contrast:
     return Contrast(patch, sample, continued(small, inside, sigma), continued(small, mortar, sigma))
 
 
-def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> tuple[tuple[Floats, ...], RetouchedPhoto]:
-    """Find stones: clockwise rings in mm at ``edge_fraction`` of the contrast, and the photo, dark in their places."""
+def find_islands(photo: Photo, path: CrackPath, wall_share: float) -> tuple[tuple[Floats, ...], RetouchedPhoto]:
+    """Find stones: clockwise rings in mm at ``wall_share`` of the contrast, and the photo, dark in their places."""
     patch = patch_around(photo, path.points_px, REACH * max(path.width_px, LEAST_WIDTH_PX))
     levels = contrast(photo, path, patch)
     share, dark = levels.share, levels.dark
-    stones = _enclosed(photo, path, patch, share > edge_fraction)
+    stones = _enclosed(photo, path, patch, share > wall_share)
     if not stones:
         return (), RetouchedPhoto(photo)
     rings_mm: list[Floats] = []
@@ -105,8 +105,8 @@ def find_islands(photo: Photo, path: CrackPath, edge_fraction: float) -> tuple[t
     window = light[top : top + share.shape[0], left : left + share.shape[1]]
     for stone in stones:
         around = widened(stone, SKIRT_PX)
-        alone = np.where(widened(stone, 1), share, np.minimum(share, edge_fraction))
-        rings = [photo.to_mm(ring[:-1, ::-1] + patch.offset_px) for ring in find_contours(alone, edge_fraction)]
+        alone = np.where(widened(stone, 1), share, np.minimum(share, wall_share))
+        rings = [photo.to_mm(ring[:-1, ::-1] + patch.offset_px) for ring in find_contours(alone, wall_share)]
         ring = max(rings, key=lambda ring: abs(signed_area(ring)))
         rings_mm.append(ring if signed_area(ring) < 0 else ring[::-1])
         window[around] = np.minimum(window, dark)[around]

@@ -35,11 +35,11 @@ LIP_PX = 2  # Radius around a lip in which a pixel may belong to either crack, a
 
 
 def trace_past_mouths(
-    photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, edge_fraction: float
+    photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, wall_share: float
 ) -> tuple[Traced, SideRings]:
     """Follow the walls of the main crack as if mortar filled its side cracks; also return the rims of these."""
     if not sides.found:
-        return trace(photo, path, edge_fraction), ()
+        return trace(photo, path, wall_share), ()
     share = np.where(widened(sides.crack, 1), sides.levels.share, 1)
     # No wall runs along the edge of the face.
     share[~sides.levels.sample] = np.nan
@@ -47,22 +47,22 @@ def trace_past_mouths(
     found = (_lips(sides, share, line_px, side.half_px) for line_px, side in ways)
     lips_px = [lips for lips in found if lips is not None]
     if not lips_px:
-        return trace(photo, path, edge_fraction), ((),) * len(sides.found)
-    traced, parted = _with_walls_across(photo, path, sides, lips_px, edge_fraction)
+        return trace(photo, path, wall_share), ((),) * len(sides.found)
+    traced, parted = _with_walls_across(photo, path, sides, lips_px, wall_share)
     walls_px = [_across(photo, sides, traced, lips) for lips in lips_px]
-    traced, parted = _with_walls_across(photo, path, sides, walls_px, edge_fraction)
+    traced, parted = _with_walls_across(photo, path, sides, walls_px, wall_share)
     return traced, tuple(_rings_px(sides, side, parted) for side in sides.found)
 
 
 def _with_walls_across(
-    photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, walls_px: Sequence[Floats], edge_fraction: float
+    photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, walls_px: Sequence[Floats], wall_share: float
 ) -> tuple[Traced, NDArray[np.bool_]]:
     """The main crack with given walls across its mouths, and the pixels of crack beyond them."""
     open_to = (sides.crack & ~_drawn(sides.crack.shape, walls_px)).astype(np.uint8)
     for x, y in np.concatenate([wall_px[[0, -1]] for wall_px in walls_px]):
         cv2.circle(open_to, (round(x), round(y)), LIP_PX, 0, -1)
     parted = (open_to > 0) & ~holding(open_to > 0, sides.way_px)
-    return trace(_without_side_cracks(photo, sides, parted, walls_px), path, edge_fraction), parted
+    return trace(_without_side_cracks(photo, sides, parted, walls_px), path, wall_share), parted
 
 
 def _lips(sides: SideCracks, share: NDArray[np.floating], line_px: Floats, half_px: float) -> Floats | None:
@@ -75,7 +75,7 @@ def _lips(sides: SideCracks, share: NDArray[np.floating], line_px: Floats, half_
     low = np.maximum(np.floor(line_px[0] - reach_px), 0).astype(int)
     high = np.ceil(line_px[0] + reach_px).astype(int) + 1
     window = share[low[1] : high[1], low[0] : high[0]]
-    contours = [contour[:, ::-1] + low for contour in find_contours(window, sides.edge_fraction)]
+    contours = [contour[:, ::-1] + low for contour in find_contours(window, sides.wall_share)]
     places = np.concatenate([np.empty((0, 2)), *contours])
     same_side = _left_of(sides, places) == _left_of(sides, start_px[None])
     if same_side.all() or not same_side.any():
@@ -196,4 +196,4 @@ def _rings_px(sides: SideCracks, side: FoundSideCrack, parted: NDArray[np.bool_]
     window = share[top : top + height + 4 * SKIRT_PX, left : left + width + 4 * SKIRT_PX]
     closed = np.pad(window, 1, constant_values=1)
     offset = np.add(sides.levels.patch.offset_px, (left - 1, top - 1))
-    return tuple(ring[:-1, ::-1] + offset for ring in find_contours(closed, sides.edge_fraction))
+    return tuple(ring[:-1, ::-1] + offset for ring in find_contours(closed, sides.wall_share))

@@ -23,7 +23,7 @@ from sealtwin.core.records import Floats, Integers
 
 WORK_PX = 30.0  # Width of the crack in the searched copy: a side crack of a tenth of it is three pixels wide
 AROUND = 0.5  # Lengths of the path, to either side of it, within which side cracks are searched for
-AS_DARK = 0.6  # Share of ``edge_fraction`` above which side lines are scratches, stains or shadows
+AS_DARK = 0.6  # Share of ``wall_share`` above which side lines are scratches, stains or shadows
 AS_WIDE = 1.5  # Crack widths above which a dark region is no side crack
 SLENDER = 3.0  # Least length of a side crack over its own width: shorter ones are pores, stains and broken edges
 EDGE = 0.9  # Share of a line with unlike sides from which it is an edge, as of a sample of unknown size
@@ -49,11 +49,11 @@ class SideCracks:
     crack: NDArray[np.bool_]  # Pixels of the patch in the main crack and all connected to it
     way_px: Floats  # The path in the patch
     width_px: float
-    edge_fraction: float
+    wall_share: float
 
 
-def find_side_cracks(photo: Photo, path: CrackPath, edge_fraction: float) -> SideCracks:
-    """Find side cracks where light has risen by less than ``edge_fraction`` of the contrast."""
+def find_side_cracks(photo: Photo, path: CrackPath, wall_share: float) -> SideCracks:
+    """Find side cracks where light has risen by less than ``wall_share`` of the contrast."""
     width_px = max(path.width_px, LEAST_WIDTH_PX)
     patch = patch_around(photo, path.points_px, AROUND * float(arc_length(path.points_px)[-1]))
     levels = contrast(photo, path, patch)
@@ -62,7 +62,7 @@ def find_side_cracks(photo: Photo, path: CrackPath, edge_fraction: float) -> Sid
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
     small, shown = levels.share_of(shrunk(patch.soft, size)), shrunk(levels.sample.astype(np.float32), size) > 0.99
     places = (way_px + 0.5) * scale - 0.5
-    region = holding((small < edge_fraction) & shown, places)
+    region = holding((small < wall_share) & shown, places)
     way = np.clip(np.rint(places[:, ::-1]).astype(np.int64), 0, np.array(small.shape) - 1)
     way = way[region[tuple(way.T)]]
     least = max(LEAST_BRANCH * width_px, LEAST_BRANCH_PX) * scale
@@ -71,7 +71,7 @@ def find_side_cracks(photo: Photo, path: CrackPath, edge_fraction: float) -> Sid
     found = []
     for cells, comes_back in lines:
         half = float(np.median(to_rim[tuple(cells.T)]))
-        dark = np.median(small[tuple(cells.T)]) < AS_DARK * edge_fraction
+        dark = np.median(small[tuple(cells.T)]) < AS_DARK * wall_share
         if dark and 2 * half < AS_WIDE * width_px * scale:
             line_px = (_to_the_tip(cells, to_rim, comes_back) + 0.5) / scale - 0.5
             line_px, half_px = smoothed(resampled(line_px, 1.0), half / scale), half / scale
@@ -82,8 +82,8 @@ def find_side_cracks(photo: Photo, path: CrackPath, edge_fraction: float) -> Sid
                 found.append(FoundSideCrack(line_px, half_px, comes_back))
     crack = np.zeros_like(levels.sample)
     if found:
-        crack = holding((levels.share < edge_fraction) & levels.sample, way_px)
-    return SideCracks(tuple(found), levels, crack, way_px, width_px, edge_fraction)
+        crack = holding((levels.share < wall_share) & levels.sample, way_px)
+    return SideCracks(tuple(found), levels, crack, way_px, width_px, wall_share)
 
 
 def _to_the_tip(cells: Integers, to_rim: Floats, comes_back: bool) -> Floats:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from digitise.crack_path.darkness import WORK_PX
-from digitise.crack_path.hints import CrackPath
+from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
 from digitise.crack_path.path_width import unlike_length_px
 from digitise.geometry.polyline import depth_inside, left_normals, resampled, smoothed, unit
 from digitise.image.raster import sampled
@@ -73,7 +73,7 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, FittedWidth]:
     if unlike_length_px(photo, path.points_px, path.width_px) > MOST_UNLIKE * float(arc_length(path.points_px)[-1]):
         raise InputError(
             f"{photo.file}: on one side of the path the photo is far brighter than on the other, as along a wall of "
-            "something wide, or along the sample's edge; give ends_px in the middle of the crack, and via_px."
+            f"something wide, or along the sample's edge; {IN_ITS_MIDDLE}."
         )
     fit = fit_box(light[shown], ground, places_px, path.width_px)
     middle, station = (cuts[1:] + cuts[:-1] - 1) / 2, np.arange(len(line_px))

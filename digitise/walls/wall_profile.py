@@ -56,10 +56,10 @@ class Walls:
         return self.left_mm + self.right_mm
 
 
-def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_reach_edge: bool = False) -> Walls:
+def find_walls(strip: Strip, width_mm: float, wall_share: float = 0.5, both_reach_edge: bool = False) -> Walls:
     """Both walls in the middle of their steps from dark to bright, continued where they are lost.
 
-    The crack, about ``width_mm`` wide, reaches up to ``edge_fraction`` of the contrast to mortar. Above a half, a wall
+    The crack, about ``width_mm`` wide, reaches up to ``wall_share`` of the contrast to mortar. Above a half, a wall
     with a lit rim is midway from its brightness to the mortar's, one without in the middle of its step.
     """
     across = width_mm / strip.mm_per_px / strip.station_px
@@ -81,8 +81,8 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
         # Samples of unknown brightness must not pull a wall.
         return np.where(valid, share - fraction, 0)
 
-    fraction, lit = min(edge_fraction, HALF), np.zeros(2)
-    levels = (HALF, STAINED, STONE) if edge_fraction == HALF else (fraction,)
+    fraction, lit = min(wall_share, HALF), np.zeros(2)
+    levels = (HALF, STAINED, STONE) if wall_share == HALF else (fraction,)
     # Followed together, three walls take as long as one and a half.
     followed_px = follow(np.concatenate([excess(level) for level in levels]), strip.sample_px, strip.station_px)
     place_px, *inside_px = np.split(followed_px, len(levels))
@@ -97,10 +97,10 @@ def find_walls(strip: Strip, width_mm: float, edge_fraction: float = 0.5, both_r
         place_px = np.where(beside_stone, innermost_px, place_px)
     seen_px = softness_px(share, place_px, strip.sample_px, fraction)
     sigma_px = float(np.clip(seen_px, SHARPEST_PX, SOFTEST_PX))
-    if edge_fraction > HALF:
-        lit = lit_share(share, place_px, sigma_px, strip.sample_px, edge_fraction)
+    if wall_share > HALF:
+        lit = lit_share(share, place_px, sigma_px, strip.sample_px, wall_share)
         for side in np.flatnonzero(lit):
-            midway = max(edge_fraction, (1 + lit[side]) / 2)
+            midway = max(wall_share, (1 + lit[side]) / 2)
             place_px[side] = follow(excess(midway)[side : side + 1], strip.sample_px, strip.station_px)[0]
     rim = np.where(lit[:, None] > 0, dark + lit[:, None] * contrast, 0)
     found = np.zeros(place_px.shape, dtype=bool)
@@ -140,8 +140,8 @@ def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
     return np.asarray((place + 0.5) * sample_px, dtype=float)
 
 
-def lit_share(share: Floats, half_px: Floats, sigma_px: float, sample_px: float, edge_fraction: float) -> Floats:
-    """Share of the contrast on the rim of each wall, (2,), from half of it up to ``edge_fraction``; 0 without a rim.
+def lit_share(share: Floats, half_px: Floats, sigma_px: float, sample_px: float, wall_share: float) -> Floats:
+    """Share of the contrast on the rim of each wall, (2,), from half of it up to ``wall_share``; 0 without a rim.
 
     ``share`` of the contrast is (2, stations, samples), from the line outward, and half at ``half_px``, (2, stations).
     """
@@ -149,10 +149,10 @@ def lit_share(share: Floats, half_px: Floats, sigma_px: float, sample_px: float,
     for number, (side, places_px) in enumerate(zip(share, half_px, strict=True)):
         rel_px = np.arange(0, max(float(np.median(places_px)), 3 * SOFTEST_PX), 0.5 * sample_px)
         profile = usual_profile(side, places_px, rel_px, sample_px)
-        inner_px, outer_px = (reached(profile, rel_px, level) for level in (HALF, edge_fraction))
+        inner_px, outer_px = (reached(profile, rel_px, level) for level in (HALF, wall_share))
         if inner_px is None or outer_px is None:
             continue
-        if outer_px - inner_px > sigma_px * (ndtri(edge_fraction) + RIM):
+        if outer_px - inner_px > sigma_px * (ndtri(wall_share) + RIM):
             lit[number] = np.interp(np.linspace(inner_px, outer_px), rel_px, profile).mean()
     return lit
 
@@ -196,15 +196,15 @@ def _keep_turning(wall: Floats, last: int, across: float, steepest: float) -> No
     wall[past] = np.mean(wall[known]) + slope * (last - np.mean(known) + reach * (1 - np.exp(-(past - last) / reach)))
 
 
-def softness_px(share: Floats, place_px: Floats, sample_px: float, edge_fraction: float) -> float:
+def softness_px(share: Floats, place_px: Floats, sample_px: float, wall_share: float) -> float:
     """Sigma of the blurred edge, from the outer half of the sharper wall's, as light on it spoils the inner half."""
     rel_px = np.arange(0, 3 * SOFTEST_PX, 0.5 * sample_px)
     sigmas_px = list[float]()
     for side, places_px in zip(share, place_px, strict=True):
         profile = usual_profile(side, places_px, rel_px, sample_px)
-        inner, outer = (reached(profile, rel_px, level) for level in (edge_fraction, OUTER))
+        inner, outer = (reached(profile, rel_px, level) for level in (wall_share, OUTER))
         if outer is not None:
-            sigmas_px.append((outer - (inner or 0.0)) / (ndtri(OUTER) - ndtri(edge_fraction)))
+            sigmas_px.append((outer - (inner or 0.0)) / (ndtri(OUTER) - ndtri(wall_share)))
     return min(sigmas_px, default=SOFTEST_PX)
 
 

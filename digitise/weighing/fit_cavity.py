@@ -237,8 +237,7 @@ def _fit(
 
 
 def _closing_unasked(fit: _Fit, shape: CrackShape) -> list[str]:
-    closing, sd = fit.unknown[CLOSING], np.sqrt(fit.covariance[CLOSING, CLOSING])
-    if abs(closing) < FAR * sd:
+    if not (closing := _clear_closing(fit)):
         return []
     way, other = ("close", '"funnel" or "flare"') if closing > 0 else ("open", '"undercut"')
     return [
@@ -247,9 +246,14 @@ def _closing_unasked(fit: _Fit, shape: CrackShape) -> list[str]:
     ]
 
 
-def _opposed(fit: _Fit, shape: CrackShape) -> list[str]:
+def _clear_closing(fit: _Fit) -> float:
+    """Return the loss of width for each millimetre down; 0 if the fit cannot distinguish it from upright walls."""
     closing, sd = fit.unknown[CLOSING], np.sqrt(fit.covariance[CLOSING, CLOSING])
-    if abs(closing) < FAR * sd:
+    return 0.0 if abs(closing) < FAR * sd else float(closing)
+
+
+def _opposed(fit: _Fit, shape: CrackShape) -> list[str]:
+    if not (closing := _clear_closing(fit)):
         return []
     way, article = ("close", "an") if closing > 0 else ("open", "a")
     return [

@@ -3,21 +3,19 @@
 Every import of the documented classes stands in this file.
 """
 
-import ast
 import inspect
 import json
 import re
-import textwrap
 import typing
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args
 
 import sealtwin
 from digitise.robots.cell import RobotCell
 from sealtwin.cli.app import app
-from sealtwin.core.settings import Settings
+from sealtwin.core.settings import Settings, described
+from sealtwin.core.settings_text import allowed, meaning
 from sealtwin.study.study_file import Study
 from sealtwin.trial.trial_file import Trial
 
@@ -25,16 +23,7 @@ FILES: dict[str, type[Settings]] = {"trial": Trial, "study": Study, "cell": Robo
 """Kinds of TOML file that a user writes."""
 SPECIAL = re.compile(r"([\\*_\[\]<>$#])")
 CODE = re.compile(r"(`+[^`]+`+)")
-KINDS = {
-    "integer": ("whole number", "whole numbers"),
-    "number": ("number", "numbers"),
-    "string": ("text", "texts"),
-    "boolean": ("`true` or `false`", "`true` or `false`"),
-    "path": ("path of a file", "paths of files"),
-    "object": ("table", "tables"),
-}
-"""Names of JSON schema's types and formats, for one and for several."""
-BOUNDS = {"exclusiveMinimum": "above", "minimum": "from", "exclusiveMaximum": "below", "maximum": "up to"}
+LITERAL = re.compile(r'"[^"]*"|\b(?:true|false)\b')
 
 
 def commands_text() -> str:
@@ -60,7 +49,7 @@ def settings_text(kind: str) -> str:
     for heading, repeated, settings in tables_of(root):
         brackets = f"[[{heading}]]" if repeated else f"[{heading}]"
         slug = heading.replace(".", "-").replace("_", "-")
-        parts += [f"{{#setting-{kind}-{slug}}}", f"## `{brackets}`", "", escaped(_docstring(settings)), ""]
+        parts += [f"{{#setting-{kind}-{slug}}}", f"## `{brackets}`", "", escaped(meaning(settings)), ""]
         parts += _entries(settings)
     return "\n".join(parts)
 
@@ -104,36 +93,20 @@ def escaped(text: str) -> str:
 
 
 def _entries(settings: type[Settings]) -> Iterator[str]:
-    described = _field_docstrings(settings)
-    schema = settings.model_json_schema()
+    texts = described(settings)
     for name, field in settings.model_fields.items():
         # A table that may also be a file's name has an entry beside its own heading.
         if _settings_in(field.annotation)[0] is not None and Path not in _branches(field.annotation):
             continue
-        kind = _in_words(schema["properties"][name], schema.get("$defs", {}))
+        kind = LITERAL.sub(r"`\g<0>`", allowed(field))
         default = "required" if field.is_required() else f"default: {_shown(field.default)}"
         yield f"`{name}`"
         # An optional setting without a default has none to show.
         traits = [kind, *([] if field.default is None and not field.is_required() else [default])]
         yield f": *{escaped('; '.join(trait for trait in traits if trait))}*"
-        if text := described.get(name, ""):
+        if text := texts.get(name, ""):
             yield f"\n  {escaped(text)}"
         yield ""
-
-
-def _field_docstrings(settings: type[Settings]) -> dict[str, str]:
-    """The string below each field, those of base classes included."""
-    found: dict[str, str] = {}
-    for kind in reversed(settings.__mro__):
-        if not issubclass(kind, Settings) or kind is Settings:
-            continue
-        body = typing.cast(ast.ClassDef, ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]).body
-        for statement, below in pairwise(body):
-            if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
-                match below:
-                    case ast.Expr(value=ast.Constant(value=str(text))):
-                        found[statement.target.id] = inspect.cleandoc(text)
-    return found
 
 
 def _settings_in(annotation: Any) -> tuple[type[Settings] | None, bool]:
@@ -152,60 +125,10 @@ def _branches(annotation: Any) -> list[Any]:
     return [inner for part in get_args(annotation) for inner in _branches(part)] or [annotation]
 
 
-def _in_words(schema: dict[str, Any], defs: dict[str, Any], *, several: bool = False) -> str:
-    """What a JSON schema allows, as a person would say it; in the plural where there are several."""
-    if "$ref" in schema:
-        return _in_words(defs[schema["$ref"].rpartition("/")[2]], defs, several=several)
-    for union in ("anyOf", "oneOf"):
-        if union in schema:
-            parts = [_in_words(part, defs, several=several) for part in schema[union] if part.get("type") != "null"]
-            return ", or ".join(dict.fromkeys(parts))
-    if "enum" in schema:
-        return " or ".join(f"`{json.dumps(value)}`" for value in schema["enum"])
-    if "const" in schema:
-        return f"`{json.dumps(schema['const'])}`"
-    if schema.get("type") == "array":
-        return _array(schema, defs, several)
-    singular, plural = KINDS.get(schema.get("format", schema.get("type", "")), ("any value", "any values"))
-    return " ".join(filter(None, [plural if several else singular, *_bounds(schema)]))
-
-
-def _array(schema: dict[str, Any], defs: dict[str, Any], several: bool) -> str:
-    items = schema.get("prefixItems")
-    if items is None:
-        return f"{'lists' if several else 'list'} of {_in_words(schema.get('items', {}), defs, several=True)}"
-    listed = "lists" if several else "list"
-    if len(items) == 2 and items[0] == items[1] and not several and "prefixItems" in items[0]:
-        return f"2 {_in_words(items[0], defs, several=True)}"
-    if len(items) == 2 and items[0] == items[1]:
-        return f"{'pairs' if several else 'pair'} of {_in_words(items[0], defs, several=True)}"
-    if all(item == items[0] for item in items):
-        return f"{listed} of {len(items)} {_in_words(items[0], defs, several=True)}"
-    return f"{listed} of {len(items)}: {'; '.join(_in_words(item, defs) for item in items)}"
-
-
-def _bounds(schema: dict[str, Any]) -> Iterator[str]:
-    if schema.get("type") == "string" and "maxLength" in schema:
-        yield f"of up to {schema['maxLength']:,} letters"
-    limits = {
-        word: int(schema[key]) if float(schema[key]).is_integer() else schema[key]
-        for key, word in BOUNDS.items()
-        if key in schema
-    }
-    if "from" in limits and "up to" in limits:
-        yield f"from {limits['from']:,} to {limits['up to']:,}"
-    else:
-        yield ", ".join(f"{word} {limit:,}" for word, limit in limits.items())
-
-
 def _shown(value: Any) -> str:
     if isinstance(value, Path):
         value = str(value)
     return f"`{json.dumps(value)}`"
-
-
-def _docstring(settings: type[Settings]) -> str:
-    return inspect.cleandoc(settings.__doc__ or "")
 
 
 def _help(text: str) -> str:

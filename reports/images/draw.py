@@ -10,11 +10,11 @@ import matplotlib.image
 from matplotlib.figure import Figure
 
 from sealtwin.core import record_files
-from sealtwin.core.drawing.theme import themed
 from sealtwin.trial.trial_file import load_trial
 from validate.compare import compare
 from validate.figures.levels import draw_profile
 from validate.figures.solid_pictures import draw_side_view
+from validate.figures.theme import themed
 from validate.readings.read_readings import read_readings
 
 TARGET = Path(__file__).parent / "paper-trial.png"

@@ -18,7 +18,7 @@ from sealtwin.study.study_file import Study
 from sealtwin.trial.trial_file import Trial
 from simulate.settings import Nozzle, Solver
 from tests.shapes import straight_slot
-from validate.study_figures.chart import Chart
+from validate.figures.chart import Chart
 
 Row = tuple[Any, ...]
 LETTERED = ("seed", "fluid.U", "fluid.D_cm")

@@ -9,7 +9,7 @@ from reports.reproduction.judging import AnyClaim, Finding, Number, Shape, judge
 from reports.reproduction.pace import Pace
 from reports.reproduction.redrawn import SETS
 from sealtwin.core.records import Floats, Profile
-from validate.study_figures.map_figures import pace_of
+from validate.figures.map_figures import pace_of
 
 ETA_PER_S = (0.02, 0.2, 2.0)
 """The paper's 0.2, a tenth and ten times of it."""

@@ -21,11 +21,11 @@ from reports.reproduction.redrawn import ALONG_MM, LEVEL_MM
 from reports.reproduction.surface import CHOSEN
 from sealtwin.api.trials import CalibrationResult
 from sealtwin.core import files
-from sealtwin.core.drawing import theme
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import checked
 from sealtwin.study.study_file import load_study, with_settings
 from sealtwin.trial.trial_file import Trial, load_trial, trial_text
+from validate.figures import theme
 
 HOME = Path(__file__).resolve().parent
 STUDY = HOME.parents[1] / "fixtures" / "paper-trial" / "study-paper.toml"

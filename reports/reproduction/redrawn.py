@@ -8,7 +8,7 @@ import numpy as np
 from fixtures.generate.paper_trial import DESCRIBED_MM, REPEATS, SCATTER_MM, STATION_MM
 from reports.reproduction.surface import Along, along
 from sealtwin.core.records import Floats, Profile
-from validate.study_figures.chart import Finished, errors_on_grid
+from validate.figures.chart import Finished, errors_on_grid
 from validate.uncertainty.budget import hats, mean_absolute
 
 SETS = 500

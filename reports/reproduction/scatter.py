@@ -10,7 +10,7 @@ from reports.reproduction.redrawn import errors_against
 from reports.reproduction.surface import CHOSEN, Surface, along, surfaces_of
 from sealtwin.core.records import Floats, Profile
 from sealtwin.core.replicates import require_different
-from validate.study_figures.chart import Chart, Finished
+from validate.figures.chart import Chart, Finished
 
 Pair = tuple[float, float]
 SEEDS = (1, 2, 3, 4, 5)

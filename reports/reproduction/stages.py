@@ -25,7 +25,7 @@ from sealtwin.study.study_map import chart_of
 from sealtwin.study.sweep import SweepOptions, sweep
 from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import Trial, load_trial
-from validate.study_figures.chart import Chart
+from validate.figures.chart import Chart
 
 PACE = "pace.json"
 SLOTS = "straight-cracks"

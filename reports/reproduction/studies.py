@@ -51,7 +51,7 @@ from sealtwin.core.records import Floats, Profile
 from sealtwin.study.study_file import load_study
 from sealtwin.study.study_folder import holds_study, read_plan, run_path
 from sealtwin.study.study_map import Mapped, finished_run, map_study
-from validate.study_figures.chart import Chart, Finished
+from validate.figures.chart import Chart, Finished
 
 ELEMENTS = "paper_elements.toml"
 EVERY_CLAIM = (*CLAIMS, DAMPING_CLAIM, FREEZING_CLAIM, *TIME_CLAIMS)

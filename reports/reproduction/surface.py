@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sealtwin.core.records import Floats, Profile
+from validate.figures.chart import Chart
 from validate.metrics.curve_distances import CLOSE_MM, Difference, error_bins
-from validate.study_figures.chart import Chart
 
 CHOSEN = (30.0, 0.3)
 """U, and D in cm, that the paper chose."""

@@ -17,7 +17,7 @@ from reports.reproduction.unequal import OF_ALL, Careless
 from sealtwin.core.records import Floats
 from sealtwin.core.stage_keys import UNNUMBERED, number_words
 from sealtwin.trial.stage_numbers import NUMBERS
-from validate.study_figures.chart import Chart
+from validate.figures.chart import Chart
 
 FIGURES = (
     ("levels", "All levels and the RECONSTRUCTED readings, the nearest in bold (the paper's Fig. 7)"),

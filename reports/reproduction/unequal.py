@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sealtwin.core.records import Floats, Profile
-from validate.study_figures.chart import Chart, HeldRun
+from validate.figures.chart import Chart, HeldRun
 
 SAMPLINGS = (17, 41, 81, 161, 401)
 """Points of the profile along the crack; the readings have 17. The last are all that a profile holds."""

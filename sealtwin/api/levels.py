@@ -12,9 +12,11 @@ from pydantic import InstanceOf
 
 from sealtwin.api.runs import SimulatedLevel
 from sealtwin.api.samples import CrackOutline
-from sealtwin.api.shared import FilePath, content_of, file_of, settings_from, settings_of, sha256_of
+from sealtwin.api.shared import FilePath, content_of, file_of, settings_from, sha256_of
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind, Outline, Profile, Sections, Solid
+from sealtwin.core.settings import checked
+from sealtwin.core.settings_text import keywords_of
 from validate.result import Comparison
 from validate.settings import Datum, Decimal, Gate, Quantity, Readings, Role, Separator, Uncertainty, Unit
 
@@ -39,6 +41,7 @@ class LevelReadings(Profile):
     """Hash of the file, or of the array's bytes."""
 
 
+@keywords_of(Readings)
 def read_readings(
     readings: FilePath | NDArray[np.floating[Any]],
     crack: Outline | None = None,
@@ -46,7 +49,7 @@ def read_readings(
     *,
     quantity: Quantity | None = None,
     unit: Unit | None = None,
-    datum: Datum = "sample_surface",
+    datum: Datum | None = None,
     datum_level_mm: float | None = None,
     sheet: str | None = None,
     sample: str | None = None,
@@ -58,39 +61,23 @@ def read_readings(
     fitted: tuple[str, ...] | None = None,
     state: Literal["wet", "cured"] | None = None,
     shrinkage_percent: float | None = None,
-    resolution_mm: float = 0.01,
-    limit_mm: float = 0.02,
+    resolution_mm: float | None = None,
+    limit_mm: float | None = None,
     probe_mm: float | None = None,
     datum_error_mm: float | None = None,
 ) -> LevelReadings:
     """Read caliper readings. What the file does not say is asked for, never guessed.
 
+    Keywords are settings of [readings] in a trial file.
+
     Parameters
     ----------
     readings
-        A CSV or XLSX file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``; or an array (n, 1 + r) in mm:
-        arc length along the crack, then r readings of each station, NaN where one is missing.
+        A CSV, XLSX or ODS file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``; or an array (n, 1 + r) in
+        mm: arc length along the crack, then r levels of each station, NaN if one is missing. Cells of an array have a
+        spreadsheet's names: "B4" is the reading [3, 1].
     crack, solid
-        The crack and its solid: a station or a level outside them is refused. Left out, neither is looked at.
-    quantity
-        "level" counts upward from the datum, "depth" downward; needed where no header says it. An array has levels.
-    unit, separator, decimal, sheet, sample
-        Unit of the columns, separator, decimal mark, worksheet and sample, where the file does not make them plain.
-    datum, datum_level_mm
-        What readings are counted from, and its height above the sample's surface in mm.
-    as_written
-        Answers to the ``doubts`` of an earlier result: cells, columns or rows of the file that are meant as they stand,
-        or "sign", "unit", "datum" and "direction" of all of it. Cells of an array have a spreadsheet's names: "B4" is
-        the reading [3, 1].
-    data, role, fitted
-        Where the readings come from, as in ``read_photo``; whether the fluid was tuned on them, "calibrated-on" or
-        "held-out"; and which settings of a trial were, as ``("fluid.U", "fluid.D_cm")``, or ``()`` for none. Left
-        "undeclared", every report says so.
-    state, shrinkage_percent
-        "wet" or "cured", and the volume lost until it was read, in percent.
-    resolution_mm, limit_mm, probe_mm, datum_error_mm
-        Last digit of the caliper, limit of its error, width of what touches the sealant, standard uncertainty of the
-        datum's height, in mm.
+        The crack and its solid: a station or a level outside them is refused. Without them neither is checked.
 
     Returns
     -------
@@ -189,7 +176,7 @@ def compare(
         settings = readings.settings
     else:
         settings = Readings(file=Path(readings.source or "readings"), data=readings.data, role="undeclared")
-    declared = settings_of(Uncertainty, "compare: uncertainty", uncertainty or {})
+    declared = checked(Uncertainty, Path("compare: uncertainty"), uncertainty or {})
     dispensed_mm3 = level.dispensed_mm3 if isinstance(level, SimulatedLevel) else 0.0
     comparison = compare(
         level,
@@ -248,8 +235,8 @@ def plot_levels(
         raise InputError("plot_levels: neither level nor readings; give one of them to draw.")
     from matplotlib import pyplot
 
-    from sealtwin.core.drawing.theme import themed
     from validate.figures.levels import draw_levels
+    from validate.figures.theme import themed
 
     with themed():
         axes = pyplot.figure(figsize=(9.0, 3.9), layout="constrained").add_subplot() if ax is None else ax

@@ -12,11 +12,11 @@ import numpy as np
 from sealtwin.api.levels import LevelComparison, LevelReadings
 from sealtwin.api.runs import PlannedPath
 from sealtwin.api.samples import CrackOutline
-from sealtwin.api.shared import settings_of
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid, Trajectory
 from sealtwin.core.run_folder import MANIFEST, require_folder, versions
+from sealtwin.core.settings import checked
 from sealtwin.trial.stage_numbers import NUMBERS
 
 if TYPE_CHECKING:
@@ -176,6 +176,6 @@ def _cell(given: "str | PathLike[str] | Mapping[str, Any]") -> "tuple[RobotCell,
     from sealtwin.trial.robot_files import read_cell
 
     if isinstance(given, Mapping):
-        return settings_of(RobotCell, "cell", given), "cell", {}
+        return checked(RobotCell, Path("cell"), given), "cell", {}
     file = Path(given)
     return read_cell(file), file.name, {file.name: files.sha256(file)}

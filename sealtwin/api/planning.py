@@ -104,7 +104,7 @@ def plan_flow(
         device=choose_device(device),
         cell_file=None if cell is None else Path(cell),
         posterior=None if posterior is None else Path(posterior),
-    )
+    ).content
     for text in content["fluid_warnings"]:
         warnings.warn(text, RuntimeWarning, stacklevel=2)
     folder = Path(content["folder"])

@@ -1,22 +1,18 @@
-"""The nozzle's path over a crack, the fluid run along it, and the level that the run leaves.
-
-Fluid, solver and nozzle are tables of a trial file, constructed by keywords.
-"""
+"""The nozzle's path over a crack, the fluid run along it, and the level that the run leaves."""
 
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Literal
 
 from digitise.settings import NozzlePath
-from sealtwin.api.shared import content_of, settings_from, settings_of
+from sealtwin.api.shared import content_of, settings_from
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import Outline, Profile, Run, Solid, Trajectory
-from sealtwin.core.settings import Settings
-from simulate import settings as tables
+from sealtwin.core.settings_text import keywords_of
+from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 
 SEEDS = 2**31
 
@@ -33,45 +29,30 @@ class PlannedPath(Trajectory):
     """The settings that it was planned with."""
 
 
+@keywords_of(NozzlePath)
 def plan_path(
     crack: Outline,
     solid: Solid,
     *,
-    speed_mm_s: float = 4.0,
-    volume_ml: float | Literal["cavity"] = "cavity",
-    fill: float = 1.0,
-    flow: Literal["constant", "cross_section"] = "constant",
-    trim_mm: float | Sequence[float] = 10.0,
-    reverse: bool = False,
-    ramp_mm: float = 0.0,
-    lead_in_mm: float = 0.0,
-    lead_out_mm: float = 0.0,
-    spacing_mm: float = 1.0,
-    nozzle_height_mm: float = 3.0,
-    smoothing_mm: float = 0.1,
+    speed_mm_s: float | None = None,
+    volume_ml: float | Literal["cavity"] | None = None,
+    fill: float | None = None,
+    flow: Literal["constant", "cross_section"] | None = None,
+    trim_mm: float | Sequence[float] | None = None,
+    reverse: bool | None = None,
+    ramp_mm: float | None = None,
+    lead_in_mm: float | None = None,
+    lead_out_mm: float | None = None,
+    spacing_mm: float | None = None,
+    nozzle_height_mm: float | None = None,
+    smoothing_mm: float | None = None,
 ) -> PlannedPath:
-    """Plan where the nozzle goes, how fast, and how much it gives.
+    """Plan where the nozzle goes, how fast, and how much it gives. Keywords are settings of [path] in a trial file.
 
     Parameters
     ----------
     crack, solid
         The traced crack and its solid.
-    speed_mm_s
-        Speed along the path in mm/s.
-    volume_ml, fill
-        Sealant in ml; or "cavity" for the share ``fill`` of what the cavity holds.
-    flow
-        "constant": the same for every mm of path; "cross_section": more where the cavity is wider or deeper.
-    trim_mm
-        Distance in mm from the crack's ends at which the path starts and ends; one for both, or two.
-    reverse
-        Start from the crack's second end; s still counts from the first.
-    ramp_mm, lead_in_mm, lead_out_mm
-        Length over which the nozzle comes to speed and to a stop, and straight approaches before the path and after it,
-        without flow, in mm.
-    spacing_mm, nozzle_height_mm, smoothing_mm
-        Distance between waypoints, height of the tip above the face, and bound of the RMS distance from the centreline,
-        in mm.
 
     Returns
     -------
@@ -83,138 +64,11 @@ def plan_path(
     InputError
         A value is out of bounds, or the crack is too short for trims or ramps.
     """
-    given = locals()
+    settings = settings_from(NozzlePath, "plan_path", locals())
     from digitise.trajectory import plan_trajectory
 
-    settings = settings_from(NozzlePath, "plan_path", given)
     trajectory = plan_trajectory(crack, settings, solid.cavity_volume_mm3, solid.sections)
     return PlannedPath(**content_of(trajectory), settings=settings)
-
-
-class _ByDefault:
-    """A default in a signature, where the docstring has its value."""
-
-    def __repr__(self) -> str:
-        return "..."
-
-
-class _FromKeywords(Settings):
-    """A table that is constructed by keywords, which are refused as those of a trial file, by the table's own name."""
-
-    # Checkers read the keywords off the fields.
-    if not TYPE_CHECKING:
-
-        def __init__(self, **values: Any) -> None:
-            settings = settings_of(type(self).__bases__[1], self.__repr_name__(), values)
-            super().__init__(**{key: getattr(settings, key) for key in settings.model_fields_set})
-
-    @classmethod
-    def __pydantic_init_subclass__(cls, **options: Any) -> None:
-        # help() begins with the signature, and a notebook completes by it; with types and bounds it fills a page.
-        names = [Parameter(name, Parameter.KEYWORD_ONLY, default=_ByDefault()) for name in cls.model_fields]
-        cls.__signature__ = Signature(names)
-
-    def __repr_name__(self) -> str:
-        return type(self).__bases__[1].__name__
-
-
-class FluidChoice(_FromKeywords, tables.Fluid):
-    """The sealant.
-
-    Parameters
-    ----------
-    U, D_cm
-        Weights of the fluid's own viscosity, without a unit (U = 1 is about water), and of the walls' drag, in cm, in
-        Eq. 5 of the paper. Give one of U, ``viscosity_pa_s`` and ``curve``.
-    viscosity_pa_s, density_kg_m3
-        Dynamic viscosity in Pa s; density in kg/m3, by default 1690: cement paste of water-cement ratio 0.67.
-    consistency_pa_s_n, flow_index
-        K and n of Herschel and Bulkley's stress, yield stress + K gamma^n, in place of a viscosity; n is 0.2 to 2.
-    material
-        A material.toml of ``sealtwin material``, in place of yield stress, density and, where it has one, viscosity.
-    yield_stress_pa, structuration_pa_per_s, yield_stress_most_pa
-        Stress in Pa below which the paste stands like a solid (Bingham; cement grouts have 5 to 37), its growth in Pa
-        per second, both 0 by default, and the stress at which that growth ends.
-    curve, cooling
-        In place of viscosity and yield stress: a CSV file, or a mapping of its columns ``viscosity_pa_s``,
-        ``yield_stress_pa`` and either ``age_s`` or ``temperature_c``; and with the latter a second one of ``age_s`` and
-        ``temperature_c``. Between rows the logarithm of the viscosity and the yield stress are linear.
-    freeze_after_s
-        Age in s at which a particle is fixed where it lies, or "never". In Python "never" is the default; a trial file
-        must say it. The paper's solver froze at 2.58 s and had no yield stress: a fluid with neither levels out.
-
-    Raises
-    ------
-    InputError
-        A keyword is unknown or its value out of bounds; or neither, or both, of U and viscosity_pa_s are given.
-
-    Examples
-    --------
-    >>> import sealtwin as st
-    >>> paste = st.Fluid(U=30, D_cm=0.3, yield_stress_pa=12)
-    """
-
-    freeze_after_s: float | Literal["never"] = "never"
-
-    if TYPE_CHECKING:
-        # A file's name or columns, as for any keyword.
-        curve: Any = None
-        cooling: Any = None
-    else:
-
-        def __init__(self, **values: Any) -> None:
-            super().__init__(**{"freeze_after_s": "never", **values})
-
-
-class SolverChoice(_FromKeywords, tables.Solver):
-    """Resolution and constants of the fluid's computation.
-
-    Parameters
-    ----------
-    preset
-        "accurate" (default) keeps the dispensed volume; "paper" has the constants that the paper built on.
-    radius_mm
-        Radius of a particle in mm, 0.4 by default, or "auto": four abreast in the crack at hand. Half the radius takes
-        about ten times as long.
-    settle_s
-        Time in s between the last release and the level's measurement; 0 by default.
-    substeps, pressure, iterations, volume_factor, relaxation, damping_per_s, viscosity_solve, sleep
-        As in the table [solver] of a trial file.
-
-    Raises
-    ------
-    InputError
-        A keyword is unknown or its value out of bounds.
-    """
-
-    if not TYPE_CHECKING:
-
-        def __init__(self, **values: Any) -> None:
-            if values.get("model") == "slot":
-                raise InputError(
-                    'Solver: model = "slot" is of trials and studies: use run_trial() or sweep() with solver.model = '
-                    '"slot" in the trial file. inject() runs particles.'
-                )
-            super().__init__(**values)
-
-
-class NozzleChoice(_FromKeywords, tables.Nozzle):
-    """The outlet of the sealant.
-
-    Parameters
-    ----------
-    diameter_mm
-        Inner diameter in mm; 2.4 by default, the paper's.
-
-    Raises
-    ------
-    InputError
-        A keyword is unknown or its value out of bounds.
-    """
-
-
-Fluid, Solver, Nozzle = FluidChoice, SolverChoice, NozzleChoice
-"""Their public names."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,16 +84,17 @@ class SimulatedLevel(Profile):
     """Dispensed volume, whose flat level is a baseline; 0 if it is not known."""
 
 
+@keywords_of(SampleSlope)
 def inject(
     crack: Outline,
     solid: Solid,
     path: Trajectory,
-    fluid: tables.Fluid,
+    fluid: Fluid,
     *,
-    solver: tables.Solver | None = None,
-    nozzle: tables.Nozzle | None = None,
-    crossfall_deg: float = 0.0,
-    gradient_deg: float = 0.0,
+    solver: Solver | None = None,
+    nozzle: Nozzle | None = None,
+    crossfall_deg: float | None = None,
+    gradient_deg: float | None = None,
     seed: int = 0,
     device: str = "cpu",
     threads: int = 1,
@@ -254,9 +109,6 @@ def inject(
     solver, nozzle
         How finely it is computed, and the outlet; left out, ``Solver(radius_mm="auto", settle_s=2)``, as
         ``sealtwin init`` writes it, and ``Nozzle()``, 2.4 mm wide.
-    crossfall_deg, gradient_deg
-        Slopes of the sample's face along y and along x in degrees, -45 to 45: above 0 the face rises towards +y and
-        +x. Gravity turns; the nozzle gives, and levels are measured, square to the face.
     seed
         Seed of the small disorder with which particles leave the nozzle.
     device
@@ -285,19 +137,24 @@ def inject(
     RuntimeWarning
         The run cannot show this sealant, or what it shows is not sound: a sentence each.
     """
+    slope = settings_from(SampleSlope, "inject", locals())
     from simulate.device import choose_device
     from simulate.profile import volume_ratio
     from simulate.run import inject as inject_fluid
     from simulate.setup_checks import check_fit
     from validate.wording.headline import run_warnings
 
-    solver = solver or SolverChoice(radius_mm="auto", settle_s=2.0)
-    nozzle = nozzle or NozzleChoice()
-    for value, kind in ((fluid, tables.Fluid), (solver, tables.Solver), (nozzle, tables.Nozzle)):
+    solver = solver or Solver(radius_mm="auto", settle_s=2.0)
+    nozzle = nozzle or Nozzle()
+    for value, kind in ((fluid, Fluid), (solver, Solver), (nozzle, Nozzle)):
         if not isinstance(value, kind):
             name = kind.__name__.lower()
             raise InputError(f"inject: {name} is a {type(value).__name__}; give sealtwin.{kind.__name__}(...).")
-    slope = settings_of(tables.SampleSlope, "inject", {"crossfall_deg": crossfall_deg, "gradient_deg": gradient_deg})
+    if solver.model == "slot":
+        raise InputError(
+            'inject: solver.model = "slot" is of trials and studies: use run_trial() or sweep() with it in the trial '
+            "file. inject() runs particles."
+        )
     if not 0 <= seed < SEEDS:
         raise InputError(f"inject: seed = {seed}: must be 0 to {SEEDS - 1}.")
     fluid = fluid.loaded(Path())

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from digitise.photo import Photo
 from digitise.settings import CrackShape, MeshInput, MeshUnit, PhotoInput, Tilt
-from sealtwin.api.shared import FilePath, Points, content_of, file_of, settings_from, settings_of, sha256_of
-from sealtwin.core.errors import InputError
+from sealtwin.api.shared import FilePath, Points, content_of, file_of, settings_from, sha256_of
 from sealtwin.core.records import DataKind, Outline, Solid
+from sealtwin.core.settings_text import keywords_of
 
 if TYPE_CHECKING:
     from digitise.image.decoding import Decoded
@@ -49,17 +49,18 @@ class CrackOutline(Outline):
     """Hash of the photo or the mesh."""
 
 
+@keywords_of(PhotoInput)
 def read_photo(
     photo: FilePath | NDArray[np.uint8],
     *,
     mm_per_px: float | None = None,
-    scale_is: Literal["measured", "assumed"] = "measured",
+    scale_is: Literal["measured", "assumed"] | None = None,
     ruler_px: Points | None = None,
     ruler_mm: float | None = None,
     face_mm: Sequence[float] | None = None,
     face_corners_px: Points | None = None,
     markers: Mapping[str, Any] | None = None,
-    lens: Literal["auto", "none"] = "auto",
+    lens: Literal["auto", "none"] | None = None,
     camera_distance_mm: float | None = None,
     second_photo: FilePath | NDArray[np.uint8] | None = None,
     mask: FilePath | NDArray[Any] | None = None,
@@ -67,30 +68,12 @@ def read_photo(
 ) -> SamplePhoto:
     """Read a top-down photo and find its scale. Give one scale: it is never guessed.
 
+    Keywords are settings of [photo] in a trial file; ``second_photo`` and ``mask`` may be arrays too.
+
     Parameters
     ----------
     photo
         A file (JPEG, PNG, WEBP, TIFF, BMP), or an array (height, width, 3) RGB or (height, width) grey of type uint8.
-    mm_per_px, scale_is
-        Scale in mm per pixel, of a photo square to the face; "assumed" says so wherever a length is shown.
-    ruler_px, ruler_mm
-        Two points (x, y) on a ruler in the plane of the face, in px, and their distance in mm.
-    face_mm, face_corners_px
-        Width and height of the sample's face in mm, and its corners in px: lower left, lower right, upper right, upper
-        left; they are searched for where left out.
-    markers
-        ArUco markers in the plane of the face, as in the table [photo.markers]: ``dictionary``, ``size_mm``, and
-        ``markers``, a list of ``{"id", "x_mm", "y_mm"}``.
-    lens
-        "auto" fits one radial term where markers show it.
-    camera_distance_mm
-        Distance from lens to face in mm, to state what markers off the face would cost.
-    second_photo, mask
-        The sample from the same camera, lit from the other side; and the crack, painted in the photo's size: each a
-        file or an array.
-    data
-        Where the photo comes from: "measured", "reconstructed" or "synthetic". Left "undeclared", every report says
-        so, and no comparison counts as a validation.
 
     Returns
     -------
@@ -102,13 +85,12 @@ def read_photo(
     InputError
         The photo cannot be read, is black, has no scale or two, or does not show its markers.
     """
-    given = locals()
+    file = _name_of(photo, "photo")
+    # Both pictures are read here, of a file or of an array.
+    settings = settings_from(PhotoInput, "read_photo", locals(), second_photo=None, mask=None)
     from digitise.image.painted import read_mask, take_mask
     from digitise.photo import beside_markers, pixels_of, scaled
 
-    file = _name_of(photo, "photo")
-    # Both pictures are read here, of a file or of an array.
-    settings = settings_from(PhotoInput, "read_photo", given, file=file, second_photo=None, mask=None)
     decoded = _decoded(photo, "photo")
     second = None
     if second_photo is not None:
@@ -126,39 +108,25 @@ def read_photo(
     return SamplePhoto(**content_of(seen), settings=settings, sha256=digest)
 
 
+@keywords_of(PhotoInput)
 def trace_crack(
     photo: SamplePhoto,
     ends_px: Points | None = None,
     *,
-    via_px: Points = (),
+    via_px: Points | None = None,
     roi_px: Points | None = None,
     crack: int | None = None,
-    edge_fraction: float = 0.5,
-    branches: Literal["drop", "keep"] = "drop",
+    edge_fraction: float | None = None,
+    branches: Literal["drop", "keep"] | None = None,
     width_mm: float | Points | None = None,
     path_only: bool | None = None,
 ) -> CrackOutline:
-    """Trace both walls of a crack to a fraction of a pixel.
+    """Trace both walls of a crack to a fraction of a pixel. Keywords are settings of [photo] in a trial file.
 
     Parameters
     ----------
     photo
         The photo with its scale.
-    ends_px, via_px
-        The crack's two ends (x, y) in px, of which the nozzle starts at the first, and points that it passes in
-        between. Without ends the crack is searched for: plot the result over the photo before you trust it.
-    roi_px
-        Two opposite corners of a box, or the corners of a polygon, in px: the search stays inside.
-    crack
-        Number of the crack among those found without ends, best first, where the first does not stand out.
-    edge_fraction
-        Share of the contrast, from crack to mortar, at which a wall is drawn; 0.2 to 0.9.
-    branches
-        "keep" makes side cracks a part of the outline; "drop" reports them only.
-    width_mm
-        Width by a gauge in place of the photo's: one, or rows of (s, width) in mm along the crack.
-    path_only
-        True for a path without walls, of which no solid can be built.
 
     Returns
     -------
@@ -171,48 +139,38 @@ def trace_crack(
     InputError
         A point lies off the photo or on no crack; no crack is found, or several compete; it is too short.
     """
+    given = {name: value for name, value in locals().items() if value is not None}
+    # A crack that was painted needs few hints, as the table says.
+    painted = None if photo.drawn is None else photo.file
+    settings = settings_from(PhotoInput, "trace_crack", photo.settings.model_dump(), **given, mask=painted)
     from digitise.crack_path.find_path import find_path
-    from digitise.outline import outline_as_set
+    from digitise.outline import trace_outline
 
-    hints = {"ends_px": ends_px, "via_px": via_px, "roi_px": roi_px, "crack": crack, "edge_fraction": edge_fraction}
-    read = photo.settings.model_dump(mode="json", exclude_none=True)
-    given = {"branches": branches, "width_mm": width_mm, "path_only": path_only}
-    settings = settings_of(PhotoInput, "trace_crack", {**read, **hints, **given})
-    if photo.drawn is not None and (settings.via_px or settings.roi_px is not None):
-        raise InputError("trace_crack: via_px or roi_px beside a mask, which shows the crack itself. Leave them out.")
-    path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px, settings.crack)
-    outline = outline_as_set(photo, path, settings)
+    path = find_path(photo, *settings.hints)
+    outline = trace_outline(photo, path, settings)
     return CrackOutline(**content_of(outline), photo=photo, data=photo.data, sha256=photo.sha256)
 
 
+@keywords_of(CrackShape)
 def build_solid(
     crack: Outline,
     depth_mm: float | Points,
     *,
-    tilt: Tilt = "lean",
-    wall_angle_deg: float | Sequence[float] = 11.0,
-    lean_to: Literal["left", "right"] = "left",
-    floor_thickness_mm: float = 4.0,
-    margin_mm: float = 12.0,
-    dam_height_mm: float = 10.0,
+    tilt: Tilt | None = None,
+    wall_angle_deg: float | Sequence[float] | None = None,
+    lean_to: Literal["left", "right"] | None = None,
+    floor_thickness_mm: float | None = None,
+    margin_mm: float | None = None,
+    dam_height_mm: float | None = None,
 ) -> Solid:
     """Build the sample as a watertight solid: a block less the crack's cavity, dams at open ends.
+
+    Keywords are settings of [crack] in a trial file.
 
     Parameters
     ----------
     crack
         The traced crack.
-    depth_mm
-        Depth in mm, or a table (n, 2) of arc length and depth along the crack from its first end.
-    tilt, lean_to
-        How the walls go down: "lean" (both the same way, to that side as seen along the path), "flare" (the
-        mouth is wider than the photo shows, the floor as wide), "funnel" (the walls close downward from the photo's
-        mouth), "undercut" (they open downward from it) or "vertical".
-    wall_angle_deg
-        Each wall's angle from vertical in degrees, or that of the left and of the right one.
-    floor_thickness_mm, margin_mm, dam_height_mm
-        Mortar kept below the crack, and around it where the face's size is not known; height above the face of the tape
-        at open ends, 0 for none; in mm.
 
     Returns
     -------
@@ -224,37 +182,31 @@ def build_solid(
     InputError
         A value is out of bounds; or the outline crosses itself, leaves the block, or holds nothing.
     """
-    given = locals()
+    settings = settings_from(CrackShape, "build_solid", locals())
     from digitise.solid.build_solid import build_solid
 
-    return build_solid(crack, settings_from(CrackShape, "build_solid", given))
+    return build_solid(crack, settings)
 
 
+@keywords_of(MeshInput)
 def import_mesh(
     mesh: FilePath,
     *,
     units: MeshUnit,
-    up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z",
+    up: Literal["x", "y", "z", "-x", "-y", "-z"] | None = None,
     path: FilePath | None = None,
     base_mm: float | None = None,
-    dam_height_mm: float = 10.0,
+    dam_height_mm: float | None = None,
     data: DataKind = "undeclared",
 ) -> tuple[CrackOutline, Solid]:
     """Read a sample that was modelled or scanned, in place of a photo and a depth.
+
+    Keywords are settings of [mesh] in a trial file.
 
     Parameters
     ----------
     mesh
         STL, PLY, OBJ, OFF, GLB or 3MF.
-    units, up
-        Unit of its numbers, which most formats do not say, and its axis that points out of the cracked face.
-    path
-        File with the centreline, x y in mm a line; left out, it is found just under the face.
-    base_mm, dam_height_mm
-        Depth of a flat underside below the face, for a scan that is open below; height above the face of the dams where
-        the crack leaves the block; in mm.
-    data
-        Where the mesh comes from, as in ``read_photo``.
 
     Returns
     -------
@@ -266,11 +218,10 @@ def import_mesh(
     InputError
         The file cannot be read, bounds no block, or shows no single crack.
     """
-    given = locals()
+    line = None if path is None else file_of(path, "path")
+    settings = settings_from(MeshInput, "import_mesh", locals(), file=file_of(mesh, "mesh"), path=line)
     from digitise.mesh_import.import_mesh import import_sample
 
-    line = None if path is None else file_of(path, "path")
-    settings = settings_from(MeshInput, "import_mesh", given, file=file_of(mesh, "mesh"), path=line)
     sample = import_sample(settings, Path())
     digest = sha256_of(settings.file)
     crack = CrackOutline(**content_of(sample.outline), photo=sample.photo, data=settings.data, sha256=digest)

@@ -25,28 +25,13 @@ Points = Sequence[Sequence[float]] | NDArray[np.floating[Any]] | NDArray[np.inte
 Table = TypeVar("Table", bound=Settings)
 
 
-def settings_of(kind: type[Table], function: str, values: Mapping[str, Any]) -> Table:
-    """Settings from a function's keywords, None for one that was left out; lists and NumPy arrays are alike.
+def settings_from(kind: type[Table], function: str, keywords: Mapping[str, Any], **replaced: Any) -> Table:
+    """Settings from those of a function's ``locals()`` that the table has, some replaced; None takes the default.
 
-    Raises InputError, which begins with ``function``, for an unknown keyword or a value that is not allowed.
+    Raises InputError, which begins with ``function``, for a value that is not allowed.
     """
-    return checked(kind, Path(function), {name: plain(value) for name, value in values.items() if value is not None})
-
-
-def settings_from(kind: type[Table], function: str, keywords: dict[str, Any], **replaced: Any) -> Table:
-    """Settings from those of a function's ``locals()`` that the table has, some replaced. Raises as ``settings_of``."""
-    return settings_of(kind, function, {name: (keywords | replaced).get(name) for name in kind.model_fields})
-
-
-def plain(value: Any) -> Any:
-    """A value in the types that JSON has."""
-    if isinstance(value, Settings):
-        return value.model_dump(mode="json", exclude_none=True)
-    if isinstance(value, Mapping):
-        return {str(name): plain(inner) for name, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(inner) for inner in value]
-    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+    values = {**keywords, **replaced}
+    return checked(kind, Path(function), {name: values.get(name) for name in kind.model_fields})
 
 
 class WarnedProgress(Progress):

@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sealtwin.api.shared import WarnedProgress, plain, settings_of
+from sealtwin.api.shared import WarnedProgress
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import read_table
 from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid, Trajectory
+from sealtwin.core.settings import as_json, checked
 from validate.result import TrialResult
 
 if TYPE_CHECKING:
@@ -137,16 +138,16 @@ def run_trial(
     from sealtwin.trial.trial_file import Trial, load_trial
 
     if isinstance(trial, Trial | Mapping):
-        checked = trial if isinstance(trial, Trial) else settings_of(Trial, "run_trial", trial)
+        settings = trial if isinstance(trial, Trial) else checked(Trial, Path("run_trial"), trial)
         home = Path(source) if source is not None else Path()
     else:
         if source is not None:
             raise InputError("run_trial: source beside a trial file, whose files lie beside it. Leave source out.")
-        checked, home = load_trial(Path(trial)), Path(trial).parent
-    target = Path(out) if out is not None else Path("reports", checked.folder_name)
+        settings, home = load_trial(Path(trial)), Path(trial).parent
+    target = Path(out) if out is not None else Path("reports", settings.folder_name)
     warned = WarnedProgress()
     with progress_for_stderr(quiet=False) if progress else warned as shown:
-        outcome = run_trial(checked, home, target, STAGES, device, shown, threads, facts_above(checked, home))
+        outcome = run_trial(settings, home, target, STAGES, device, shown, threads, facts_above(settings, home))
     for text in dict.fromkeys([*warned.sentences, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]):
         warnings.warn(text, RuntimeWarning, stacklevel=2)
     return TrialRun(target, outcome.result, outcome.redone)
@@ -229,15 +230,15 @@ def sweep(
     from sealtwin.study.study_file import Study
 
     file = Path(trial).resolve()
-    content = {"name": name or f"{file.parent.name}-{file.stem}-sweep", "trial": str(file), "grid": plain(grid)}
+    content = {"name": name or f"{file.parent.name}-{file.stem}-sweep", "trial": str(file), "grid": grid}
     if fixed:
-        content["fixed"] = plain(fixed)
+        content["fixed"] = fixed
     # Checked here already, so that a refusal names the function.
-    checked = settings_of(Study, "sweep", content)
-    target = Path(out) if out is not None else Path("reports", checked.folder_name)
+    settings = checked(Study, Path("sweep"), content)
+    target = Path(out) if out is not None else Path("reports", settings.folder_name)
     with tempfile.TemporaryDirectory(prefix="sealtwin-") as temporary:
         study = Path(temporary, "study.toml")
-        study.write_text(tomlkit.dumps(content), encoding="utf-8")
+        study.write_text(tomlkit.dumps(json.loads(json.dumps(content, default=as_json))), encoding="utf-8")
         arguments = ["sweep", str(study), "--out", str(target), "--device", device, "--json"]
         answer = _command([*arguments, *([] if jobs is None else ["--jobs", str(jobs)])], progress)
     for text in answer["fluid_warnings"]:

@@ -8,20 +8,23 @@ from typing import Any, Literal
 
 import numpy as np
 
-from sealtwin.calibration import outputs
-from sealtwin.calibration.search import DRAWS, Found, Source, search, settings_at
+from sealtwin.calibration.search import DRAWS, SearchResult, Source, search, settings_at
 from sealtwin.calibration.twin import Twin
+from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
+from sealtwin.material.paste import material_text
 from sealtwin.study.sweep import SweepOptions
+from sealtwin.trial.job import shown
+from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting
-from validate.calibration.free import Free
-from validate.calibration.prediction import Prediction, predicted_by_emulator, predicted_by_runs
-from validate.calibration.summary import Calibrated
-from validate.study_figures.calibration_sheet import calibration_sheet
-from validate.study_figures.figure_sheet import write_sheet_of_figures
+from simulate.material_file import Material
+from validate.calibration.free import Free, Marginal
+from validate.calibration.summary import Calibrated, Prediction, predicted_by_emulator, predicted_by_runs
+from validate.figures.calibration_sheet import calibration_sheet
+from validate.figures.figure_sheet import write_sheet_of_figures
 from validate.units import counted
 
 LIBRARY = "library"  # Folder of the runs of all trials, each in that of a study
@@ -29,6 +32,13 @@ PREDICTING = 12  # Draws of the posterior that run in a trial that is held out
 MOST_FREE = 6  # Forty runs resolve no more
 OF_A_POUR = ("path", "crack", "sample", "nozzle")  # Tables whose settings are another trial's own
 LEAST_BUDGET = 40
+POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"
+STRESS, THICKNESS = "fluid.yield_stress_pa", ("fluid.viscosity_pa_s", "fluid.U")
+NOT_FOR = (
+    "another particle radius or number of substeps: at one viscosity, radii of 0.6 and 0.8 mm differ by 0.5 to 0.8 mm",
+    "a setting that is not identified, taken alone: only what the posterior predicts is supported",
+    "another paste, or the same at another age or temperature",
+)
 
 
 @dataclass(frozen=True)
@@ -41,7 +51,7 @@ class Calibration:
 
 
 def calibrate(
-    files: Sequence[Path],
+    trials: Sequence[Path],
     ranges: Mapping[str, tuple[float, float]],
     out: Path | None,
     how: SweepOptions,
@@ -51,7 +61,7 @@ def calibrate(
     budget: int = LEAST_BUDGET,
     date: day | None = None,
 ) -> Calibration:
-    """Find the settings ``ranges`` of trials, by their readings, and write material, posterior, record and page.
+    """Find the settings ``ranges`` of trials by their readings; write material, posterior, record and page.
 
     ``ranges`` gives the ends of each setting by dotted name; ``out`` None stands for reports/<trial>-calibrated. Runs
     that are made are kept: after a kill the same call goes on, and gives the same files.
@@ -61,13 +71,15 @@ def calibrate(
         NumericalError: A quarter of the runs has no result.
         BusyError: Another process works in the folder.
     """
-    frees = _checked(files, ranges, held_out)
-    folder = out or Path("reports", f"{load_trial(files[0]).folder_name}-calibrated")
+    frees = _checked(trials, ranges, held_out)
+    folder = out or Path("reports", f"{load_trial(trials[0]).folder_name}-calibrated")
     require_folder(folder)
     if folder.is_dir() and not (folder / LIBRARY).is_dir():
         refuse_foreign(folder, "calibration")
     with holding(folder), progress:
-        twins, others = ([Twin(file, folder / LIBRARY, how, progress) for file in group] for group in (files, held_out))
+        twins, others = (
+            [Twin(file, folder / LIBRARY, how, progress) for file in group] for group in (trials, held_out)
+        )
         _require_different([*twins, *others])
         frees = [Free(free.name, free.low, free.high, _measured(free, twins)) for free in frees]
         for twin in twins:
@@ -78,17 +90,19 @@ def calibrate(
             left = sum(budget - len(twin.plan.runs) for twin in twins) * float(np.mean(spent_s)) / max(1, how.jobs)
             progress.note(f"{text} About {in_words(left)} of runs left.")
 
-        found = search(frees, [Source(twin.name, twin.evidence, twin.run) for twin in twins], budget, say)
-        predictions = [_fitted(found, twin, number) for number, twin in enumerate(twins)] if found.possible else []
-        predictions += [_predicted(found, twin) for twin in others] if found.possible else []
-        calibrated = _summary(found, twins, others, predictions)
-        content = outputs.write(folder, found, calibrated, twins, others, date or day.today())
-        content["files"] += write_sheet_of_figures(folder, outputs.PAGE, calibration_sheet(calibrated))
-        outputs.write_record(folder, content)
+        result = search(frees, [Source(twin.name, twin.evidence, twin.run) for twin in twins], budget, say)
+        predictions = list[Prediction]()
+        if (draws := result.draws) is not None:
+            predictions += [_fitted(result, draws, twin, number) for number, twin in enumerate(twins)]
+            predictions += [_predicted(result, draws, twin) for twin in others]
+        calibrated = _summary(result, twins, others, predictions)
+        content = _written(folder, result, calibrated, twins, others, date or day.today())
+        content["files"] += write_sheet_of_figures(folder, PAGE, calibration_sheet(calibrated))
+        files.write_json(folder / RECORD, content)
         return Calibration(content, twins, others)
 
 
-def _checked(files: Sequence[Path], ranges: Mapping[str, tuple[float, float]], held_out: Sequence[Path]) -> list[Free]:
+def _checked(trials: Sequence[Path], ranges: Mapping[str, tuple[float, float]], held_out: Sequence[Path]) -> list[Free]:
     if not 1 <= len(ranges) <= MOST_FREE:
         raise InputError(f"{len(ranges)} free settings: give 1 to {MOST_FREE}; {LEAST_BUDGET} runs resolve no more.")
     for name, (low, high) in ranges.items():
@@ -96,12 +110,12 @@ def _checked(files: Sequence[Path], ranges: Mapping[str, tuple[float, float]], h
             raise InputError(f"--free {no_such_setting(name)}.")
         if not low < high:
             raise InputError(f"--free {name}={low:g}:{high:g}: the first end must be below the second.")
-        if len(files) > 1 and name.partition(".")[0] in OF_A_POUR:
+        if len(trials) > 1 and name.partition(".")[0] in OF_A_POUR:
             raise InputError(
-                f"--free {name}: is another number in each of {len(files)} pours, and they share the free settings. "
+                f"--free {name}: is another number in each of {len(trials)} pours, and they share the free settings. "
                 "Measure it, and leave it out; or calibrate one trial."
             )
-    roles: dict[Literal["held-out", "calibrated-on"], Sequence[Path]] = {"held-out": files, "calibrated-on": held_out}
+    roles: dict[Literal["held-out", "calibrated-on"], Sequence[Path]] = {"held-out": trials, "calibrated-on": held_out}
     for wrong, group in roles.items():
         for file in group:
             readings = load_trial(file).readings
@@ -140,18 +154,16 @@ def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
     return measured
 
 
-def _fitted(found: Found, twin: Twin, number: int) -> Prediction:
-    assert found.draws is not None, "asked only where there is a posterior"
+def _fitted(result: SearchResult, draws: Floats, twin: Twin, number: int) -> Prediction:
     return _prediction(
-        twin, "calibrated", *predicted_by_emulator(found.posterior.emulators[number], twin.evidence, found.draws)
+        twin, "calibrated", *predicted_by_emulator(result.posterior.emulators[number], twin.evidence, draws)
     )
 
 
-def _predicted(found: Found, twin: Twin) -> Prediction:
+def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
     """Run draws of the posterior in a trial that is held out; a pour keeps its own path and crack."""
-    assert found.draws is not None, "asked only where there is a posterior"
-    chosen = found.draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
-    settings = [settings_at(found.frees, point) for point in chosen]
+    chosen = draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
+    settings = [settings_at(result.frees, point) for point in chosen]
     own = [{name: one[name] for name in one if name.partition(".")[0] not in OF_A_POUR} for one in settings]
     levels_mm = [level for level in twin.run([(one, seed) for seed, one in enumerate(own)]) if level is not None]
     if len(levels_mm) < PREDICTING // 2:
@@ -169,29 +181,165 @@ def _prediction(twin: Twin, role: Literal["calibrated", "held out"], mean_mm: Fl
 
 
 def _summary(
-    found: Found, twins: Sequence[Twin], others: Sequence[Twin], predictions: Sequence[Prediction]
+    result: SearchResult, twins: Sequence[Twin], others: Sequence[Twin], predictions: Sequence[Prediction]
 ) -> Calibrated:
     warned = [sentence for twin in (*twins, *others) for sentence in twin.warnings]
-    if len(found.frees) >= (stations := sum(twin.stations for twin in twins)):
-        read = f"{counted(len(found.frees), 'setting')} free, and {counted(stations, 'station')} read"
+    if len(result.frees) >= (stations := sum(twin.stations for twin in twins)):
+        read = f"{counted(len(result.frees), 'setting')} free, and {counted(stations, 'station')} read"
         warned.append(f"{read}: so many settings can fit any readings exactly.")
     return Calibrated(
         name=" and ".join(twin.name for twin in twins),
         emulated=any(twin.held.data != "measured" for twin in twins),
-        frees=tuple(found.frees),
-        draws=found.draws,
-        best=found.best,
-        runs=len(found.points),
+        frees=tuple(result.frees),
+        draws=result.draws,
+        best=result.best,
+        runs=len(result.points),
         unused=tuple((twin.name, *one) for twin in twins for one in twin.unused()),
-        reaches=tuple(zip((twin.name for twin in twins), found.reaches, strict=True)),
-        least_implausibility=found.least_implausibility,
-        mixing=found.mixing,
-        discrepancy_mm=found.discrepancy_mm,
+        reaches=tuple(zip((twin.name for twin in twins), result.reaches, strict=True)),
+        least_implausibility=result.least_implausibility,
+        mixing=result.mixing,
+        discrepancy_mm=result.discrepancy_mm,
         run_noise_mm=tuple(
             float(np.sqrt(emulator.run_noise_mm2.diagonal().mean() * emulator.processes.relative.mean()))
-            for emulator in found.posterior.emulators
+            for emulator in result.posterior.emulators
         ),
         predictions=tuple(predictions),
         radius_mm=tuple(twin.radius_mm for twin in twins),
         warned=tuple(warned),
     )
+
+
+def _written(
+    folder: Path, result: SearchResult, calibrated: Calibrated, twins: Sequence[Twin], others: Sequence[Twin], date: day
+) -> dict[str, Any]:
+    """Write posterior and material, if there is a posterior, and return the content of the record."""
+    written: list[str] = [RECORD]
+    for name in (POSTERIOR, MATERIAL):
+        (folder / name).unlink(missing_ok=True)
+    if result.draws is not None:
+        rows = (settings_at(result.frees, point).values() for point in result.draws)
+        names = [free.name for free in result.frees]
+        files.write_text(folder / POSTERIOR, "".join(",".join(map(str, row)) + "\n" for row in (names, *rows)))
+        written.append(POSTERIOR)
+        if (material := _material(result, result.draws, calibrated, twins[0], date)) is not None:
+            files.write_text(folder / MATERIAL, material_text(material))
+            written.append(MATERIAL)
+    return {
+        "version": 1,
+        "name": calibrated.name,
+        "emulated": calibrated.emulated,
+        "possible": result.possible,
+        "finding": calibrated.finding,
+        "advice": calibrated.advice,
+        "cautions": calibrated.cautions,
+        "fluid_warnings": [sentence for twin in (*twins, *others) for sentence in twin.fluid_warnings],
+        "date": date.isoformat(),
+        "radius_mm": list(calibrated.radius_mm),
+        "runs_of_each_trial": calibrated.runs,
+        "stage_numbers": NUMBERS,
+        "free": [_free(one) for one in calibrated.marginals] or [free.name for free in result.frees],
+        "combinations": [
+            {"parts": dict(zip((free.name for free in result.frees), _rounded(one.parts), strict=True)),
+             "deviation_over_prior": round(one.deviation, 4)}
+            for one in calibrated.combinations
+        ],
+        "confounded": [[a.name, b.name, round(r, 3)] for a, b, r in calibrated.confounded],
+        "least_implausibility": round(calibrated.least_implausibility, 4),
+        "mixing": round(calibrated.mixing, 4),
+        "discrepancy_mm": None if calibrated.discrepancy_mm is None else round(calibrated.discrepancy_mm, 4),
+        "trials": [
+            {
+                "trial": twin.name,
+                "file": shown(twin.file),
+                "role": "calibrated" if twin in twins else "held out",
+                "readings": {"file": twin.held.file.name, "data": twin.held.data, "sha256": files.sha256(twin.sheet)},
+            }
+            for twin in (*twins, *others)
+        ],
+        "gates": [
+            {"trial": name, "residual_mm": round(reach.residual_mm, 4), "noise_mm": round(reach.noise_mm, 4),
+             "components": reach.components, "possible": reach.possible, "scatter_of_runs_mm": round(noise, 4)}
+            for (name, reach), noise in zip(calibrated.reaches, calibrated.run_noise_mm, strict=True)
+        ],
+        "predictions": [
+            {"trial": one.trial, "role": one.role, "rms_mm": round(one.rms_mm, 4),
+             "flat_rms_mm": round(one.flat_rms_mm, 4), "stations_in_band": round(one.held, 4)}
+            for one in calibrated.predictions
+        ],
+        "confirmed_rms_mm": [_confirmed_mm(result, number) for number in range(len(twins))] if result.possible else [],
+        "unused_runs": [list(one) for one in calibrated.unused],
+        "page": shown(folder / PAGE),
+        "files": written,
+    }  # fmt: skip
+
+
+def _free(one: Marginal) -> dict[str, Any]:
+    return {
+        "setting": one.free.name,
+        "range": [one.free.low, one.free.high],
+        "measured": None if one.free.measured is None else list(one.free.measured),
+        "best": float(f"{one.best:.6g}"),
+        "interval_90": _rounded((one.low, one.high)),
+        "width_over_prior": round(one.width_over_prior, 4),
+        "identified": one.identified,
+    }
+
+
+def _rounded(values: Sequence[float]) -> list[float]:
+    return [float(f"{value:.4g}") for value in values]
+
+
+def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
+    """Root mean square distance of the readings from the mean of the runs that confirm the best setting."""
+    levels_mm = result.confirmed_mm(trial)
+    if not len(levels_mm):
+        return None
+    read_mm = result.posterior.evidence[trial].level_mm
+    return round(float(np.sqrt(np.mean((levels_mm.mean(axis=0) - read_mm) ** 2))), 4)
+
+
+def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
+    """Return the material; None if the paste is a curve or thins with shear, since a material has two numbers."""
+    fluid, best = twin.trial.fluid, settings_at(result.frees, result.best)
+    if fluid is None or fluid.curve is not None or fluid.consistency_pa_s_n is not None:
+        return None
+    ran = twin.health(len(result.points))
+    draws = {free.name: free.values(column) for free, column in zip(result.frees, drawn.T, strict=True)}
+    known = twin.trial.uncertainty
+    stress_pa = best.get(STRESS, fluid.yield_stress_pa)
+    low_pa, high_pa, error_pa = stress_pa, stress_pa, known.yield_stress_pa or 0.0
+    if STRESS in draws:
+        low_pa, high_pa, error_pa = _spread(draws[STRESS], stress_pa)
+    thick_pa_s, percent = ran.get("viscosity_pa_s"), known.viscosity_percent or 0.0
+    if free := [draws[name] for name in THICKNESS if name in draws]:
+        percent = 100 * float(np.std(np.log(np.maximum(free[0], 1e-9))))
+    basis = ["readings that nobody measured (EMULATED)"] if calibrated.emulated else []
+    basis.append(f"joint distribution: {POSTERIOR}; the numbers here are its likeliest draw")
+    if not error_pa:
+        basis.append("the yield stress was not free, and its uncertainty is not stated: no interval")
+    if beside := [f"{name} = {value:g}" for name, value in best.items() if name not in (STRESS, *THICKNESS)]:
+        basis.append(f"found together with {', '.join(beside)}: set them beside it")
+    if unknown := [one.free.name for one in calibrated.marginals if not one.identified]:
+        basis.append(f"not identified by the readings: {', '.join(unknown)}")
+    return Material(
+        method=f"calibration on {len(result.levels_mm)} trial(s), {len(result.points)} runs each",
+        date=date.isoformat(),
+        data="synthetic" if calibrated.emulated else "measured",
+        yield_stress_pa=stress_pa,
+        yield_stress_error_pa=error_pa,
+        yield_stress_95_pa=(low_pa, high_pa),
+        viscosity_pa_s=float(f"{thick_pa_s:.6g}") if thick_pa_s else None,
+        viscosity_error_percent=round(min(percent, 1000.0), 4) if thick_pa_s else None,
+        density_kg_m3=fluid.density_kg_m3,
+        density_error_kg_m3=getattr(fluid.material, "density_error_kg_m3", 0.0),
+        basis=tuple(sentence[:300] for sentence in basis),
+        not_for=NOT_FOR,
+        radius_mm=twin.radius_mm,
+        substeps=ran.get("substeps"),
+    )
+
+
+def _spread(drawn: Floats, best: float) -> tuple[float, float, float]:
+    """Return the ends of the 95 % interval, with the best value in it, and half its half-width."""
+    low, high = np.quantile(drawn, [0.025, 0.975])
+    return float(f"{min(low, best):.6g}"), float(f"{max(high, best):.6g}"), float(f"{(high - low) / 4:.6g}")

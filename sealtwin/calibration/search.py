@@ -1,6 +1,6 @@
-"""The search: which runs a calibration makes, and in which order, until its budget is spent.
+"""The search: the runs of a calibration, in their order, until its budget is spent.
 
-Sixteen runs of a Sobol sequence, one of them with three further seeds, and then three at a time where the emulator
+Sixteen runs of a Sobol sequence, one of them with three further seeds, and then three at a time at which the emulator
 leaves the posterior most open; three new seeds confirm the likeliest setting. The profile is modelled and not its
 error (Astudillo and Frazier 2019, Proc. Mach. Learn. Res. 97:354).
 """
@@ -26,8 +26,8 @@ DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
 
 Setting = dict[str, float]
 Runner = Callable[[Sequence[tuple[Setting, int]]], Sequence[Floats | None]]
-"""Takes the settings of all runs so far, each with what is added to the seed, and returns the levels at the stations of
-each, or None for one that failed; runs that it made before must be kept."""
+"""Function of the settings of all runs so far, each with its addition to the seed. It returns each run's levels at the
+stations, None for one that failed, and keeps the runs that it made before."""
 
 
 @dataclass(frozen=True)
@@ -40,16 +40,14 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Found:
-    """Result of a search."""
-
+class SearchResult:
     frees: Sequence[Free]
     points: Floats  # (r, d) of all runs, in the unit cube
     levels_mm: Sequence[Sequence[Floats | None]]  # Of each trial's runs
     reaches: Sequence[BasisReach]
     posterior: Posterior
     least_implausibility: float
-    draws: Floats | None  # (500, d) in the unit cube; None where no setting makes the readings
+    draws: Floats | None  # (500, d) in the unit cube; None if no setting makes the readings
     mixing: float = 1.0
     best: Floats = field(default_factory=lambda: np.zeros(0))  # (d,)
 
@@ -138,11 +136,11 @@ def settings_at(frees: Sequence[Free], point: Floats) -> Setting:
     return {free.name: float(f"{free.values(share):.6g}") for free, share in zip(frees, point, strict=True)}
 
 
-def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: Callable[[str], None]) -> Found:
+def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: Callable[[str], None]) -> SearchResult:
     """Spend ``budget`` runs of each trial, at least ``FEWEST``, and return the posterior.
 
-    It stops early where no setting of the ranges, or no sum of the shapes that runs have, makes the readings. The same
-    results of runs give the same search. Raises NumericalError where a quarter of the runs has no result.
+    It stops early if no setting of the ranges, or no sum of the shapes of the runs, makes the readings. The same runs
+    give the same search. Raises NumericalError if a quarter of the runs has no result.
     """
     from scipy.stats import qmc
 
@@ -156,12 +154,12 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
         posterior, reaches = at.posterior()
     least = posterior.least_implausibility
     if least > 1 or not all(reach.possible for reach in reaches):
-        return Found(frees, at.points, at.levels_mm, reaches, posterior, least, None)
+        return SearchResult(frees, at.points, at.levels_mm, reaches, posterior, least, None)
     best = at.next_round(posterior, 1)[0]
     at.run(np.tile(best, (CONFIRM, 1)))
     posterior, reaches = at.posterior()
     draws, mixing = posterior.draws(DRAWS, STEPS)
-    return Found(frees, at.points, at.levels_mm, reaches, posterior, least, draws, mixing, best)
+    return SearchResult(frees, at.points, at.levels_mm, reaches, posterior, least, draws, mixing, best)
 
 
 def _words_on(posterior: Posterior) -> str:

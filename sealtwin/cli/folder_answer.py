@@ -22,7 +22,7 @@ from sealtwin.lab.found_files import TRIAL, Piece, few, plain
 from sealtwin.lab.ingest import Ingested
 from sealtwin.lab.pairing import PAIRING
 from sealtwin.lab.sample_outcome import SampleOutcome
-from sealtwin.photos.batch import CSV, SHEET, Batch
+from sealtwin.study.photos import CSV, SHEET, Batch
 from sealtwin.trial.job import shown
 from validate.readings.understood import OR_ANSWER
 from validate.uncertainty.earlier_trials import biases

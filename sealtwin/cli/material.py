@@ -109,7 +109,7 @@ def material(
                 known["start_mm"] = None if start_mm is None else two_numbers(start_mm, ",", "--start-mm")
                 found, facts, extra = _bead(source, seen, known, when, command.say)
         from sealtwin.core.files import write_unless_other
-        from sealtwin.material.material_text import material_text
+        from sealtwin.material.paste import material_text
 
         write_unless_other({out: material_text(found).encode()})
         low, high = found.yield_stress_95_pa

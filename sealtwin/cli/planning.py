@@ -36,11 +36,10 @@ def plan(
     """
     with answering(device, as_json, quiet) as command:
         from sealtwin.plan.make_plan import Options, make_plan
-        from sealtwin.plan.plan_page import cautions_of, finding
         from simulate.device import choose_device
 
         options = Options(knots, verify, seeds, margin_mm, flow_max_mm3_s, keep_speed)
-        content = make_plan(
+        made = make_plan(
             trial,
             out,
             options,
@@ -50,8 +49,8 @@ def plan(
             cell_file=cell,
             posterior=posterior,
         )
-        files = f"Plan: {content['folder']}/plan.csv, and trial.toml that runs it. Page: plan.html"
-        command.reply(Answer(content, [*cautions_of(content), finding(content), files]))
+        files = f"Plan: {made.content['folder']}/plan.csv, and trial.toml that runs it. Page: plan.html"
+        command.reply(Answer(made.content, [*made.sentences, files]))
 
 
 def loop(
@@ -73,7 +72,7 @@ def loop(
     """
     with answering("cpu", as_json, quiet) as command:
         from sealtwin.plan import make_loop
-        from sealtwin.plan.loop_page import loop_finding
+        from sealtwin.plan.pages import loop_finding
 
         if (emulate is None) == (replay is None):
             raise typer.BadParameter("give either --emulate faults.toml or --replay LOG")

@@ -161,7 +161,7 @@ def digitise(
         if meshes := [target for target in targets if target.suffix.lower() in READERS]:
             raise typer.BadParameter(f"{meshes[0]} is a mesh: 'sealtwin import-mesh {meshes[0]}' takes it")
         given = [name for settings in tables.values() for name, value in settings.items() if value is not None]
-        from sealtwin.photos.batch import are_several, digitise_many, plan
+        from sealtwin.study.photos import are_several, digitise_many, plan
         from sealtwin.trial.trial_file import sample_trial
 
         if not are_several(targets):

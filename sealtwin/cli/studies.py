@@ -10,7 +10,7 @@ from sealtwin.cli.numbers import count_option
 
 if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped
-    from validate.study_figures.figure_sheet import FigureSheet
+    from validate.figures.figure_sheet import FigureSheet
 
 MOST_NAMED = 8  # Failed runs in the text of an answer; all of them are in the table
 
@@ -78,7 +78,6 @@ def map(
 
 
 LAUNCH = 256  # Runs of the paper's size in one launch on a GPU: 2 GB of its memory, 6 if nothing freezes
-SHARDS = 16  # Jobs of an array, unless --shards says otherwise
 
 
 def sweep(
@@ -100,19 +99,13 @@ def sweep(
     scheduler: Annotated[
         Text,
         option(
-            "Compute on the workers of this Dask scheduler instead of on this machine.",
+            "Compute on the workers of this Dask scheduler instead of on this machine; needs sealtwin[cluster].",
             "tls://HOST:PORT",
-            "--scheduler",
-            "--dask",
         ),
     ] = None,
     shard: Annotated[
         Text, option("Compute only the I-th of N parts of the study, into a folder of its own.", "I/N")
     ] = None,
-    batch_script: Annotated[
-        Text, option("Print a script that computes the study as a job array; run nothing.", "slurm|pbs|sge|lsf")
-    ] = None,
-    shards: Annotated[int, count_option("Jobs of the array that --batch-script prints.", 1)] = SHARDS,
     keep_runs: Annotated[bool, flag("--keep-runs", "Keep the particles of each run too.")] = False,
     retry: Annotated[bool, flag("--retry", "Compute runs once more that failed.")] = False,
     dry_run: Annotated[bool, flag("--dry-run", "Check all settings, digitise, estimate; inject nothing.")] = False,
@@ -159,12 +152,6 @@ def sweep(
             return
         if len(targets) != 1:
             raise typer.BadParameter(f"{len(targets)} studies: give one")
-        if batch_script is not None:
-            if batch_script not in sweeps.DIRECTIVES:
-                raise typer.BadParameter(f"--batch-script {batch_script}: expected {', '.join(sweeps.DIRECTIVES)}")
-            script = sweeps.batch_script(batch_script, targets[0], out, shards, jobs or 1)
-            command.reply(Answer({"version": 1, "script": script}, script.splitlines()))
-            return
         from sealtwin.core.cluster import cores
         from sealtwin.lab.held_out import note_study
         from simulate.device import choose_device, describe_device
@@ -253,7 +240,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
 
 def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
     """Return the lines that a person reads of runs side by side."""
-    from validate.study_figures.side_by_side import setting_words
+    from validate.figures.side_by_side import setting_words
 
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
     for name, values in content["differing"].items():
@@ -262,6 +249,6 @@ def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
 
 
 def _said(settings: dict[str, Any]) -> str:
-    from validate.study_figures.side_by_side import setting_words
+    from validate.figures.side_by_side import setting_words
 
     return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())

@@ -3,17 +3,16 @@
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 STRETCH = 16  # Segments of a polyline whose nearest points are looked for together
 
 
-def arc_length(points_mm: Floats) -> Floats:
+def arc_length(points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distance along an open polyline from its first point, (n,)."""
     steps = np.linalg.norm(np.diff(points_mm, axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def arc_length_at(points_mm: Floats, polyline_mm: Floats) -> Floats:
+def arc_length_at(points_mm: NDArray[np.float64], polyline_mm: NDArray[np.float64]) -> NDArray[np.float64]:
     """Arc length of the nearest point of a polyline, (n,); beyond its ends the polyline runs on straight.
 
     One pass over the segments, each with the points to which a segment of its stretch may be nearest.

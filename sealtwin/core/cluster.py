@@ -2,35 +2,42 @@
 
 import asyncio
 import ipaddress
-import logging
+import multiprocessing
 import os
+import pickle
 import signal
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from multiprocessing import resource_tracker
+from multiprocessing.process import BaseProcess
+from queue import Empty, SimpleQueue
+from threading import Lock, Thread
 from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
-import psutil
-
 from sealtwin.core.errors import InputError
 
-CONNECT_S = 20.0  # A scheduler answers at once, and workers that were started along with it connect within seconds
-ALLOWED_FAILURES = 2  # Killed workers after which a task is tried once more; the next one makes it fail
-KILLED = f"{ALLOWED_FAILURES + 1} worker processes were killed while they computed it, most likely as memory ran out"
-LOCAL_CONFIG = {
-    "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
-    # A killed worker counts against the one task that it computed, and against none that waited for it.
-    "distributed.scheduler.worker-saturation": 1.0,
-    "distributed.scheduler.http.routes": [],
-    "distributed.worker.http.routes": [],
-    # Sampling stacks a hundred times a second costs a tenth of short runs.
-    "distributed.worker.profile.enabled": False,
+TRIES = 3  # Workers of this machine that a task may kill
+KILLED = f"{TRIES} worker processes were killed while they computed it, most likely as memory ran out"
+NOT_STARTED = "no worker process could start; a script must call sealtwin below: if __name__ == '__main__'"
+WORKER_ENVIRONMENT = {
+    **dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"),
+    # Memory that a run frees goes back to the system.
+    "MALLOC_TRIM_THRESHOLD_": "65536",
 }
-CONFIG = {"distributed.admin.large-graph-warning-threshold": "1GB"}
+STARTING = Lock()  # Held while this process has the environment of a worker
+CONNECT_S = 20.0  # A scheduler answers at once, and workers that were started along with it connect within seconds
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -68,113 +75,164 @@ def run_tasks(
             worker must be those of this process.
 
     Raises:
-        InputError: The scheduler does not answer, has no worker, or disappears; it is refused as unencrypted; or a
-            worker has another version or other stage numbers.
+        InputError: The scheduler does not answer, has no worker, or disappears; it is refused as unencrypted; Dask is
+            not installed; or a worker has another version or other stage numbers.
     """
     if scheduler is None and processes == 0:
         yield from ((item, function(*arguments)) for item, arguments in tasks)
         return
-    import dask.config
-    from distributed import as_completed
-
-    reached = _local_client(processes) if scheduler is None else _connected(scheduler, numbers)
-    with dask.config.set(CONFIG if scheduler else CONFIG | LOCAL_CONFIG), reached as client:
-        waiting = iter(tasks)
-        at_work: dict[Any, Item] = {}
-        finished: Any = as_completed()
+    waiting, at_work = iter(tasks), dict[Future[Result], Item]()
+    with _processes(processes) if scheduler is None else _cluster(scheduler, numbers) as (executor, wanted):
 
         def submit() -> None:
-            # One task per worker here, so that only what a killed worker computed is blamed. A network's delay is
-            # bridged by a second one.
-            wanted = processes if scheduler is None else 2 * max(1, sum(client.nthreads().values()))
-            while len(at_work) < wanted and (task := next(waiting, None)) is not None:
+            while len(at_work) < wanted() and (task := next(waiting, None)) is not None:
                 item, arguments = task
-                future = client.submit(function, *arguments, pure=False)
-                at_work[future] = item
-                finished.add(future)
+                at_work[executor.submit(function, *arguments)] = item
 
         submit()
         while at_work:
-            future = next(finished)
-            if future.status in {"pending", "lost"}:
-                # Its worker was killed while it still held the result: it is computed again.
-                finished.add(future)
-                continue
-            item = at_work.pop(future)
-            outcome = _outcome(future, scheduler)
-            # Before the caller writes the result to disk: the worker must not wait for that.
-            submit()
-            yield item, outcome
+            for future in wait(at_work, return_when=FIRST_COMPLETED).done:
+                item, outcome = at_work.pop(future), _outcome(future, scheduler)
+                # Before the caller writes the result to disk: the worker must not wait for that.
+                submit()
+                yield item, outcome
 
 
-def _outcome(future: Any, scheduler: str | None) -> Any:
-    if future.status == "finished":
+def _outcome(future: Future[Result], scheduler: str | None) -> Result | Lost:
+    try:
         return future.result()
-    if future.status == "error":
-        kind = type(fault := future.exception()).__name__
-        return Lost(KILLED if kind == "KilledWorker" else f"a worker could not compute it ({kind}: {fault})")
-    raise InputError(
-        f"{scheduler or 'local cluster'}: the connection to the scheduler was lost; the same command computes "
-        "what is left."
-    )
+    except CancelledError:
+        raise InputError(
+            f"{scheduler}: the connection to the scheduler was lost; the same command computes what is left."
+        ) from None
+    except Exception as fault:
+        return _lost(fault)
+
+
+def _lost(fault: Exception) -> Lost:
+    return Lost(f"a worker could not compute it ({type(fault).__name__}: {fault})")
+
+
+class LocalExecutor(ThreadPoolExecutor):
+    """Threads with a worker process each, so that the end of a process costs no task but its own.
+
+    A ProcessPoolExecutor waits for ever for a process that was killed in the middle of its answer.
+    """
+
+    def __init__(self, processes: int) -> None:
+        super().__init__(processes, initializer=_block_interrupts)
+        self._idle = SimpleQueue[tuple[BaseProcess, Any]]()
+        self._context = multiprocessing.get_context("spawn")
+        # The end of this process closes it too, also by kill -9.
+        self._parent, self._open = self._context.Pipe(duplex=False)
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Call a function in a worker. The future's result is ``Lost`` if it raises, or kills ``TRIES`` workers."""
+        return super().submit(self._call, partial(fn, *args, **kwargs))
+
+    def kill(self) -> None:
+        """End the workers, in the middle of a task too."""
+        self._open.close()
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        super().shutdown(wait, cancel_futures=cancel_futures)
+        while not self._idle.empty():
+            process, connection = self._idle.get()
+            connection.close()
+            process.join()
+
+    def _call(self, task: Callable[[], Any]) -> Any:
+        message, reason = pickle.dumps(task), NOT_STARTED
+        for _ in range(TRIES):
+            if self._open.closed:
+                break
+            process, connection = self._worker()
+            with suppress(EOFError, OSError):
+                connection.send_bytes(message)
+                connection.recv()
+                reason = KILLED
+                answer = connection.recv()
+                self._idle.put((process, connection))
+                return answer
+            process.join()
+        return Lost(reason)
+
+    def _worker(self) -> tuple[BaseProcess, Any]:
+        with suppress(Empty):
+            return self._idle.get_nowait()
+        ours, theirs = self._context.Pipe()
+        process = self._context.Process(target=_work, args=(theirs, self._parent))
+        with STARTING, _worker_environment():
+            process.start()
+        # With it open, the end of the process would not be seen.
+        theirs.close()
+        return process, ours
 
 
 @contextmanager
-def _local_client(processes: int) -> Iterator[Any]:
-    """Workers on the loopback interface with credentials of their own: whoever reaches a scheduler can run code."""
-    from distributed import Client, LocalCluster
-    from distributed.security import Security
-
-    with _children_ignore_interrupts():
-        cluster: Any = LocalCluster(
-            n_workers=processes,
-            threads_per_worker=1,
-            host="tls://127.0.0.1",
-            dashboard_address=None,  # pyright: ignore[reportArgumentType]
-            # Without a port of its own two sweeps would ask for the same one.
-            scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-            security=Security.temporary(),
-            # The operating system lends memory; a share of it per process is no bound of a run.
-            memory_limit=0,
-            silence_logs=logging.CRITICAL,
-        )
-    # The cluster resets its loggers as it closes, and they would then report connections that an interrupt cut.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    with cluster, Client(cluster) as client:
+def _processes(count: int) -> Iterator[tuple[Executor, Callable[[], int]]]:
+    """Yield an executor on this machine, and the number of tasks that it takes at a time."""
+    with LocalExecutor(count) as executor:
         try:
-            yield client
+            yield executor, lambda: count
         except BaseException:
             # Ctrl-C too: a worker in the middle of a run would be waited for.
-            for nanny in cluster.workers.values():
-                # None while a killed worker is not yet started again; psutil would take that for this process.
-                if (pid := nanny.pid) is not None:
-                    with suppress(psutil.NoSuchProcess):
-                        psutil.Process(pid).terminate()
+            executor.kill()
             raise
 
 
-@contextmanager
-def _children_ignore_interrupts() -> Iterator[None]:
-    """Block Ctrl-C in threads and processes that are started within, and in those that they start.
+def _block_interrupts() -> None:
+    """Block Ctrl-C in this thread and in the processes that it starts.
 
     It reaches every process of a terminal; here it is the parent's alone, which then ends its workers.
     """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    # The first process that multiprocessing starts also starts this one, and unblocks Ctrl-C for it.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    if hasattr(signal, "pthread_sigmask"):
+        # The first process that multiprocessing starts also starts this one, and unblocks Ctrl-C for it.
+        resource_tracker.ensure_running()
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
 @contextmanager
-def _connected(address: str, numbers: Callable[[], Any]) -> Iterator[Any]:
-    from distributed import Client
+def _worker_environment() -> Iterator[None]:
+    """Set variables that the user has not set, for a process that is started within."""
+    absent = {name: value for name, value in WORKER_ENVIRONMENT.items() if name not in os.environ}
+    os.environ.update(absent)
+    try:
+        yield
+    finally:
+        for name in absent:
+            del os.environ[name]
 
+
+def _work(connection: Any, parent: Any) -> None:
+    """Answer each task that it begins, until a connection is closed: the parent's in the middle of a task too."""
+    Thread(target=_end_with, args=(parent,), daemon=True).start()
+    with suppress(EOFError, OSError):
+        while True:
+            message = connection.recv_bytes()
+            connection.send("begun")
+            try:
+                connection.send(pickle.loads(message)())
+            except Exception as fault:
+                connection.send(_lost(fault))
+
+
+def _end_with(parent: Any) -> None:
+    with suppress(EOFError, OSError):
+        parent.recv_bytes()
+    os._exit(1)
+
+
+@contextmanager
+def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[tuple[Executor, Callable[[], int]]]:
+    """Yield the executor of a scheduler, and the number of tasks that it takes at a time."""
+    try:
+        import dask.config
+        from distributed import Client
+    except ModuleNotFoundError as missing:
+        raise InputError(
+            f"--scheduler {address}: needs Dask ({missing}); 'pip install sealtwin[cluster]' installs it."
+        ) from None
     _refuse_unencrypted(address)
     try:
         # Dask itself waits without end for the first word of a server that accepts and says nothing.
@@ -187,9 +245,11 @@ def _connected(address: str, numbers: Callable[[], Any]) -> Iterator[Any]:
             f"--scheduler {address}: no scheduler answers there ({reason}). 'dask scheduler' starts one; for tls:// "
             "Dask's configuration (distributed.comm.tls) names the credentials."
         ) from None
-    with client:
+    # Tasks hold the records of a sample, which Dask warns of above 10 MB.
+    with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}), client:
         _require_workers(client, address, numbers)
-        yield client
+        # A second task for each core bridges the network's delay.
+        yield client.get_executor(pure=False), lambda: 2 * max(1, sum(client.nthreads().values()))
 
 
 async def _greet(address: str) -> None:

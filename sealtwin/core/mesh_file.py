@@ -7,6 +7,9 @@ import importlib.util
 import io
 import json
 import re
+import signal
+import sys
+import threading
 import warnings
 import zipfile
 from collections.abc import Callable, Iterable, Sequence
@@ -17,7 +20,6 @@ from typing import Any, Literal
 import numpy as np
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.interrupts import load_trimesh
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.records import Floats, Integers
 
@@ -333,3 +335,20 @@ READERS: dict[str, Callable[[bytes], Triangles]] = {
     ".3mf": _read_3mf,
 }
 """Reader of each format, by the end of a file's name."""
+
+
+def load_trimesh() -> None:
+    """Import trimesh with Ctrl-C held back until it is there.
+
+    It catches every exception of its own imports, an interrupt too, after which a run would go on as if never asked.
+    """
+    if "trimesh" in sys.modules or threading.current_thread() is not threading.main_thread():
+        return
+    held = list[int]()
+    before = signal.signal(signal.SIGINT, lambda number, _: held.append(number))
+    try:
+        import trimesh  # noqa: F401  # pyright: ignore[reportUnusedImport]
+    finally:
+        signal.signal(signal.SIGINT, before or signal.default_int_handler)
+    if held:
+        signal.raise_signal(signal.SIGINT)

@@ -10,8 +10,7 @@ from typing_extensions import TypedDict
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.interrupts import load_trimesh
-from sealtwin.core.mesh_file import read_mesh
+from sealtwin.core.mesh_file import load_trimesh, read_mesh
 from sealtwin.core.records import Bed, FaceLabel, Outline, Profile, Run, RunHealth, Sections, Solid, Trajectory
 from sealtwin.core.solid_figures import SolidFigures
 

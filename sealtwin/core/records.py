@@ -21,9 +21,10 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, wit
 from pydantic.functional_serializers import PlainSerializer
 from pydantic.json_schema import WithJsonSchema
 
-from sealtwin.core.arc_length import Floats, arc_length
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.solid_figures import EndKind, SolidFigures
 
+Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Pixels = NDArray[np.uint8]  # Picture, (height, width, 3), RGB
 
@@ -127,7 +128,7 @@ class Outline:
     """Relative standard uncertainty of every length due to the scale; None if unknown."""
     camera_tilt_deg: float | None = None
     """Angle between the camera's axis and the normal of the face; None if the photo does not show it."""
-    photo_size_px: tuple[int, int] | None = None  # Width and height of the photo; None in files of version 0.1
+    photo_size_px: tuple[int, int] | None = None  # Width and height of the photo; None of an outline made by hand
     width_source: WidthSource = "walls"
     width_95_mm: tuple[float, float] | None = None
     """Ends of the 95 % interval of the mean width, without the scale's doubt; None where the method gives none."""
@@ -312,7 +313,7 @@ class RunHealth(JsonRecord):
     Labels and units of all are in the report's table of numerical health.
     """
 
-    # Files of other versions may hold more.
+    # The solver may record more.
     model_config = ConfigDict(extra="allow")
 
     density_error_mean: Known = None  # Compression above the rest density as a share of it, as are the next two
@@ -360,9 +361,7 @@ class Bed(JsonRecord):
     held_slope: float  # Slope that the paste holds between the walls
     mound_mm: float  # Height of what stays standing under the nozzle's last place
     fill: float  # Volume given over that of the crack
-    above_mm: float | None = (
-        None  # Highest level over the face, 0 where it stays below; None in runs that did not record it
-    )
+    above_mm: float  # Highest level over the face, 0 where it stays below
     unfit: tuple[str, ...]  # Why the model is unfit for the case, a sentence each; none where it is fit
 
 

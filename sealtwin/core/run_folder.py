@@ -28,6 +28,7 @@ ENTRY = {
     "outputs": dict,
     "wall_time_s": int | float,
     "versions": dict,
+    "stage_numbers": dict,
 }
 """Entries of the manifest for each finished stage."""
 PACKAGES = (
@@ -53,7 +54,7 @@ class RunFolder:
         return self.manifest["stages"].get(stage, {}).get("settings")
 
     def numbers_of(self, stage: str) -> dict[str, int]:
-        """Return the stage numbers by which a finished ``stage`` was computed; without those that are not recorded."""
+        """Return the stage numbers by which ``stage`` was computed; none if it is not finished."""
         return self.manifest["stages"].get(stage, {}).get("stage_numbers", {})
 
     def edited(self, stage: str) -> list[str]:
@@ -260,5 +261,4 @@ def _is_entry(folder: Path, entry: Mapping[str, Any]) -> bool:
     home = folder.resolve()
     files = [Path(os.path.normpath(home / name)) for name in entry["outputs"]]
     below = all(home in file.parents and file.parent.resolve().is_relative_to(home) for file in files)
-    numbered = isinstance(entry.get("stage_numbers", {}), dict)
-    return below and numbered and all(isinstance(entry[part], kind) for part, kind in ENTRY.items())
+    return below and all(isinstance(entry[part], kind) for part, kind in ENTRY.items())

@@ -4,18 +4,42 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from inspect import Parameter, Signature
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
 from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.plain_files import read_text
+from sealtwin.core.settings_text import described, text_of_table
+
+if TYPE_CHECKING:
+    # Checkers read the keywords and their types off the fields.
+    from pydantic._internal._model_construction import ModelMetaclass as KeywordTables
+else:
+
+    class KeywordTables(type(BaseModel)):
+        """Construction by keywords, which are checked as a file's and documented by the fields; None is left out."""
+
+        def __call__(cls, **values: Any) -> BaseModel:
+            return checked(cls, Path(cls.__name__), values)
+
+        @property
+        def __doc__(cls) -> str:
+            return text_of_table(cls)
 
 
-class Settings(BaseModel):
+class _ByDefault:
+    """A default in a signature, whose value is in the docstring."""
+
+    def __repr__(self) -> str:
+        return "..."
+
+
+class Settings(BaseModel, metaclass=KeywordTables):
     """Base of the tables of a trial file. Subclasses document each field beside it; units are part of the names."""
 
     model_config = ConfigDict(
@@ -26,7 +50,14 @@ class Settings(BaseModel):
         strict=True,
     )
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, **options: Any) -> None:
+        # help() begins with the signature, and a notebook completes by it; with types and bounds it fills a page.
+        names = [Parameter(name, Parameter.KEYWORD_ONLY, default=_ByDefault()) for name in cls.model_fields]
+        cls.__signature__ = Signature(names)
 
+
+__all__ = ["Settings", "as_json", "checked", "described", "dotted_names", "read_settings", "read_toml"]
 Table = TypeVar("Table", bound=Settings)
 
 LARGEST_BYTES = 200_000
@@ -71,17 +102,19 @@ def read_toml(path: Path, *, name: str, starter: str) -> dict[str, Any]:
 
 
 def checked(
-    kind: type[Table], path: Path, content: dict[str, Any], origin: Callable[[str], str] | None = None
+    kind: type[Table], path: Path, content: Mapping[str, Any], origin: Callable[[str], str] | None = None
 ) -> Table:
     """Return ``content`` as settings. Raises InputError as ``read_settings``.
 
-    Faults name ``path``, or ``origin`` of the dotted key if ``content`` comes from several files.
+    Lists, tuples and NumPy's arrays are alike; a value of None counts as left out. Faults name ``path``, or ``origin``
+    of the dotted key if ``content`` comes from several files.
     """
     if as_text(path) != str(path):
         raise InputError(f"{as_text(path)}: a name that is not UTF-8, which no trial can hold; rename it.")
     try:
+        given = {name: value for name, value in content.items() if value is not None}
         # JSON is the form in which strict types still take a list for a tuple and a string for a path.
-        text = json.dumps(content, default=str)
+        text = json.dumps(given, default=as_json)
     except ValueError:
         # Python reads a hexadecimal number of any length, and writes none of so many digits.
         raise InputError(f"{path}: a whole number of thousands of digits; no setting takes one.") from None
@@ -90,6 +123,15 @@ def checked(
     except ValidationError as fault:
         named = origin or (lambda _: str(path))
         raise InputError("\n".join(_sentences(kind, named, fault.errors()))) from None
+
+
+def as_json(value: Any) -> Any:
+    """Return a value that JSON has no type for in types that it has; NumPy is not imported for it."""
+    if isinstance(value, Settings):
+        return value.model_dump(mode="json", exclude_none=True)
+    if isinstance(value, Mapping):
+        return dict(value)
+    return value.tolist() if hasattr(value, "tolist") else str(value)
 
 
 def _sentences(kind: type[Settings], named: Callable[[str], str], errors: list[ErrorDetails]) -> list[str]:

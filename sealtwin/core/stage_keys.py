@@ -12,7 +12,7 @@ from importlib.metadata import version
 from typing import Any
 
 UNNUMBERED = 0
-"""Number of a stage in a result that was written before stages had numbers."""
+"""Number of a stage that a result does not record, as of validate in a study without readings."""
 
 
 def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any], numbers: Mapping[str, int]) -> str:

@@ -1,15 +1,17 @@
-"""The catalogue of a lab: which trials there are, of which files they were made, and what could not be taken in."""
+"""The catalogue of a lab: its trials, the files that they were made of, and what could not be taken in."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from pathlib import Path, PurePath
-from typing import Any
+from typing import Any, Literal
+
+from pydantic import ConfigDict
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.record_files import Result, read_checked, read_record
+from sealtwin.core.record_files import Result, read_record
 from sealtwin.core.stage_keys import other_numbers, stage_key
-from sealtwin.lab.found_files import TRIAL, Role, Said
+from sealtwin.lab.found_files import TRIAL, FilePlace, Role
 from sealtwin.lab.pairing import Decisions
 from sealtwin.lab.sample_outcome import KeptFile
 from sealtwin.trial.stage_numbers import NUMBERS
@@ -17,37 +19,34 @@ from validate.readings.samples import sample_key
 from validate.result import RESULT, TrialResult, read_result
 
 CATALOGUE = "catalogue.json"
-RECORD = "record.json"  # File in each trial's folder that says of which files and words it was made
-RUN = "run"  # Folder beside a trial's files in which the results of its run are looked for
+RECORD = "record.json"  # File in each trial's folder: the files and words that it was made of
+RUN = "run"  # Folder beside a trial's files with the results of its run
 COMPARED = ("mean_error_mm",)  # Figures of a comparison that a lab lists
 COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
     "readings_sha256", "dialect", "result", *COMPARED, "ingested_utc", "folder", "reason",
 )  # fmt: skip
-VERSION = 3
+VERSION: Literal[3] = 3
 REMEDY = "Move it away and ingest the same folders again: it is made anew, from the trials' own, and from pairing.csv."
-"""Advice for a catalogue that is damaged, or of another version."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """One trial, as it was taken in."""
-
     sample: str  # Key of its name: equal for all spellings
     name: str
-    revision: int  # Number from 1; a sample whose file or note has changed becomes a new trial, and the old one is kept
+    revision: int  # From 1; a sample whose file or note has changed becomes a new trial, and the old one stays
     folder: str
     source: str  # Name of the lab's folder, with a hash of its place
-    content: str  # Hash of what was measured and of what was said about it
+    content: str  # Hash of files and notes
     files: tuple[KeptFile, ...]
     dialect: str | None  # Dialect of the sheet of readings, as a sentence
     date: str | None
     operator: str | None
-    said: Mapping[str, Any]  # All that notes said, by dotted key
+    said: Mapping[str, Any]  # Settings in its notes, by dotted key
     remarks: tuple[str, ...]
     ingested_utc: str
     sealtwin: str  # The version that took it in
-    trial_sha256: str = ""  # Hash of trial.toml as it was written
+    trial_sha256: str = ""  # Of trial.toml as it was written
 
     def file(self, role: Role) -> KeptFile | None:
         return next((file for file in self.files if file.role == role), None)
@@ -60,93 +59,79 @@ class CatalogueFault:
 
 
 class SourceFile(Result):
-    """One source of a lab in catalogue.json."""
+    """A lab's folder in catalogue.json."""
 
-    decisions: tuple[tuple[str, str | None, str | None, str | None, dict[str, Any]], ...]
-    faults: tuple[tuple[str, str], ...]
+    decisions: list[tuple[str, str, Role, str, dict[str, str]]]
+    """File, part, role, sample and answers that the user corrected in the pairing."""
+    faults: list[tuple[str, str]]
 
 
 class CatalogueFile(Result):
     """Content of catalogue.json."""
 
+    model_config = ConfigDict(frozen=False)
+
+    version: Literal[3]
     pairing: str
-    uses: dict[str, tuple[str, ...]]
-    checked: dict[str, tuple[str, tuple[str, ...]]]
+    """Hash of the pairing file as ingest wrote it last: another hash means that it was edited."""
+    uses: dict[str, list[str]]
+    """Studies that ranked their runs by readings, by the hash of these."""
+    checked: dict[str, tuple[str, list[str]]]
+    """State of each trial at its check, by its folder, and sentences on what keeps it from its run."""
     sources: dict[str, SourceFile]
 
 
 class Catalogue:
-    """A lab's trials, by the record in the folder of each, and what catalogue.json remembers besides.
+    """A lab's trials, by the record in the folder of each, and the content of catalogue.json.
 
-    Who changes it holds the lab, and saves it; a process that is killed leaves it as before or as after.
+    Whoever changes it holds the lab, and saves it; a process that is killed leaves it as before or as after.
     """
 
     def __init__(self, lab: Path) -> None:
-        """Read a lab, which may be empty. Raises InputError where its files cannot be read."""
+        """Read a lab, which may be empty. Raises InputError if its files cannot be read."""
         self.lab, self.path = lab, lab / CATALOGUE
         self.records = sorted(
             (_read_record(path) for path in lab.glob(f"*/{RECORD}")),
             key=lambda record: (record.sample, record.revision),
         )
-        self.pairing = ""  # Hash of the pairing file as it was written last: another one has been edited since
-        self.uses: dict[str, list[str]] = {}  # Studies that ranked their runs by readings, by the hash of these
-        self.checked: dict[str, tuple[str, list[str]]] = {}
-        """State of each trial when it was checked, by its folder, and the sentences on what keeps it from its run."""
-        self._sources: dict[str, dict[str, Any]] = {}
+        self.content = CatalogueFile(version=VERSION, pairing="", uses={}, checked={}, sources={})
         if self.path.is_file():
-            self._read()
+            self.content = read_record(CatalogueFile, self.path, REMEDY)
 
     @classmethod
     def of(cls, lab: Path) -> "Catalogue":
-        """Read a lab's. Raises InputError where there is none."""
+        """Read a lab's. Raises InputError if there is none."""
         if not is_lab(lab):
             raise InputError(f"{lab}: no lab (it has no {CATALOGUE}). 'sealtwin ingest FOLDER --out {lab}' makes one.")
         return cls(lab)
 
-    def _read(self) -> None:
-        try:
-            content = files.read_json(self.path)
-        except InputError as fault:
-            raise InputError(f"{self.path}: no catalogue that can be read ({fault}). {REMEDY}") from fault
-        version = content.get("version") if isinstance(content, dict) else None
-        if version != VERSION:
-            found = f"version = {version!r:.20}; {VERSION} is read"
-            raise InputError(f"{self.path}: no catalogue that can be read ({found}). {REMEDY}")
-        content = read_checked(CatalogueFile, self.path, REMEDY)
-        self.pairing, self._sources = content["pairing"], dict(content["sources"])
-        self.uses = {digest: list(names) for digest, names in content["uses"].items()}
-        self.checked = {folder: (of, list(told)) for folder, (of, told) in content["checked"].items()}
-
     def save(self) -> None:
-        kept = {"pairing": self.pairing, "uses": self.uses, "checked": self.checked, "sources": self._sources}
-        files.write_json(self.path, {"version": VERSION, **kept})
+        files.write_json(self.path, self.content.model_dump())
 
     def of_sample(self, key: str) -> list[Record]:
-        """Return the revisions of a sample, in their order."""
         return [record for record in self.records if record.sample == key]
 
     def faults(self) -> list[CatalogueFault]:
         """Return what the last ingest of every source could not take in."""
-        return [CatalogueFault(*fault) for source in self._sources.values() for fault in source["faults"]]
+        return [CatalogueFault(*fault) for source in self.content.sources.values() for fault in source.faults]
 
     def unready(self, record: Record) -> list[str]:
         """Return what keeps a trial from its run, or puts its readings in doubt."""
-        state, told = self.checked.get(record.folder, ("", []))
-        return told if told and state == state_of(self.lab / record.folder) else []
+        state, sentences = self.content.checked.get(record.folder, ("", []))
+        return sentences if sentences and state == state_of(self.lab / record.folder) else []
 
     def decisions(self, source: str) -> Decisions:
         """Return the user's corrections of the pairing of a source, and answers on its sheets."""
-        rows = self._sources.get(source, {"decisions": []})["decisions"]
-        return {(PurePath(file), part): Said(name, role, answers=said) for file, part, role, name, said in rows}
+        rows = self.content.sources[source].decisions if source in self.content.sources else []
+        return {(PurePath(file), part): FilePlace(name, role, answers=given) for file, part, role, name, given in rows}
 
     def state(self, source: str, decisions: Decisions, faults: Iterable[CatalogueFault]) -> None:
-        """State what the user decided on a source, and what could not be taken in from it."""
-        rows = [
-            [file.as_posix(), part, said.role, said.sample, dict(said.answers)]
-            for (file, part), said in decisions.items()
+        """Set what the user decided on a source, and what could not be taken in from it."""
+        rows: list[tuple[str, str, Role, str, dict[str, str]]] = [
+            (file.as_posix(), part, place.role, place.sample, dict(place.answers))
+            for (file, part), place in decisions.items()
         ]
-        told = [[fault.name, fault.sentence] for fault in faults]
-        self._sources[source] = {"decisions": rows, "faults": told}
+        self.content.sources[source] = SourceFile(decisions=rows, faults=[astuple(fault) for fault in faults])
 
 
 def state_of(folder: Path) -> str:
@@ -165,7 +150,7 @@ def _read_record(path: Path) -> Record:
 
 
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:
-    """Return the latest trial of each sample, a dictionary with ``COLUMNS``, and what failed."""
+    """Return the latest trial of each sample, by ``COLUMNS``, and what failed."""
     catalogue = Catalogue.of(lab)
     latest = {record.sample: record for record in catalogue.records}
     return [_row(catalogue, record) for record in latest.values()], catalogue.faults()
@@ -182,7 +167,7 @@ def export(lab: Path, out: Path) -> int:
 
 
 def revisions(lab: Path, sample: str) -> tuple[Catalogue, list[Record], list[CatalogueFault]]:
-    """Return all trials of one sample, and what failed. Raises InputError where the lab knows no such sample."""
+    """Return all trials of one sample, and what failed. Raises InputError if the lab has no such sample."""
     catalogue = Catalogue.of(lab)
     records = catalogue.of_sample(sample_key(sample))
     faults = [fault for fault in catalogue.faults() if sample_key(fault.name) == sample_key(sample)]

@@ -1,4 +1,4 @@
-"""Facts on a trial that its lab and the studies know, and the trial itself does not."""
+"""Facts on a trial that only its lab and the studies have."""
 
 from pathlib import Path
 
@@ -14,10 +14,11 @@ from validate.result import EarlierTrial
 
 
 def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:
-    """Return what the lab and the studies know of a trial whose files lie in ``source``.
+    """Return the facts of lab and studies on a trial whose files are in ``source``.
 
-    What of the lab could not be searched is a caution, and is no search. Raises InputError, naming the study or the
-    calibration, where it is ``compared`` with readings that it declares held out, and the lab used to choose.
+    A part of the lab that cannot be read is a caution; the lab then counts as not searched. Raises InputError, naming
+    the study or the calibration, if the trial is ``compared`` with readings that it declares held out, and that the lab
+    used to choose.
     """
     searched, cautions = False, list[str]()
     held, lab = trial.readings, lab_of(source)

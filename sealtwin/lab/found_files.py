@@ -1,6 +1,6 @@
-"""Photos, sheets and notes in a lab's folder: which there are, and of which sample and role they are by their names.
+"""Photos, sheets and notes in a lab's folder, with the sample and the role of each by its name.
 
-No link is followed, and no file is opened but tables of readings, which several samples may share, and texts.
+No link is followed. Only texts and tables of readings, which several samples may share, are opened.
 """
 
 import os
@@ -14,7 +14,7 @@ from typing import Literal
 
 from digitise.image.decoding import PHOTO_SUFFIXES
 from sealtwin.core.errors import InputError, as_text
-from sealtwin.lab.free_text import kind_of_text
+from sealtwin.lab.sheets import kind_of_text
 from validate.readings.samples import SamplePart, parts_of, sample_key
 from validate.readings.text_table import WORDS as LAB_WORDS
 from validate.readings.text_table import plain_letters
@@ -22,10 +22,12 @@ from validate.readings.text_table import plain_letters
 Role = Literal["photo", "second_photo", "mask", "readings", "fill", "note", "text", "ignore"]
 """Role of a file; "fill" is a liquid weighed into the crack, "text" is kept with its sample and says no settings."""
 
+PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
+NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
+"""Settings of a trial that name a file."""
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
-UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}
-"""Formats that are not read: a lab's own numbers, to be named and not passed over."""
+UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Named as a fault, since they have a lab's numbers
 TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods"} | UNREAD_TABLES
 FREE_TEXT = {".txt", ".md"}
 TABLES = ("readings", "fill")  # Roles of tables of numbers
@@ -34,35 +36,35 @@ WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, wo
 CAMERA = re.compile(
     r"(img|imag|dsc[nf]?|pxl|mvimg|cimg|gopr)[ _-]?\d{3,}([ _-]\d+)*([ _-]wa\d+)?|p\d{7}|\d{8}_\d{6}", re.IGNORECASE
 )
-"""A name that a camera gave says nothing of a sample."""
+"""Name by a camera, which names no sample."""
 BESIDE_CAMERA = re.compile(rf"(?:{CAMERA.pattern})[ _-]+(?=[^\W\d_])|(?<=\w)[ _-]+(?:{CAMERA.pattern})$", re.IGNORECASE)
 """A camera's name before or behind another, as in IMG_0412_P4."""
 REMARK = re.compile(r"\s*[(\[{][^)\]}]*[)\]}]")  # Remark in brackets: P-03 (von oben)
 WORD = re.compile(r"[^\W_]+")
 OUTSIDE_LABELS = re.compile(r"[^\w .-]+")
-DEFAULTS = "lab.toml"  # Name of the file, at the top of a lab's folder, whose settings hold for all samples
-MOST_ENTRIES = 50_000  # Files and folders that are looked at. More is a disk given by mistake.
+DEFAULTS = "lab.toml"  # Settings of all samples, on top of a lab's folder
+MOST_ENTRIES = 50_000  # Files and folders; more is a disk given by mistake
 MOST_TOLD = 3  # Names in one sentence
 HIDDEN = (".", "~$")
-NOT_DOWNLOADED = re.compile(r"\.(.+)\.icloud")  # What iCloud leaves of a file that it took from the disk
-UNSEEN = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of what controls a text and is no part of it
+NOT_DOWNLOADED = re.compile(r"\.(.+)\.icloud")  # iCloud's placeholder of a file
+UNSEEN = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that control a text
 
 
 @dataclass(frozen=True)
-class Said:
-    """Sample and role of a file by its name, or as the user says them, with the answers about it."""
+class FilePlace:
+    """Sample and role of a file, by its name or by the user, with the answers about it."""
 
-    sample: str  # Letters, digits, spaces and -_. only; empty where the name says none.
+    sample: str  # Letters, digits, spaces and -_. only; empty if the name says none
     role: Role
-    stated: bool = field(default=False, compare=False)  # True where a word of the file's own name says it
-    answers: Mapping[str, str] = field(default_factory=dict)  # As they stand in the pairing file
+    stated: bool = field(default=False, compare=False)  # True if a word of the file's own name says the role
+    answers: Mapping[str, str] = field(default_factory=dict)  # As written in the pairing file
 
 
-def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:
+def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, FilePlace]:
     """Read the names of a lab's photos, sheets and notes, which are relative to the lab's folder.
 
-    Where no part of a name says a sample, the file is of the one that ``folder``, the lab's folder itself, is named by.
-    A camera's name is that of a sample only where a sheet or a note bears it too, as those of 'sealtwin trace' do.
+    A file whose name says no sample is of the sample that ``folder``, the lab's folder, is named by. A camera's name is
+    a sample's only if a sheet or a note has it too, as those of 'sealtwin trace' do.
     """
     files = list(files)
     by_camera = {
@@ -70,24 +72,24 @@ def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, Said]:
     }
     named = {file: read_name(file, camera_counts=file.parent in by_camera) for file in files}
     return {
-        file: said if said.sample else replace(said, sample=as_label(folder))
-        for file, said in named.items()
-        if said is not None
+        file: place if place.sample else replace(place, sample=as_label(folder))
+        for file, place in named.items()
+        if place is not None
     }
 
 
-def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
-    """Read one name by itself. Return None for a file that is neither photo, sheet nor note by its suffix.
+def read_name(file: PurePath, *, camera_counts: bool = False) -> FilePlace | None:
+    """Read one name by itself. Returns None for a file that is neither photo, sheet nor note by its suffix.
 
-    A folder is part of a sample's name too, unless its own name only says what lies in it: photos/P01.jpg and
-    sheets/P01.csv are of one sample, May/P01.jpg and June/P01.jpg are not.
+    A folder is part of the sample's name, unless it is named by a role: photos/P01.jpg and sheets/P01.csv are of one
+    sample, May/P01.jpg and June/P01.jpg are not.
     """
     possible = possible_roles(file.suffix.lower())
     if not possible:
         return None
     stem = REMARK.sub("", file.stem).strip() or file.stem
     stem = stem if CAMERA.fullmatch(stem) else BESIDE_CAMERA.sub("", stem)
-    rest, said = ("", list[Role]()) if file.name == TRIAL else _without(stem, possible)
+    rest, own = ("", list[Role]()) if file.name == TRIAL else _without(stem, possible)
     folders = [_without(part, tuple(WORDS)) for part in file.parent.parts]
     named = [folder for folder, _ in folders if folder]
     if camera_counts or not (named and CAMERA.fullmatch(rest)):
@@ -96,8 +98,9 @@ def read_name(file: PurePath, *, camera_counts: bool = False) -> Said | None:
     parts = [part for before, part in pairwise(["", *named]) if sample_key(part) not in ("", sample_key(before))]
     by_folder: list[Role] = [role for _, roles in folders for role in roles]
     # A mask in a folder of photos is a mask: what a name adds to its suffix counts.
-    told: list[Role] = [role for role in (*said, *by_folder[::-1]) if role in possible[1:]]
-    return Said("-".join(parts), told[0] if told else possible[0], bool(told) and told[0] in said)
+    roles: list[Role] = [role for role in (*own, *by_folder[::-1]) if role in possible[1:]]
+    role = roles[0] if roles else possible[0]
+    return FilePlace("-".join(parts), role, role in own and role != possible[0])
 
 
 def as_label(text: str) -> str:
@@ -117,19 +120,18 @@ def possible_roles(suffix: str) -> tuple[Role, ...]:
 
 
 def _without(name: str, roles: tuple[Role, ...]) -> tuple[str, list[Role]]:
-    """``name`` less the words at its ends that name one of ``roles``, and the roles that they named."""
+    """Return ``name`` without the words at its ends that name one of ``roles``, and these roles."""
     name = unicodedata.normalize("NFC", name)
-    words = list(WORD.finditer(name))
-    found: list[Role] = []
+    words, named_roles = list(WORD.finditer(name)), list[Role]()
 
     def named(word: str) -> Role | None:
         return next((role for role in roles if plain_letters(word) in WORDS.get(role, ())), None)
 
     for place in (-1, 0):
         while words and (role := named(words[place].group())) is not None:
-            found.append(role)
+            named_roles.append(role)
             del words[place]
-    return as_label(name[words[0].start() : words[-1].end()] if words else ""), found
+    return as_label(name[words[0].start() : words[-1].end()] if words else ""), named_roles
 
 
 @dataclass(frozen=True)
@@ -146,54 +148,56 @@ class Piece:
         return f"{self.file}, {self.part}" if self.part else str(self.file)
 
 
-def divide(folder: Path, named: Mapping[PurePath, Said], known: Set[str]) -> dict[Piece, Said]:
-    """Return each file as a whole, but for tables of readings that name samples themselves: these in parts.
+def divide(folder: Path, named: Mapping[PurePath, FilePlace], known: Set[str]) -> dict[Piece, FilePlace]:
+    """Return each file as a whole; a table of readings that names samples in parts.
 
-    A column that names samples counts always, a worksheet's name where it is that of a sample in ``known``, the keys of
-    samples with a photo; the other tables of such a workbook are then asked about.
+    A column that names samples always counts. A worksheet's name counts if it is that of a sample in ``known``, the
+    keys of samples with a photo; the other tables of such a workbook are then asked about.
     """
-    pieces: dict[Piece, Said] = {}
-    for file, said in named.items():
+    pieces: dict[Piece, FilePlace] = {}
+    for file, place in named.items():
         if (folder / file).is_symlink():
-            pieces[Piece(file)] = said
+            pieces[Piece(file)] = place
             continue
         is_text, is_table = file.suffix.lower() in FREE_TEXT, file.suffix.lower() in TABLE_SUFFIXES
-        looked_at = is_text or (is_table and not (said.stated and said.role == "note"))
+        looked_at = is_text or (is_table and not (place.stated and place.role == "note"))
         kind = kind_of_text(folder / file) if looked_at else None
         # A text may be named note and hold sentences, and a table words and values; a fill is known by its columns.
-        of_words = kind == "note" and said.role == "readings" and not said.stated
-        if kind is not None and (kind == "fill" or of_words or (is_text and not (said.stated and said.role in TABLES))):
-            said = replace(said, role=kind)
-        pieces |= _divided(folder, file, said, known) if said.role == "readings" else {Piece(file): said}
+        of_words = kind == "note" and place.role == "readings" and not place.stated
+        if kind is not None and (
+            kind == "fill" or of_words or (is_text and not (place.stated and place.role in TABLES))
+        ):
+            place = replace(place, role=kind)
+        pieces |= _divided(folder, file, place, known) if place.role == "readings" else {Piece(file): place}
     return pieces
 
 
-def _divided(folder: Path, file: PurePath, said: Said, known: Set[str]) -> dict[Piece, Said]:
+def _divided(folder: Path, file: PurePath, place: FilePlace, known: Set[str]) -> dict[Piece, FilePlace]:
     samples = {part: _sample(file, part, known) for part in parts_of(folder / file)}
     # A worksheet of a known sample is its own though no readings are found in it: reading it tells why.
     samples = {part: sample for part, sample in samples.items() if part.headed or sample_key(sample) in known}
     naming = [part for part, sample in samples.items() if part.rows_of is not None or sample_key(sample) in known]
-    keys, own = {sample_key(samples[part]) for part in naming}, sample_key(said.sample)
+    keys, own = {sample_key(samples[part]) for part in naming}, sample_key(place.sample)
     told_apart = len(samples) > 1 and any(part.headed for part in naming)
     if not naming or (keys == {own} and not told_apart):
-        return {Piece(file): said}
+        return {Piece(file): place}
     if own in known and own not in keys:
         # The file's name and its rows contradict each other: reading it as that sample's tells so.
         by_column = next((part for part in naming if part.rows_of is not None), None)
-        return {Piece(file, by_column and replace(by_column, rows_of=said.sample)): said}
-    return {Piece(file, part): Said(sample, "readings") for part, sample in samples.items()}
+        return {Piece(file, by_column and replace(by_column, rows_of=place.sample)): place}
+    return {Piece(file, part): FilePlace(sample, "readings") for part, sample in samples.items()}
 
 
 def _sample(file: PurePath, part: SamplePart, known: Set[str]) -> str:
-    """Return the sample that a part names, as if a file of that name lay there: in May/all.csv, P01 is May-P01.
+    """Return the sample that a part names, as a file of that name there would: in May/all.csv, P01 is May-P01.
 
-    Where none of that name is known, it is P01.
+    If May-P01 is not known, it is P01.
     """
     name = PurePath(f"{as_label(part.rows_of or part.sheet or '')}.csv")
-    there, alone = (read_name(place / name, camera_counts=True) for place in (file.parent, PurePath()))
-    said = alone if alone is not None and sample_key(alone.sample) in known else there
-    said = there if there is not None and sample_key(there.sample) in known else said
-    return said.sample if said is not None else ""
+    there, alone = (read_name(folder / name, camera_counts=True) for folder in (file.parent, PurePath()))
+    place = alone if alone is not None and sample_key(alone.sample) in known else there
+    place = there if there is not None and sample_key(there.sample) in known else place
+    return place.sample if place is not None else ""
 
 
 @dataclass(frozen=True)
@@ -202,13 +206,17 @@ class LeftOut:
 
     file: str
     reason: str
-    lost: bool  # True where data of the lab is missing without it
+    lost: bool  # True if data of the lab is missing without it
+
+    @property
+    def sentence(self) -> str:
+        return f"{self.file}: {self.reason}"
 
 
 def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
-    """Return the photos, sheets and notes in ``folder`` and all below it, relative to it, and what is left out.
+    """Return the photos, sheets and notes in ``folder`` and below, relative to it, and what is left out.
 
-    Raises InputError where it is no folder, or holds more than is looked at.
+    Raises InputError if it is no folder, or has more files than are looked at.
     """
     if not folder.is_dir():
         raise InputError(f"{as_text(folder)}: no such folder; give the one that holds photos, sheets and notes.")
@@ -230,7 +238,7 @@ def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
 
 
 def plain(text: str) -> str:
-    """Return ``text`` on one line, with nothing in it that moves a terminal's cursor or turns its letters round."""
+    """Return ``text`` on one line, without characters that move a terminal's cursor or turn letters round."""
     return "".join("?" if unicodedata.category(letter) in UNSEEN else letter for letter in text)
 
 
@@ -243,7 +251,7 @@ def few(names: Sequence[object]) -> str:
 def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:
     """Yield all but folders and hidden files: a Mac leaves a ._photo.jpg beside each photo, Excel a ~$sheet.xlsx.
 
-    Folders that cannot be read are added to ``left_out``. Raises InputError where there is too much of it all.
+    Folders that cannot be read are added to ``left_out``. Raises InputError if there are too many files.
     """
 
     def leave_out(fault: OSError) -> None:
@@ -251,10 +259,10 @@ def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:
         reason = f"a folder that cannot be read ({fault.strerror}). Make it readable, or move it away."
         left_out.append(LeftOut(place, reason, lost=True))
 
-    seen = 0
+    entries = 0
     for place, folders, names in os.walk(folder, onerror=leave_out):
-        seen += len(folders) + len(names)
-        if seen > MOST_ENTRIES:
+        entries += len(folders) + len(names)
+        if entries > MOST_ENTRIES:
             raise InputError(f"{folder}: more than {MOST_ENTRIES:,} files; give one part of it at a time.")
         folders[:] = [name for name in folders if not name.startswith(HIDDEN)]
         for name in names:

@@ -1,4 +1,4 @@
-"""Readings that helped to choose something: the studies and calibrations that a lab's catalogue names."""
+"""Readings that a study or a calibration of a lab used to choose by."""
 
 import hashlib
 from pathlib import Path
@@ -19,11 +19,8 @@ DECIMALS = 6  # Of a millimetre, as of a profile's file; no sheet has as many
 
 
 def uses(catalogue: Catalogue) -> tuple[dict[str, list[str]], list[str]]:
-    """Return what chose by readings of a lab, a name each, by the readings' hash; and cautions on what was not read.
-
-    These are its studies, and its trials that are calibrated on their readings.
-    """
-    found = {digest: sorted(names) for digest, names in catalogue.uses.items()}
+    """Return the studies and calibrated trials of a lab by the hash of their readings, and cautions on unread ones."""
+    names_by_hash = {digest: sorted(names) for digest, names in catalogue.content.uses.items()}
     cautions = list[str]()
     for record in catalogue.records:
         path = catalogue.lab / record.folder / TRIAL
@@ -37,12 +34,14 @@ def uses(catalogue: Catalogue) -> tuple[dict[str, list[str]], list[str]]:
             why = str(fault).partition("\n")[0]
             cautions.append(f"caution: sample '{record.name}' may be calibrated on these readings: {why}")
             continue
-        found.setdefault(digest, []).append(f"calibration of sample '{record.name}', revision {record.revision},")
-    return found, cautions
+        names_by_hash.setdefault(digest, []).append(
+            f"calibration of sample '{record.name}', revision {record.revision},"
+        )
+    return names_by_hash, cautions
 
 
 def readings_hash(readings: Profile) -> str:
-    """Return the hash of the levels and their stations, whatever file they are in and in whatever order the repeats."""
+    """Return the hash of the levels and their stations; file format and order of the repeats do not change it."""
     repeats_mm = readings.level_mm[:, None] if readings.repeats_mm is None else readings.repeats_mm
     # Missing readings come last, and a column of nothing else is none.
     repeats_mm = np.sort(repeats_mm, axis=1)
@@ -52,7 +51,7 @@ def readings_hash(readings: Profile) -> str:
 
 
 def note_study(file: Path) -> None:
-    """Let the lab's catalogue name a study that ranked its runs by readings of the lab; other studies are not noted.
+    """Write a study into the catalogue of the lab by whose readings it ranked its runs, if there is one.
 
     Raises InputError if the study, its trial or the catalogue cannot be read.
     """
@@ -65,11 +64,11 @@ def note_study(file: Path) -> None:
 
 
 def note_use(sheet: Path, readings: Profile, what: str) -> None:
-    """Let the catalogue of the lab that a sheet lies in name what ranked its runs by these readings of it."""
+    """Write into the catalogue of the sheet's lab, if there is one, what ranked its runs by these readings."""
     if (lab := lab_of(sheet.parent)) is not None:
         with holding(lab, lambda _: None):
             catalogue = Catalogue(lab)
-            uses = catalogue.uses.setdefault(readings_hash(readings), [])
+            uses = catalogue.content.uses.setdefault(readings_hash(readings), [])
             if what not in uses:
                 uses.append(what)
                 catalogue.save()

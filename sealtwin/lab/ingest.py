@@ -1,4 +1,4 @@
-"""A lab's folder into trials and a catalogue: what is sound is taken in, what is not is named, nothing is guessed."""
+"""The ingest of a lab's folder into trials and a catalogue: sound samples are taken in, all faults are named."""
 
 import hashlib
 import json
@@ -18,7 +18,7 @@ from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, refuse_foreign, require_folder
 from sealtwin.lab.catalogue import CATALOGUE, RECORD, RUN, Catalogue, CatalogueFault, Record, is_lab
-from sealtwin.lab.found_files import DEFAULTS, TRIAL, LeftOut, Piece, Said, divide, few, find_files, read_names
+from sealtwin.lab.found_files import DEFAULTS, TRIAL, FilePlace, LeftOut, Piece, divide, few, find_files, read_names
 from sealtwin.lab.notes import SEEMS, Note, read_defaults, text_and_samples
 from sealtwin.lab.pairing import (
     PAIRING,
@@ -33,26 +33,23 @@ from sealtwin.lab.pairing import (
 )
 from sealtwin.lab.sample_outcome import INPUTS, SampleOutcome
 from sealtwin.lab.sample_trials import gather, prepare
-from sealtwin.photos.batch import OWN
+from sealtwin.study.photos import OWN
 from sealtwin.trial.trial_file import Trial, folder_name, trial_text
 from validate.readings.samples import sample_key
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
 """The folder in which a trial is written. It is removed, so its name is none that a user gives."""
-EARLIER = "catalogue.sqlite"  # What the first version kept; the same command makes the catalogue anew beside it
 
 
 @dataclass(frozen=True)
 class Ingested:
-    """Result of the ingest of a lab's folder."""
-
     lab: Path
     source: str  # Name of the lab's folder in the catalogue
     dry_run: bool
     outcomes: tuple[SampleOutcome, ...]
     left_out: tuple[LeftOut, ...]
     faults: tuple[CatalogueFault, ...]  # Faults of samples, and of files that belong to none
-    placed: Mapping[Piece, Said]
+    placed: Mapping[Piece, FilePlace]
 
 
 def ingest(
@@ -60,45 +57,45 @@ def ingest(
 ) -> Ingested:
     """Take a folder of photos, sheets and notes into ``lab``: a trial's folder for each sample, and a catalogue.
 
-    What is there already is not taken in again; a sample that has changed becomes another trial beside its old one.
-    Another ingest into the same lab is waited for. Killed at any moment, the same call completes what was begun.
-    The lab's pairing file, where it was edited, or ``pairing`` in its place, holds the user's corrections and answers,
-    which are remembered for ``folder``.
+    A sample that is in the lab is not taken in again; one that has changed becomes another trial beside its old one.
+    Another ingest into the same lab is waited for. After a kill, the same call completes it. The user's corrections and
+    answers are in the lab's pairing file, if it was edited, or in ``pairing``; they are remembered for ``folder``.
 
     Raises InputError if the folder, its lab.toml or the pairing cannot be used at all.
     """
     _refuse_nested(folder, lab)
     folder = folder.resolve()
-    found, left_out = find_files(folder)
+    names, left_out = find_files(folder)
     defaults = read_defaults(folder / DEFAULTS)
     source = _name_of_source(folder, lab)
-    by_name = read_names(found, folder.name)
+    by_name = read_names(names, folder.name)
 
-    def said_in(path: Path) -> Decisions:
+    def decisions_in(path: Path) -> Decisions:
         rows = read_pairing(path)
         return decided(rows, divide(folder, by_name, _photographed([*by_name.values(), *rows])))
 
-    given = None if pairing is None else said_in(pairing)
+    given = None if pairing is None else decisions_in(pairing)
     with _catalogue(lab, progress, dry_run) as catalogue:
-        if given is None and (lab / PAIRING).is_file() and files.sha256(lab / PAIRING) != catalogue.pairing:
-            given = said_in(lab / PAIRING)
+        if given is None and (lab / PAIRING).is_file() and files.sha256(lab / PAIRING) != catalogue.content.pairing:
+            given = decisions_in(lab / PAIRING)
         decisions = catalogue.decisions(source) if given is None else given
-        by_user = {file: said for (file, _), said in decisions.items()}
+        by_user = {file: place for (file, _), place in decisions.items()}
         named = divide(folder, by_name, _photographed({**by_name, **by_user}.values()))
         placed = place_files(named, decisions)
         samples = pair(placed)
-        kept = {text for sample in samples for text in sample.texts}
-        alone = [piece.file for piece, said in placed.items() if said.role == "text" and piece.file not in kept]
+        texts = {text for sample in samples for text in sample.texts}
+        alone = [piece.file for piece, place in placed.items() if place.role == "text" and piece.file not in texts]
         left_out += [_text_alone(folder, file, [sample.name for sample in samples]) for file in alone]
-        if not samples and not any(left.lost for left in left_out):
+        lost = [each for each in left_out if each.lost]
+        if not samples and not lost:
             raise InputError(f"{folder}: no photos, sheets or notes in it.")
         progress.start(f"Taking in {len(samples)} samples", len(samples))
-        outcomes = []
+        intake, outcomes = SampleIntake(folder, source, defaults, catalogue, dry_run), list[SampleOutcome]()
         for done, sample in enumerate(samples, start=1):
-            outcomes.append(take_in(sample, folder, defaults, source, catalogue, progress, dry_run))
+            outcomes.append(intake.take_in(sample, progress))
             progress.advance(done, sample.name)
         faults = [CatalogueFault(outcome.sample.name, sentence) for outcome in outcomes for sentence in outcome.faults]
-        faults += [CatalogueFault(left.file, f"{left.file}: {left.reason}") for left in left_out if left.lost]
+        faults += [CatalogueFault(each.file, each.sentence) for each in lost]
         ingested = Ingested(lab, source, dry_run, tuple(outcomes), tuple(left_out), tuple(faults), placed)
         if not dry_run:
             write_pairing(ingested, catalogue)
@@ -108,50 +105,50 @@ def ingest(
 
 
 def _text_alone(folder: Path, file: PurePath, samples: Sequence[str]) -> LeftOut:
-    """Leave a text out whose name is of no sample; it is lost where it names samples with numbers, or says settings."""
-    told = "a text of no sample that is known"
+    """Leave a text out whose name is of no sample; it is lost if it names samples with numbers, or says settings."""
+    reason = "a text of no sample that is known"
     hint, named = ("", []) if (folder / file).is_symlink() else text_and_samples(folder / file, samples)
     if not hint or not (named or hint.startswith(SEEMS)):
-        return LeftOut(file.as_posix(), f"{told}.", lost=False)
+        return LeftOut(file.as_posix(), f"{reason}.", lost=False)
     of = f", though it names {few(named)}" if named else ""
     remedy = f"Give each sample a note of its own, or write settings beside its files in {PAIRING}"
-    return LeftOut(file.as_posix(), f"{told}{of}; {hint}. {remedy}; then give this the role ignore.", lost=True)
+    return LeftOut(file.as_posix(), f"{reason}{of}; {hint}. {remedy}; then give this the role ignore.", lost=True)
 
 
 def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
-    """Write all questions, each beside its file, into the pairing file, which now counts as not edited."""
+    """Write the pairing file with all questions, each beside its file; it then counts as not edited."""
     about = {
-        Piece(file, outcome.sample.part if file == outcome.sample.files.get("readings") else None): " ".join(asked)
+        Piece(file, outcome.sample.part if file == outcome.sample.files.get("readings") else None): " ".join(questions)
         for outcome in ingested.outcomes
-        for file, asked in outcome.asked.items()
+        for file, questions in outcome.asked.items()
     }
     about |= {
-        Piece(PurePath(left.file)): f"{left.file}: {left.reason}"
-        for left in ingested.left_out
-        if left.lost and Piece(PurePath(left.file)) in ingested.placed
+        piece: each.sentence
+        for each in ingested.left_out
+        if each.lost and (piece := Piece(PurePath(each.file))) in ingested.placed
     }
     samples = [outcome.sample for outcome in ingested.outcomes]
     files.write_text(catalogue.lab / PAIRING, pairing_text(ingested.placed, samples, about))
-    catalogue.pairing = files.sha256(catalogue.lab / PAIRING)
+    catalogue.content.pairing = files.sha256(catalogue.lab / PAIRING)
 
 
 def _name_of_source(folder: Path, lab: Path) -> str:
-    """Name a lab's folder without its path, which would tell of homes; it lasts if both are moved together."""
+    """Return a name of a lab's folder without its path; it stays the same if both are moved together."""
     way = os.path.relpath(folder, lab.resolve())
     return f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
 
 
 @contextmanager
 def _catalogue(lab: Path, progress: Progress, dry_run: bool) -> Iterator[Catalogue]:
-    """Read the lab's catalogue, held against other processes; only looked at in a dry run.
+    """Read the lab's catalogue, locked against other processes; without a lock in a dry run.
 
-    Raises InputError where ``lab`` holds what no ingest wrote: it must not be mixed up with it.
+    Raises InputError if ``lab`` has files that no ingest wrote.
     """
     require_folder(lab)
     if lab.is_dir() and not is_lab(lab):
         # Another process may be at its very first steps here; what is hidden is its, or the system's.
         shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".")]
-        foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, EARLIER, *OWN} and not (e / RECORD).is_file()]
+        foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, *OWN} and not (e / RECORD).is_file()]
         refuse_foreign(lab, "ingest", sorted(entry.name for entry in foreign))
     if dry_run:
         yield Catalogue(lab)
@@ -162,9 +159,9 @@ def _catalogue(lab: Path, progress: Progress, dry_run: bool) -> Iterator[Catalog
         yield Catalogue(lab)
 
 
-def _photographed(said: Iterable[Said | PairingRow]) -> set[str]:
+def _photographed(rows: Iterable[FilePlace | PairingRow]) -> set[str]:
     """Return the keys of the samples that have a photo."""
-    return {sample_key(each.sample) for each in said if each.role == "photo"}
+    return {sample_key(row.sample) for row in rows if row.role == "photo"}
 
 
 def _refuse_nested(folder: Path, lab: Path) -> None:
@@ -176,117 +173,117 @@ def _refuse_nested(folder: Path, lab: Path) -> None:
         )
 
 
-def take_in(
-    sample: SampleFiles,
-    folder: Path,
-    defaults: Note,
-    source: str,
-    catalogue: Catalogue,
-    progress: Progress,
-    dry_run: bool,
-) -> SampleOutcome:
-    """Take in a sample. Whatever is wrong with it is its own fault, but for a fault of the disk of the lab."""
-    outcome = SampleOutcome(sample)
-    try:
-        outcome = gather(folder, sample, defaults)
-        _take_in(outcome, folder, source, catalogue, dry_run)
-    except InputError as fault:
-        outcome.faults += str(fault).splitlines()
-    except OSError as fault:
-        if fault.filename is None or Path(fault.filename).is_relative_to(catalogue.lab):
-            raise
-        outcome.faults.append(f"{fault.filename}: {fault.strerror}. Make it readable.")
-    except Exception as fault:
-        # A bug of ours that one sample wakes must not cost the others theirs; it is told of, and ends with code 1.
-        progress.note(traceback.format_exc())
-        last = traceback.extract_tb(fault.__traceback__)[-1]
-        place = f"{Path(last.filename).name}, line {last.lineno}"
-        report = f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug of ours: please report it."
-        outcome.fate, outcome.faults = "bug", [report]
-    # Files are named as the lab knows them: from its own folder on, which is absolute here.
-    outcome.faults = [fault.replace(f"{folder}/", "") for fault in outcome.faults]
-    outcome.remarks = [remark.replace(f"{folder}/", "") for remark in outcome.remarks]
-    if outcome.fate != "bug" and not sample.questions:
-        outcome.ask(outcome.faults)
-    return outcome
+@dataclass(frozen=True)
+class SampleIntake:
+    """Takes the samples of a lab's folder into its catalogue, one by one."""
 
+    folder: Path
+    source: str  # Name of the folder in the catalogue
+    defaults: Note  # Content of its lab.toml
+    catalogue: Catalogue
+    dry_run: bool
 
-def _take_in(outcome: SampleOutcome, folder: Path, source: str, catalogue: Catalogue, dry_run: bool) -> None:
-    """Let ``outcome`` say what became of the sample, or what is wrong with it. Raises InputError too."""
-    sample, lab = outcome.sample, catalogue.lab
-    before = None if sample.questions else next(reversed(catalogue.of_sample(sample.key)), None)
-    if before is not None and not outcome.faults:
-        if before.content == outcome.content and _is_whole(lab / before.folder, before):
-            outcome.fate, outcome.trial, outcome.revision = "unchanged", before.folder, before.revision
-            outcome.remarks, outcome.dialect = list(before.remarks), before.dialect
+    def take_in(self, sample: SampleFiles, progress: Progress) -> SampleOutcome:
+        """Take in a sample. Its faults stop no other sample, unless the lab's own disk fails."""
+        outcome = SampleOutcome(sample)
+        try:
+            outcome = gather(self.folder, sample, self.defaults)
+            self._decide(outcome)
+        except InputError as fault:
+            outcome.faults += str(fault).splitlines()
+        except OSError as fault:
+            if fault.filename is None or Path(fault.filename).is_relative_to(self.catalogue.lab):
+                raise
+            outcome.faults.append(f"{fault.filename}: {fault.strerror}. Make it readable.")
+        except Exception as fault:
+            # A bug of ours in one sample must not cost the others; the command ends with code 1.
+            progress.note(traceback.format_exc())
+            last = traceback.extract_tb(fault.__traceback__)[-1]
+            place = f"{Path(last.filename).name}, line {last.lineno}"
+            report = f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug of ours: please report it."
+            outcome.fate, outcome.faults = "bug", [report]
+        # Files are named as the lab knows them: from its own folder on, which is absolute here.
+        outcome.faults = [fault.replace(f"{self.folder}/", "") for fault in outcome.faults]
+        outcome.remarks = [remark.replace(f"{self.folder}/", "") for remark in outcome.remarks]
+        if outcome.fate != "bug" and not sample.questions:
+            outcome.ask(outcome.faults)
+        return outcome
+
+    def _decide(self, outcome: SampleOutcome) -> None:
+        """Set the fate of the sample, or its faults. Raises InputError too."""
+        sample, lab = outcome.sample, self.catalogue.lab
+        before = None if sample.questions else next(reversed(self.catalogue.of_sample(sample.key)), None)
+        if before is not None and not outcome.faults:
+            if before.content == outcome.content and _is_whole(lab / before.folder, before):
+                outcome.fate, outcome.trial, outcome.revision = "unchanged", before.folder, before.revision
+                outcome.remarks, outcome.dialect = list(before.remarks), before.dialect
+                return
+            # Another folder's sample of the same name is another sample, unless its photo is the same.
+            photo = before.file("photo")
+            same_photo = photo is not None and outcome.hashes.get("photo") == photo.sha256
+            if not same_photo and before.source not in (self.source, as_text(self.folder)):
+                raise InputError(
+                    f"{sample.files['photo']}: a sample {before.name} with another photo came from {before.source}; "
+                    "give this one another name in the pairing file."
+                )
+        if not sample.questions:
+            prepare(self.folder, outcome)
+        if outcome.faults or outcome.settings is None:
             return
-        # Another folder's sample of the same name is another sample, unless its photo is the same.
-        photo = before.file("photo")
-        same_photo = photo is not None and outcome.hashes.get("photo") == photo.sha256
-        if not same_photo and before.source not in (source, as_text(folder)):
+        if not self.dry_run:
+            record = self.keep(outcome, outcome.settings, before)
+            others = [one for one in self.catalogue.records if one.folder != record.folder]
+            self.catalogue.records = [*others, record]
+            outcome.trial, outcome.revision = record.folder, record.revision
+        outcome.fate = "new" if before is None else "revised"
+
+    def keep(self, outcome: SampleOutcome, trial: Trial, before: Record | None) -> Record:
+        """Write a trial's folder: its files byte for byte, trial.toml, record.json. ``before`` is its latest trial.
+
+        A trial that was neither run nor edited, and whose files are the same, takes the answers and gets no revision.
+        Raises InputError if a file has changed since it was read, or the folder's name is taken by another sample.
+        """
+        lab, sample, text = self.catalogue.lab, outcome.sample, trial_text(trial)
+        settings = {key: entry.value for key, entry in outcome.note.entries.items()}
+        name, revision, answered = folder_name(sample.name), 1, False
+        if before is not None:
+            answered = before.files == tuple(outcome.raw) and _is_as_written(lab / before.folder, before)
+            # A later revision has its number behind an @, which no other name has.
+            later = f"{before.folder.partition('@')[0]}@{before.revision + 1}"
+            name, revision = (before.folder, before.revision) if answered else (later, before.revision + 1)
+        if (lab / name).exists() and not answered:
             raise InputError(
-                f"{sample.files['photo']}: a sample {before.name} with another photo came from {before.source}; "
-                "give this one another name in the pairing file."
+                f"{sample.files['photo']}: {lab / name} is taken by another sample; give this one another name "
+                "in the pairing file."
             )
-    if not sample.questions:
-        prepare(folder, outcome)
-    if outcome.faults:
-        return
-    if not dry_run:
-        record = keep(outcome, before, folder, source, lab)
-        catalogue.records = [*(one for one in catalogue.records if one.folder != record.folder), record]
-        outcome.trial, outcome.revision = record.folder, record.revision
-    outcome.fate = "new" if before is None else "revised"
-
-
-def keep(outcome: SampleOutcome, before: Record | None, folder: Path, source: str, lab: Path) -> Record:
-    """Write a trial's folder: its files byte for byte, trial.toml, record.json. ``before`` is the trial so far.
-
-    One that was neither run nor edited, and whose files are the same, takes the answers in and gets no revision.
-    Raises InputError if a file has changed since it was looked at, or the folder's name is taken by another sample.
-    """
-    assert outcome.settings is not None, "only what has a trial is kept"
-    sample, said = outcome.sample, {key: entry.value for key, entry in outcome.note.entries.items()}
-    text, name, revision = trial_text(outcome.settings), folder_name(sample.name), 1
-    answered = False
-    if before is not None:
-        answered = before.files == tuple(outcome.raw) and _is_as_written(lab / before.folder, before)
-        # A later revision has its number behind an @, which no other name has.
-        later = f"{before.folder.partition('@')[0]}@{before.revision + 1}"
-        name, revision = (before.folder, before.revision) if answered else (later, before.revision + 1)
-    if (lab / name).exists() and not answered:
-        raise InputError(
-            f"{sample.files['photo']}: {lab / name} is taken by another sample; give this one another name "
-            "in the pairing file."
+        record = Record(
+            sample=sample.key,
+            name=sample.name,
+            revision=revision,
+            folder=name,
+            source=self.source,
+            content=outcome.content,
+            files=tuple(outcome.raw),
+            dialect=outcome.dialect,
+            date=settings.get("date"),
+            operator=settings.get("operator"),
+            said=json.loads(json.dumps(settings, default=str)),
+            remarks=tuple(outcome.remarks),
+            ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
+            sealtwin=version("sealtwin"),
+            trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
         )
-    record = Record(
-        sample=sample.key,
-        name=sample.name,
-        revision=revision,
-        folder=name,
-        source=source,
-        content=outcome.content,
-        files=tuple(outcome.raw),
-        dialect=outcome.dialect,
-        date=said.get("date"),
-        operator=said.get("operator"),
-        said=json.loads(json.dumps(said, default=str)),
-        remarks=tuple(outcome.remarks),
-        ingested_utc=datetime.now(UTC).isoformat(timespec="seconds"),
-        sealtwin=version("sealtwin"),
-        trial_sha256=hashlib.sha256(text.encode()).hexdigest(),
-    )
-    if answered:
-        files.write_text(lab / name / TRIAL, text)
-        files.write_json(lab / name / RECORD, asdict(record))
+        if answered:
+            files.write_text(lab / name / TRIAL, text)
+            files.write_json(lab / name / RECORD, asdict(record))
+            return record
+        incoming = lab / INCOMING
+        shutil.rmtree(incoming, ignore_errors=True)
+        write_trial(outcome, trial, self.folder, incoming)
+        files.write_json(incoming / RECORD, asdict(record))
+        with naming(lab / name):
+            incoming.rename(lab / name)
         return record
-    incoming = lab / INCOMING
-    shutil.rmtree(incoming, ignore_errors=True)
-    write_trial(outcome, outcome.settings, folder, incoming)
-    files.write_json(incoming / RECORD, asdict(record))
-    with naming(lab / name):
-        incoming.rename(lab / name)
-    return record
 
 
 def _is_whole(folder: Path, record: Record) -> bool:
@@ -294,7 +291,7 @@ def _is_whole(folder: Path, record: Record) -> bool:
 
 
 def _is_as_written(folder: Path, record: Record) -> bool:
-    """Return whether a trial is as ingest left it: nothing gone, nothing edited, not run."""
+    """Return whether a trial was neither edited nor run, and has all its files."""
     is_run = (folder / RUN / "profile.csv").exists()
     return _is_whole(folder, record) and not is_run and files.sha256(folder / TRIAL) == record.trial_sha256
 

@@ -1,7 +1,7 @@
-"""Sentences of a note: which of their numbers are settings of a trial, and which numbers no rule reads.
+"""Settings of a trial in the sentences of a note, and the numbers that no rule reads.
 
 A number is a setting only if all words beside it are known: "Der Riss ist ca. 9 mm tief" gives a depth, and "Dichtstoff
-3 mm tief" does not. All other numbers with a unit, and dates and times, are returned as well, so that none is dropped.
+3 mm tief" does not. All other numbers with a unit, dates and times are returned too, so that none is dropped.
 """
 
 import re
@@ -89,7 +89,7 @@ class NoteSentences:
 
 
 def read_sentences(text: str, sample: str = "") -> NoteSentences:
-    """Return what the sentences of a text say of a sample; a number that is said of another one is unread."""
+    """Return the settings of a sample in the sentences of a text; a number of another sample is unread."""
     reader = _Reader(text, sample)
     reader.read_keys()
     for start, end in reader.phrases:
@@ -100,21 +100,22 @@ def read_sentences(text: str, sample: str = "") -> NoteSentences:
 
 def quantities(text: str) -> list[Quantity]:
     """Return all numbers of a text, in their order."""
-    found, at = list[Quantity](), 0
+    numbers, at = list[Quantity](), 0
     while (match := QUANTITY.search(text, at)) is not None:
         unit, at = ("", match.end()) if match["one"] is None else _unit_behind(text, match.end())
-        found.append(Quantity(match.start(), at, match[0], unit, match["one"] is None))
-    return found
+        numbers.append(Quantity(match.start(), at, match[0], unit, match["one"] is None))
+    return numbers
 
 
 def names_of_samples(text: str, samples: Iterable[str]) -> list[str]:
     """Return the samples that a text names; a name without a number may be any word, and is not looked for."""
     words = normal(text)
-    return [name for name in samples if re.search(r"\d", name) and _spelt(name).search(words)]
+    return [name for name in samples if re.search(r"\d", name) and re.search(rf"\b{_pattern(name)}\b", words)]
 
 
-def _spelt(sample: str) -> re.Pattern[str]:
-    return re.compile(rf"\b{' ?'.join(normal(sample_key(sample)).replace(' ', ''))}\b")
+def _pattern(sample: str) -> str:
+    """Return the pattern of a name with a blank or none between its letters."""
+    return " ?".join(normal(sample_key(sample)).replace(" ", ""))
 
 
 def squeezed(text: str) -> str:
@@ -145,31 +146,31 @@ def _unit_behind(text: str, start: int) -> tuple[str, int]:
 
 
 def _is_behind(words: str) -> bool:
-    return any(words in known for known in BEHIND.values())
+    return any(words in each for each in BEHIND.values())
 
 
 def _name_of(sample: str) -> re.Pattern[str]:
-    """Return a pattern of what a note may call its sample: by its name, or "sample" with a number of its name."""
-    numbers = {str(int(found)) for found in re.findall(r"\d+", sample)}
-    named = [rf"(?:(?:{'|'.join(SAMPLE)}) )?{' ?'.join(normal(sample_key(sample)).replace(' ', ''))}"] if sample else []
-    named += [rf"(?:{'|'.join(SAMPLE)}) 0*{number}" for number in numbers]
+    """Return a pattern of a sample in its note: its name, or "sample" with a number of its name."""
+    word = rf"(?:{'|'.join(SAMPLE)})"
+    named = [rf"(?:{word} )?{_pattern(sample)}"] if sample else []
+    named += [rf"{word} 0*{number}" for number in {str(int(digits)) for digits in re.findall(r"\d+", sample)}]
     return re.compile("|".join(rf"\b(?:{name})\b" for name in named) or r"(?!)")
 
 
 class _Reader:
     def __init__(self, text: str, sample: str) -> None:
         self.text, self.of_sample = text, _name_of(sample)
-        self.found = quantities(text)
-        self.starts = [one.start for one in self.found]
+        self.numbers = quantities(text)
+        self.starts = [one.start for one in self.numbers]
         self.used: dict[str, list[Quantity]] = {}  # Quantities of each setting
-        self.said = NoteSentences()
+        self.sentences = NoteSentences()
         self.contested: set[str] = set()
         self.words: list[tuple[int, str]] = []  # Places and phrases whose setting has a word that cannot be
 
     def result(self) -> NoteSentences:
         used = {one for each in self.used.values() for one in each}
         unread = list(self.words)
-        for one in self.found:
+        for one in self.numbers:
             if one in used or any(start <= one.start < start + len(phrase) for start, phrase in self.words):
                 continue
             if one.unit or one.is_time:
@@ -177,9 +178,9 @@ class _Reader:
             elif quote := self._stated(one):
                 unread.append((one.start, quote))
             elif not re.search(r"\w-?$", self.text[max(0, one.start - 2) : one.start]):
-                self.said.bare.append(one.number)
-        self.said.unread = list(dict.fromkeys(quote for _, quote in sorted(unread)))
-        return self.said
+                self.sentences.bare.append(one.number)
+        self.sentences.unread = list(dict.fromkeys(quote for _, quote in sorted(unread)))
+        return self.sentences
 
     def read_keys(self) -> None:
         """Read lines of a trial's own keys, crack.depth_mm = 9."""
@@ -192,17 +193,15 @@ class _Reader:
     @cached_property
     def phrases(self) -> list[tuple[int, int]]:
         """Places of the phrases: sentences, and their parts between commas and "and"."""
-        return [*self._phrases()]
-
-    def _phrases(self) -> Iterable[tuple[int, int]]:
-        start, inside = 0, {at for one in self.found for at in range(one.start, one.end)}
+        phrases, start = list[tuple[int, int]](), 0
+        inside = {at for one in self.numbers for at in range(one.start, one.end)}
         for mark in ENDS.finditer(self.text):
             before = re.search(r"(\w+)$", self.text[max(start, mark.start() - 10) : mark.start()])
             short = mark[0] == "." and before is not None and before[1].casefold() in ABBREVIATIONS
             if mark.start() not in inside and not short:
-                yield start, mark.start()
+                phrases.append((start, mark.start()))
                 start = mark.end()
-        yield start, len(self.text)
+        return [*phrases, (start, len(self.text))]
 
     def read_words(self, start: int, end: int) -> None:
         """Read a setting that has no unit: a date, the ends of the crack, or one of several words."""
@@ -228,17 +227,18 @@ class _Reader:
     def read_phrase(self, start: int, end: int) -> None:
         """Read numbers by the words before and behind them, and by units that only a setting has."""
         taken = {one for each in self.used.values() for one in each}
-        found = [one for one in self._between(start, end) if (one.unit or self._stated(one)) and one not in taken]
-        if len(found) > MOST_WORDS:
+        numbers = [one for one in self._between(start, end) if (one.unit or self._stated(one)) and one not in taken]
+        if len(numbers) > MOST_WORDS:
             return
-        begins = [start, *(one.end for one in found)]
-        ends = [*(one.start for one in found), end]
-        for place, one in enumerate(found):
-            last = place == len(found) - 1
+        begins = [start, *(one.end for one in numbers)]
+        ends = [*(one.start for one in numbers), end]
+        for place, one in enumerate(numbers):
+            last = place == len(numbers) - 1
             behind = self.text[one.end : ends[place + 1]]
-            follows = not last and self._by_words(behind, found[place + 1]) is not None
-            follows_on = place == 0 or any(found[place - 1] in each for each in self.used.values())
-            if not follows_on or self.text[one.start - 1 : one.start] in {".", ","} or self._is_glued(one):
+            follows = not last and self._by_words(behind, numbers[place + 1]) is not None
+            follows_on = place == 0 or any(numbers[place - 1] in each for each in self.used.values())
+            glued = self.text[max(0, one.start - 1) : one.start]
+            if not follows_on or glued in {".", ","} or glued.isalpha():
                 return
             before = self.text[begins[place] : one.start]
             read = self._by_words(before, one) or self._by_behind(before, behind, one) or self._by_unit(before, one)
@@ -293,9 +293,9 @@ class _Reader:
         words = self._words(behind)
         if words is None:
             return False
-        for known in BEHIND.get(key, ()):
-            count = len(known.split())
-            if " ".join(words[:count]) == known and all(word in NEUTRAL for word in words[count:]):
+        for phrase in BEHIND.get(key, ()):
+            count = len(phrase.split())
+            if " ".join(words[:count]) == phrase and all(word in NEUTRAL for word in words[count:]):
                 return True
         return False
 
@@ -311,13 +311,13 @@ class _Reader:
         return self.of_sample.sub(" ", normal(text)).split()
 
     def _take(self, key: str, value: Any, phrase: str, ones: Sequence[Quantity]) -> None:
-        if key in self.contested or (key in self.said.settings and self.said.settings[key][0] != value):
+        if key in self.contested or (key in self.sentences.settings and self.sentences.settings[key][0] != value):
             # Two values of one setting: neither counts.
             self.contested.add(key)
-            self.said.settings.pop(key, None)
+            self.sentences.settings.pop(key, None)
             self.used.pop(key, None)
             return
-        self.said.settings.setdefault(key, (value, _quote(phrase)))
+        self.sentences.settings.setdefault(key, (value, _quote(phrase)))
         self.used.setdefault(key, []).extend(ones)
 
     def _stated(self, one: Quantity) -> str:
@@ -330,15 +330,12 @@ class _Reader:
         words = normal(before).split()
         while words and (words[-1] in NEUTRAL or unit_spelt(words[-1]) in ALL_UNITS):
             del words[-1]
-        named = any((known := BY_WORD.get(" ".join(words[at:]))) is not None and known.unit for at in range(len(words)))
+        named = any((word := BY_WORD.get(" ".join(words[at:]))) is not None and word.unit for at in range(len(words)))
         equals = re.search(r"[=:]\s*$", before) is not None and words[-1:] != [] and words[-1] not in SAMPLE
         return _quote(before + one.number) if named or equals else ""
 
-    def _is_glued(self, one: Quantity) -> bool:
-        return self.text[max(0, one.start - 1) : one.start].isalpha()
-
     def _between(self, start: int, end: int) -> list[Quantity]:
-        return self.found[bisect_left(self.starts, start) : bisect_left(self.starts, end)]
+        return self.numbers[bisect_left(self.starts, start) : bisect_left(self.starts, end)]
 
 
 def _quote(text: str) -> str:

@@ -17,7 +17,7 @@ from validate.settings import OF_THE_SHEET, SIGNS, Columns
 NAME = "name"
 DATA, DATE, OPERATOR = "data", "date", "operator"
 OWN = frozenset({DATA, DATE, OPERATOR})
-"""data: where photo and readings come from, both at once. Date and operator go into the catalogue."""
+"""Keys of a note alone: the origin of both photo and readings; date and operator go into the catalogue."""
 IGNORED = "ignore"  # What lab.toml says of a word that means no setting
 OF_READINGS = ("readings.", "gate.")  # Prefixes of the keys that concern no sample without readings
 COLUMNS = "readings.columns"  # A table of the trial within another
@@ -34,11 +34,11 @@ ALTERNATIVES = (
 )
 """Ways to say one thing: a sample's own takes the place of the folder's, whichever that is."""
 
-CALLED = WORDS["notes"]
+CALLED: dict[str, Any] = WORDS["notes"]
 UNITS: dict[str, dict[str, float]] = CALLED["units"]
 """Factors of units to the one with which a setting's name ends."""
 TELLING = ("mm_per_px", "mm_s", "pa_s", "kg_m3", "pa")  # Units that tell a setting from other notes
-PER = frozenset(WORDS["notes"]["per"].split())
+PER = frozenset(CALLED["per"].split())
 NEUTRAL = frozenset(CALLED["sentences"]["neutral"].split())  # Words that do not change a number beside them, as "ca."
 ABOUT = "~≈"
 NOTHING_BUT_WORDS = re.compile(r"[^\w/]+|_")
@@ -51,7 +51,7 @@ GERMAN_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 
 
 def normal(text: str) -> str:
-    """Return a text that is equal for two spellings of one word: case, accents, hyphens, more blanks than one."""
+    """Return a text in one spelling: without case, accents, hyphens and double blanks."""
     return " ".join(NOTHING_BUT_WORDS.sub(" ", plain_letters(text)).split())
 
 
@@ -69,17 +69,17 @@ class WordMeaning:
     @property
     def choices(self) -> dict[str, list[str]]:
         """A lab's words by the values of a setting that has a choice."""
-        return {value: _split(words) for value, words in WORDS["notes"]["choices"].get(self.key, {}).items()}
+        return {value: _split(words) for value, words in CALLED["choices"].get(self.key, {}).items()}
 
     @property
     def unit(self) -> str:
-        """The setting's unit, with which its name ends, a key of ``UNITS``; "" where it has none."""
+        """The setting's unit, with which its name ends, a key of ``UNITS``; "" if it has none."""
         return max((unit for unit in UNITS if re.search(f"[._]{unit}$", self.key)), key=len, default="")
 
 
-BY_WORD = {normal(word): WordMeaning(key) for key, each in WORDS["notes"]["settings"].items() for word in _split(each)}
+BY_WORD = {normal(word): WordMeaning(key) for key, each in CALLED["settings"].items() for word in _split(each)}
 SETTINGS = {meaning.key: meaning for meaning in BY_WORD.values()}
-HEADS, NOT_STATED = (set(_split(WORDS["notes"][name])) for name in ("heads", "not_stated"))
+HEADS, NOT_STATED = (set(_split(CALLED[name])) for name in ("heads", "not_stated"))
 """Headers of the column of words in the first row of a sheet, and words for a missing value."""
 
 
@@ -91,18 +91,17 @@ def known_keys() -> frozenset[str]:
 
 
 def tables() -> frozenset[str]:
-    """Return the names of the tables of a trial that a note may have."""
     return frozenset(key.partition(".")[0] for key in known_keys() if "." in key)
 
 
 def of_columns(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a table of columns by dotted key: what it says of the whole sheet is said of the readings."""
+    """Return a table of columns by dotted key; settings of the whole sheet are those of the readings."""
     of_readings = (*OF_THE_SHEET, "as_written")
-    said = {f"readings.{key}": table[key] for key in of_readings if key in table}
+    settings = {f"readings.{key}": table[key] for key in of_readings if key in table}
     if "sign" in table:
-        said["readings.quantity"] = SIGNS.get(str(table["sign"]), table["sign"])
+        settings["readings.quantity"] = SIGNS.get(str(table["sign"]), table["sign"])
     rest = {f"{COLUMNS}.{key}": value for key, value in table.items() if key not in (*of_readings, "sign")}
-    return said | rest
+    return settings | rest
 
 
 def meaning_of(word: str, name: str, own: Mapping[str, str]) -> WordMeaning | None:
@@ -119,9 +118,8 @@ def meaning_of(word: str, name: str, own: Mapping[str, str]) -> WordMeaning | No
 
 
 def key_of_unit(value: str, unit: str) -> str | None:
-    """Return the setting that alone has the unit which stands beside a word that is not known, or its value."""
-    found = _number_and_unit(value)
-    units = {unit_spelt(unit), unit_spelt(found[2])} if found else set[str]()
+    """Return the only setting with the unit of a word that is not known, or of its value."""
+    units = _units_of(value, unit)
     return next((one.key for one in SETTINGS.values() if one.unit in TELLING and units & UNITS[one.unit].keys()), None)
 
 
@@ -134,25 +132,28 @@ def key_like(word: str, value: str, unit: str) -> str | None:
     names = {normal(key.rpartition(".")[2]): key for key in keys} | {w: one.key for w, one in BY_WORD.items()}
     if close := get_close_matches(normal(word), names, n=1, cutoff=ALIKE):
         return names[close[0]]
-    found = _number_and_unit(value)
-    units = {unit_spelt(unit), unit_spelt(found[2])} if found else set[str]()
-    return DEPTH if units & UNITS["mm"].keys() else None
+    return DEPTH if _units_of(value, unit) & UNITS["mm"].keys() else None
+
+
+def _units_of(value: str, unit: str) -> set[str]:
+    quantity = _number_and_unit(value)
+    return {unit_spelt(unit), unit_spelt(quantity[2])} if quantity else set()
 
 
 def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False, behind: str = "") -> Any:
-    """Return ``text`` as the setting that ``meaning`` names takes it.
+    """Return ``text`` as a value of the setting that ``meaning`` names.
 
     ``unit`` is that of the word, such as mm of "depth [mm]", or empty; ``exact`` marks a workbook's own number, whose
-    decimal point is one, and ``behind`` the unit that its format shows. Raises ValueError where it cannot be read
-    without guessing; its text ends a sentence that names the place.
+    decimal point is one, and ``behind`` is the unit that its format shows. Raises ValueError, whose text ends a
+    sentence that names the place, if it could only be guessed.
     """
     if meaning.own:
         return _read_setting(text, exact=exact)
     if meaning.choices:
-        found = [choice for choice, words in meaning.choices.items() if normal(text) in map(normal, words)]
-        if not found:
-            raise ValueError(f"is none of {', '.join(meaning.choices)}.")
-        return found[0]
+        for choice, words in meaning.choices.items():
+            if normal(text) in map(normal, words):
+                return choice
+        raise ValueError(f"is none of {', '.join(meaning.choices)}.")
     match meaning.key:
         case "photo.face_mm":
             width, times, height = TIMES.sub("x", text).partition("x")
@@ -160,10 +161,9 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
                 raise ValueError("is no size; write width x height, for example 160 x 40.")
             # "160 x 40 mm" gives the unit once, for both.
             beside = _number_and_unit(height)
-            sides = _quantity(meaning, width, unit, beside[2] if beside else ""), _quantity(meaning, height, unit)
-            return list(sides)
+            return [_quantity(meaning, width, unit, beside[2] if beside else ""), _quantity(meaning, height, unit)]
         case "photo.ends_px":
-            numbers = [float(found) for found in PIXELS.findall(text)]
+            numbers = [*map(float, PIXELS.findall(text))]
             if len(numbers) != 4:
                 raise ValueError("must be two places in pixels, decimals with a point: 12.5 340 905 377.")
             return [numbers[:2], numbers[2:]]
@@ -207,20 +207,20 @@ def is_unit(text: str) -> bool:
 
 
 def _quantity(meaning: WordMeaning, text: str, unit: str, beside: str = "") -> float:
-    """Return a number in its setting's unit; ``beside`` is the unit where ``text`` holds none."""
-    found = _number_and_unit(text)
-    if found is None:
+    """Return a number in its setting's unit; ``beside`` is the unit if ``text`` has none."""
+    quantity = _number_and_unit(text)
+    if quantity is None:
         raise ValueError("is no number; write for example 16,0 or 16.0.")
-    return _scaled(meaning, _plain_number(found[1].strip()), unit, found[2].strip() or beside.strip())
+    return _scaled(meaning, _plain_number(quantity[1].strip()), unit, quantity[2].strip() or beside.strip())
 
 
 def has_words_beside(value: str) -> bool:
-    """Return whether a number has words that are left out when it is read, as the "ca." of "ca. 9 mm"."""
+    """Return whether a number has words that are not read, as the "ca." of "ca. 9 mm"."""
     return NUMBER.fullmatch(value) is None and _number_and_unit(value) is not None
 
 
 def _number_and_unit(text: str) -> re.Match[str] | None:
-    """Match a number and what is behind it; words around them that change nothing are left out, as in a sentence."""
+    """Match a number and the text behind it, without words around them that change nothing."""
     words = text.lstrip(f"{ABOUT} ").split(" ")
     while words and normal(words[0]) in NEUTRAL:
         del words[0]

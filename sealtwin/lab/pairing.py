@@ -1,9 +1,9 @@
-"""Pairing of files to samples by their names, as corrected by the user. Doubtful cases are asked, never decided."""
+"""Pairing of files to samples by their names, as corrected by the user. Doubtful cases become questions."""
 
 import re
 import unicodedata
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path, PurePath
@@ -16,9 +16,9 @@ from sealtwin.lab.found_files import (
     UNREAD_TABLES,
     WORD,
     WORDS,
+    FilePlace,
     Piece,
     Role,
-    Said,
     as_label,
     few,
     possible_roles,
@@ -27,14 +27,6 @@ from validate.readings.samples import SamplePart, named_cells, read_table, sampl
 from validate.readings.text_table import plain_letters
 
 PAIRING = "pairing.csv"
-ANSWERS = (
-    *("sheet", "s", "levels", "unit", "sign", "s_from", "range", "skip", "missing", "as_written"),
-    *("crack", "mass", "settings"),
-)
-"""Columns that answer what a sheet leaves open, by letters of its columns, a photo, by the number of a crack, and all
-else, by settings of the trial."""
-COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
-"""The part is that of a file that several samples share; blank for the whole file."""
 SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"  # B, or B:D; of several small letters a name is likelier
 SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
 LIKENESS = 0.4  # Share of letters in one order from which a photo is offered for a file without one
@@ -46,7 +38,7 @@ CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; the words for a whole s
 DIGIT = re.compile(r"\d")
 
 
-Decisions = Mapping[tuple[PurePath, str], Said]
+Decisions = Mapping[tuple[PurePath, str], FilePlace]
 """Decisions of the user by file and name of its part; "" is the whole file."""
 
 
@@ -58,7 +50,7 @@ class SampleFiles:
     files: Mapping[Role, PurePath]  # One of a role; a photo among them, if ``questions`` is empty
     questions: tuple[str, ...]
     part: SamplePart | None = None  # Part of the file of readings, where samples share it
-    texts: tuple[PurePath, ...] = ()  # Free texts, which are kept and say nothing
+    texts: tuple[PurePath, ...] = ()  # Free texts, which give no settings
     answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # In the pairing file, beside its files
     others: tuple[str, ...] = ()  # Names of the other samples
 
@@ -67,29 +59,29 @@ class SampleFiles:
         return sample_key(self.name)
 
 
-def place_files(named: Mapping[Piece, Said], decisions: Decisions) -> dict[Piece, Said]:
-    """Place each piece by the user's decision, on it or on all of its file, or else by what its name says.
+def place_files(named: Mapping[Piece, FilePlace], decisions: Decisions) -> dict[Piece, FilePlace]:
+    """Place each piece by the user's decision on it or on its whole file, or else by its name.
 
-    Where a photo's name and that of a file without one differ by words alone that hold no number, as L08.jpg and
-    l08_misure.csv, they are of one sample, unless that has one of the kind, or another photo may be meant.
+    A file without a photo belongs to the photo whose name differs by words without a number, as L08.jpg and
+    l08_misure.csv, unless that sample has a file of its role, or another photo may be meant.
     """
-    placed: dict[Piece, Said] = {}
-    for piece, said in named.items():
+    placed: dict[Piece, FilePlace] = {}
+    for piece, place in named.items():
         if (piece.file, "") in decisions:
             piece = Piece(piece.file)
-        placed[piece] = decisions.get((piece.file, piece.part_name), said)
-    photos = sorted({said.sample for said in placed.values() if said.role == "photo"})
+        placed[piece] = decisions.get((piece.file, piece.part_name), place)
+    photos = sorted({place.sample for place in placed.values() if place.role == "photo"})
     keys = {sample_key(photo) for photo in photos}
-    taken = {(sample_key(said.sample), said.role) for said in placed.values()}
-    for piece, said in list(placed.items()):
-        if said.role in ("photo", "ignore") or (piece.file, piece.part_name) in decisions:
+    taken = {(sample_key(place.sample), place.role) for place in placed.values()}
+    for piece, place in list(placed.items()):
+        if place.role in ("photo", "ignore") or (piece.file, piece.part_name) in decisions:
             continue
-        hosts = [photo for photo in photos if _is_within(photo, said.sample) or _is_within(said.sample, photo)]
-        if sample_key(said.sample) in keys or len({sample_key(host) for host in hosts}) != 1:
+        hosts = [photo for photo in photos if _is_within(photo, place.sample) or _is_within(place.sample, photo)]
+        if sample_key(place.sample) in keys or len({sample_key(host) for host in hosts}) != 1:
             continue
-        host, free = hosts[0], said.role == "text" or (sample_key(hosts[0]), said.role) not in taken
+        host, free = hosts[0], place.role == "text" or (sample_key(hosts[0]), place.role) not in taken
         if free and not any(_is_within(host, other) for other in photos if other not in hosts):
-            placed[piece] = replace(said, sample=host)
+            placed[piece] = replace(place, sample=host)
     return placed
 
 
@@ -109,15 +101,15 @@ def _telling(name: str) -> list[str]:
     return [word for word, plain in words if plain not in ROLE_WORDS and not REVISION.fullmatch(plain)]
 
 
-def pair(placed: Mapping[Piece, Said]) -> list[SampleFiles]:
+def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
     """Return samples in the order of their names; files to be ignored are of none, nor are texts without a sample."""
-    groups: dict[str, dict[Piece, Said]] = defaultdict(dict)
+    groups: dict[str, dict[Piece, FilePlace]] = defaultdict(dict)
     texts: dict[str, list[PurePath]] = defaultdict(list)
-    for piece, said in placed.items():
-        if said.role == "text":
-            texts[sample_key(said.sample)].append(piece.file)
-        elif said.role != "ignore":
-            groups[sample_key(said.sample)][piece] = said
+    for piece, place in placed.items():
+        if place.role == "text":
+            texts[sample_key(place.sample)].append(piece.file)
+        elif place.role != "ignore":
+            groups[sample_key(place.sample)][piece] = place
     samples = [_sample(key, group, groups) for key, group in sorted(groups.items())]
     names = [sample.name for sample in samples]
     return [
@@ -128,11 +120,11 @@ def pair(placed: Mapping[Piece, Said]) -> list[SampleFiles]:
     ]
 
 
-def _sample(key: str, group: Mapping[Piece, Said], groups: Mapping[str, Mapping[Piece, Said]]) -> SampleFiles:
+def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Mapping[Piece, FilePlace]]) -> SampleFiles:
     """Return a sample of ``group`` with its questions; ``groups`` are the files of all samples."""
     by_role: dict[Role, list[Piece]] = defaultdict(list)
-    for piece, said in group.items():
-        by_role[said.role].append(piece)
+    for piece, place in group.items():
+        by_role[place.role].append(piece)
     for role, pieces in by_role.items():
         # What was saved anew beside it stands in: P01.csv for P01.xls.
         by_role[role] = [piece for piece in pieces if piece.file.suffix.lower() not in UNREAD_TABLES] or pieces
@@ -148,10 +140,10 @@ def _sample(key: str, group: Mapping[Piece, Said], groups: Mapping[str, Mapping[
         questions = [f"{piece}: its name says no sample; rename it, or give it a sample." for piece in group]
     elif "photo" not in by_role:
         # A sample that lacks what this one has may wait for it.
-        roles = {one: {said.role for said in other.values()} for one, other in groups.items()}
+        roles = {one: {place.role for place in other.values()} for one, other in groups.items()}
         lacking = [one for one, its in roles.items() if "photo" in its and not by_role.keys() & its]
         close = get_close_matches(key, lacking, cutoff=LIKENESS)
-        photos = [piece for one in close for piece, said in groups[one].items() if said.role == "photo"]
+        photos = [piece for one in close for piece, place in groups[one].items() if place.role == "photo"]
         likely = f"Is it of {few(photos)}? Name both alike" if photos else "Add it, give it the sample's name"
         questions.append(f"{few(list(group))}: no photo of sample {name}. {likely}, or give this the role ignore.")
     part = by_role["readings"][0].part if "readings" in files else None
@@ -160,7 +152,7 @@ def _sample(key: str, group: Mapping[Piece, Said], groups: Mapping[str, Mapping[
 
 
 def _twins(pieces: Sequence[Piece]) -> str:
-    """Return what tells files apart whose names look alike."""
+    """Return in words how names differ that look alike."""
     names = [str(piece.file) for piece in pieces]
     if len({unicodedata.normalize("NFC", name) for name in names}) == len(names):
         return ""
@@ -171,7 +163,7 @@ def _twins(pieces: Sequence[Piece]) -> str:
 
 @dataclass(frozen=True)
 class PairingRow:
-    """Row of the pairing file as the user wrote it."""
+    """Row of the pairing file, as the user wrote it."""
 
     where: str  # The file and the line
     file: str
@@ -181,43 +173,20 @@ class PairingRow:
     answers: Mapping[str, str] = field(default_factory=dict)
 
 
-def pairing_text(placed: Mapping[Piece, Said], samples: Sequence[SampleFiles], about: Mapping[Piece, str]) -> str:
-    """Write a row for each piece, in the order of samples; a question stands beside the pieces that it is about.
+def pairing_text(placed: Mapping[Piece, FilePlace], samples: Sequence[SampleFiles], about: Mapping[Piece, str]) -> str:
+    """Return the pairing file: a row for each piece, in the order of samples, with the question about it.
 
-    ``about`` are questions on what single pieces hold.
+    ``about`` are questions on the content of single pieces.
     """
-    asked = {sample.key: " ".join(sample.questions) for sample in samples}
+    questions = {sample.key: " ".join(sample.questions) for sample in samples}
     rows = list[tuple[tuple[str, int, PurePath, str], tuple[str, ...]]]()
-    for piece, said in placed.items():
-        key, file = sample_key(said.sample), piece.file
-        question = "" if said.role == "ignore" else about.get(piece) or asked.get(key, "")
-        answers = (said.answers.get(name, "") for name in ANSWERS)
-        cells = (file.as_posix(), said.role, said.sample, piece.part_name, *answers, question)
-        rows.append(((key, ROLES.index(said.role), file, piece.part_name), cells))
+    for piece, place in placed.items():
+        key, file = sample_key(place.sample), piece.file
+        question = "" if place.role == "ignore" else about.get(piece) or questions.get(key, "")
+        answers = (place.answers.get(name, "") for name in ANSWERS)
+        cells = (file.as_posix(), place.role, place.sample, piece.part_name, *answers, question)
+        rows.append(((key, ROLES.index(place.role), file, piece.part_name), cells))
     return sheet_text(COLUMNS, [row for _, row in sorted(rows)])
-
-
-def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
-    """Return answers as a table of columns of a trial, with ``as_written``."""
-    table: dict[str, Any] = {key: answers[key].lower() for key in ("unit", "sign", "s_from") if key in answers}
-    if "sheet" in answers:
-        table["sheet"] = answers["sheet"]
-    if "range" in answers:
-        table["range"] = answers["range"].upper()
-    if "s" in answers:
-        table["s"] = _column(answers["s"])
-    if "levels" in answers:
-        levels = answers["levels"]
-        table["levels"] = [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(levels) else r"\s*;\s*", levels))]
-    if "as_written" in answers:
-        cells = re.split(r'[\s,;"]+', answers["as_written"].strip('" ,;'))
-        table["as_written"] = [cell.upper() if CELL.fullmatch(cell) else cell.lower() for cell in cells]
-    if "missing" in answers:
-        table["missing"] = re.split(r"\s*;\s*", answers["missing"])
-    if "skip" in answers:
-        parts = re.split(r"\s*[;,]\s*", answers["skip"])
-        table["skip"] = [int(part) if part.isdecimal() else part for part in parts]
-    return table
 
 
 def _column(reference: str) -> str:
@@ -225,19 +194,56 @@ def _column(reference: str) -> str:
     return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
 
 
-def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decisions:
+def _levels(text: str) -> list[str]:
+    return [*map(_column, re.split(r"[\s,;]+" if SPANS.fullmatch(text) else r"\s*;\s*", text))]
+
+
+def _skip(text: str) -> list[int | str]:
+    return [int(part) if part.isdecimal() else part for part in re.split(r"\s*[;,]\s*", text)]
+
+
+def _as_written(text: str) -> list[str]:
+    cells = re.split(r'[\s,;"]+', text.strip('" ,;'))
+    return [cell.upper() if CELL.fullmatch(cell) else cell.lower() for cell in cells]
+
+
+OF_COLUMNS: Mapping[str, Callable[[str], Any]] = {
+    "sheet": str,
+    "s": _column,
+    "levels": _levels,
+    "unit": str.lower,
+    "sign": str.lower,
+    "s_from": str.lower,
+    "range": str.upper,
+    "skip": _skip,
+    "missing": lambda text: re.split(r"\s*;\s*", text),
+    "as_written": _as_written,
+}
+"""Answers on a sheet, as the settings of its columns."""
+ANSWERS = (*OF_COLUMNS, "crack", "mass", "settings")
+"""Columns of answers: on a sheet, on a photo (the number of a crack), on a fill, and other settings of the trial."""
+COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
+"""Columns of the pairing file; the part is that of a file that several samples share, blank for the whole file."""
+
+
+def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
+    """Return answers as a table of columns of a trial, with ``as_written``."""
+    return {key: read(answers[key]) for key, read in OF_COLUMNS.items() if key in answers}
+
+
+def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Decisions:
     """Return the user's decisions: pieces whose rows differ from their names, and files taken as a whole.
 
-    Raises InputError, naming all that is wrong: a row whose file or part is not there or stands there twice, a role or
-    a sample that cannot be.
+    Raises InputError with every fault: a file or a part that is not there or is named twice, a role or a sample that
+    cannot be.
     """
-    pieces: dict[PurePath, dict[str, Said]] = defaultdict(dict)
-    for piece, said in named.items():
-        pieces[piece.file][piece.part_name] = said
+    pieces: dict[PurePath, dict[str, FilePlace]] = defaultdict(dict)
+    for piece, place in named.items():
+        pieces[piece.file][piece.part_name] = place
     # As they are, and as a spreadsheet must not calculate them.
     by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
-    decisions: dict[tuple[PurePath, str], Said] = {}
-    seen: set[tuple[PurePath, str]] = set()
+    decisions: dict[tuple[PurePath, str], FilePlace] = {}
+    rowed: set[tuple[PurePath, str]] = set()
     faults = []
     for row in rows:
         file = by_cell.get(row.file)
@@ -246,22 +252,22 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, Said]) -> Decision
             continue
         part = next((part for part in pieces[file] if row.part in (part, as_text_cell(part))), row.part)
         fault = _fault(file, part, row, pieces[file])
-        if (file, part) in seen:
+        if (file, part) in rowed:
             fault = f"{file} stands there twice; keep one row."
-        seen.add((file, part))
+        rowed.add((file, part))
         if fault is not None:
             faults.append(f"{row.where}: {fault}")
             continue
-        said = Said(as_label(row.sample), ROLES[ROLES.index(row.role)], answers=row.answers)
-        if said != pieces[file].get(part):
-            decisions[file, part] = said
+        place = FilePlace(as_label(row.sample), ROLES[ROLES.index(row.role)], answers=row.answers)
+        if place != pieces[file].get(part):
+            decisions[file, part] = place
     if faults:
         raise InputError("\n".join(faults))
     return decisions
 
 
 def read_pairing(path: Path) -> list[PairingRow]:
-    """Read a pairing in whatever dialect a spreadsheet has saved it. Raises InputError where it is none."""
+    """Read a pairing file in any dialect of a spreadsheet. Raises InputError if it is none."""
     table = read_table(path, f"'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}")
     rows = []
     for place, cells in named_cells(table, COLUMNS[:3], ["part", *ANSWERS]):
@@ -270,10 +276,10 @@ def read_pairing(path: Path) -> list[PairingRow]:
     return rows
 
 
-def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, Said]) -> str | None:
+def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FilePlace]) -> str | None:
     if part and part not in parts:
-        known = ", ".join(repr(name) for name in parts if name) or "none: several samples do not share it"
-        return f"{file} has no part {part!r:.80}; its parts are {known}."
+        names = ", ".join(repr(name) for name in parts if name) or "none: several samples do not share it"
+        return f"{file} has no part {part!r:.80}; its parts are {names}."
     possible = (*(("readings",) if part else possible_roles(file.suffix.lower())), "ignore")
     if row.role not in possible:
         return f"{file}{part and ', '}{part} cannot be {row.role!r:.40}; write one of {', '.join(possible)}."

@@ -1,4 +1,4 @@
-"""One sample: its files, what was written about it, and what became of it."""
+"""One sample during an ingest: its files, its note, its faults and its fate."""
 
 import hashlib
 import json
@@ -20,10 +20,10 @@ LONGEST_QUESTION = 900  # Letters of a cell of the pairing file
 
 @dataclass(frozen=True)
 class KeptFile:
-    """A file of the lab's, and how it is kept."""
+    """A file of the lab, and its copy in a trial's folder."""
 
     role: Role
-    original: str  # Original path, relative to the lab's folder
+    original: str  # Path in the lab's folder
     kept_as: str  # Path of the identical copy in the trial's folder
     sha256: str
     size_bytes: int
@@ -31,7 +31,7 @@ class KeptFile:
 
 @dataclass
 class SampleOutcome:
-    """A sample as it was found, and what became of it; it becomes a trial only without faults."""
+    """A sample and the result of its ingest; it becomes a trial only without faults."""
 
     sample: SampleFiles
     fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
@@ -39,11 +39,11 @@ class SampleOutcome:
     note: Note = field(default_factory=Note)
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
-    settings: Trial | None = None  # Those that could be checked; None where they cannot be used
-    stand_ins: frozenset[str] = frozenset()  # Settings that nobody said and something else stands in for
+    settings: Trial | None = None  # None if they cannot be used
+    stand_ins: frozenset[str] = frozenset()  # Settings that nobody said, and that have a stand-in
     dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
-    columns: dict[Role, tuple[ReadColumn, ...]] = field(default_factory=dict)  # Columns of its sheets as understood
-    asked: dict[PurePath, list[str]] = field(default_factory=dict)  # Questions for the pairing file, by its files
+    columns: dict[Role, tuple[ReadColumn, ...]] = field(default_factory=dict)  # Of its sheets, as understood
+    asked: dict[PurePath, list[str]] = field(default_factory=dict)  # Questions for the pairing file, by file
     trial: str | None = None  # Folder of its trial; in a dry run there is none yet
     revision: int | None = None
 
@@ -52,13 +52,13 @@ class SampleOutcome:
         sample = self.sample
         for sentence in sentences:
             named = (file for file in sample.files.values() if sentence.startswith(str(file)))
-            said = self.asked.setdefault(next(named, sample.files["photo"]), [])
-            if (cell := shorten(sentence, LONGEST_QUESTION, placeholder="...")) not in said:
-                said.append(cell)
+            questions = self.asked.setdefault(next(named, sample.files["photo"]), [])
+            if (cell := shorten(sentence, LONGEST_QUESTION, placeholder="...")) not in questions:
+                questions.append(cell)
 
     @property
     def hashes(self) -> dict[Role, str]:
-        """Hashes of the files by role; of a sheet that others share, only of what is this sample's."""
+        """Hashes of the files by role; of a shared sheet, of this sample's part."""
         part = self.sample.part
         return {
             raw.role: part.sha256 if part and raw.role == "readings" else raw.sha256
@@ -68,15 +68,15 @@ class SampleOutcome:
 
     @property
     def content(self) -> str:
-        """Hash of what was measured and of what was said about it: equal where nothing has changed."""
-        said: dict[str, Any] = {key: entry.value for key, entry in sorted(self.note.entries.items())}
+        """Hash of files and settings, equal if nothing has changed."""
+        settings: dict[str, Any] = {key: entry.value for key, entry in sorted(self.note.entries.items())}
         if of_fill := self.sample.answers.get("fill"):
-            said["of_fill"] = dict(of_fill)
-        return hashlib.sha256(json.dumps([said, self.hashes], sort_keys=True, default=str).encode()).hexdigest()
+            settings["of_fill"] = dict(of_fill)
+        return hashlib.sha256(json.dumps([settings, self.hashes], sort_keys=True, default=str).encode()).hexdigest()
 
 
 def kept_as(role: str, file: PurePath) -> str:
-    """Return the file's name in the trial's folder by its role, since a lab's names may be anything or equal."""
+    """Return a file's name in the trial's folder, by its role, since names in a lab may be equal."""
     return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
 
 

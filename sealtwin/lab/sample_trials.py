@@ -1,7 +1,8 @@
 """A sample's notes and files read, and the trial that they make; or all that keeps them from it."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+import tomllib
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 from textwrap import shorten
 from typing import Any
@@ -10,15 +11,17 @@ from digitise.settings import DEEPEST_MM, LARGEST_FILE_BYTES
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
-from sealtwin.lab.found_files import DEFAULTS, Role
+from sealtwin.lab.found_files import DEFAULTS, NAMED_FILES, PICTURES, Role
 from sealtwin.lab.note_sentences import quantities, read_sentences
-from sealtwin.lab.note_words import OF_READINGS, is_unit, of_columns
+from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, DEPTH, OF_READINGS, OWN, SCALE, is_unit, of_columns
 from sealtwin.lab.notes import Note, NoteEntry, OfNote, read_cell, read_note, seems_to_say
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.lab.sample_outcome import LONGEST_QUESTION, KeptFile, SampleOutcome, kept_as, note_of
-from sealtwin.lab.trial_tables import ANGLE, PICTURES, assumed_of, origin_of, rest_of, tables_of
+from sealtwin.lab.sheets import read_fill
+from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
-from sealtwin.trial.quick_trial import toml_value
+from sealtwin.trial.quick_trial import ASSUMED, toml_value
+from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial
 from validate.readings.read_readings import read_readings
 from validate.readings.samples import read_cells
@@ -26,6 +29,44 @@ from validate.readings.sheet import SheetFaults
 from validate.settings import Declared
 
 MOST_CELLS = 3  # Cells of a row that holds a title: word, value and unit
+STARTER = tomllib.loads(TRIAL)
+ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
+UNSEEN = {"crack.tilt": "lean", ANGLE: 11.0}
+"""Settings of the walls that no photo shows, and their values if no note says them."""
+
+
+@dataclass(frozen=True)
+class Needed:
+    """A required setting that no photo shows."""
+
+    stand_in: Any  # With which the rest is checked
+    remedy: str  # What to write, as the end of a sentence
+    role: str = "photo"  # Of the file with which it is required
+    others: frozenset[str] = frozenset()  # Further settings that say it
+
+
+ORIGIN = ': where they come from; write data = "measured" (or "reconstructed", "synthetic")'
+NEEDED = {
+    "photo.data": Needed("synthetic", ORIGIN, others=frozenset({DATA})),
+    DEPTH: Needed(16.0, ", and no photo shows it: write [crack] depth_mm = 16.0, or 'Depth [mm]' and 16.0"),
+    "crack.tilt": Needed(
+        "funnel",
+        ", and the steps of a fill need it: write [crack] tilt = 'funnel' or, for walls that open downward, "
+        "'undercut' if the photo shows the mouth's width, 'flare' if it shows the floor's",
+        "fill",
+    ),
+    "readings.data": Needed("synthetic", ORIGIN, "readings", frozenset({DATA})),
+    "readings.role": Needed(
+        "held-out",
+        ': write [readings] role = "held-out", or "calibrated-on" where they helped to choose the fluid',
+        "readings",
+    ),
+    SCALE: Needed(
+        0.1,
+        ", nor any other scale: write [photo] mm_per_px, face_mm, ruler_px or markers, or 'Scale [mm/px]'",
+        others=frozenset[str]().union(*ALTERNATIVES[0]),
+    ),
+}
 
 
 def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
@@ -50,8 +91,8 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
             name = kept_as(role if role != "text" else f"text-{1 + texts.index((role, file))}", file)
             outcome.raw.append(KeptFile(role, file.as_posix(), name, files.sha256(path), size))
     cells = {
-        role: read_cell(said.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
-        for role, said in sample.answers.items()
+        role: read_cell(answers.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
+        for role, answers in sample.answers.items()
     }
     about = OfNote(
         sample.name,
@@ -62,9 +103,9 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     notes = (read_note(folder / raw.original, defaults.words, about) for raw in outcome.raw if raw.role == "note")
     own = next(notes, Note())
     if "readings" not in sample.files:
-        # What the folder says of readings concerns other samples.
-        kept = {key: entry for key, entry in defaults.entries.items() if not key.startswith(OF_READINGS)}
-        defaults = replace(defaults, entries=kept)
+        # The folder's settings of readings concern other samples.
+        entries = {key: entry for key, entry in defaults.entries.items() if not key.startswith(OF_READINGS)}
+        defaults = replace(defaults, entries=entries)
         outcome.faults += [
             f"{entry.origin}: {key} of a sample without readings; add its sheet, or leave {key} out."
             for key, entry in sorted(own.entries.items())
@@ -79,22 +120,22 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
         if (theirs := defaults.entries.get(key)) is not None and theirs.value != entry.value
     ]
     outcome.remarks += [
-        f"{file}: its name has {', '.join(found)}, and a name is no setting."
+        f"{file}: its name has {', '.join(numbers)}, and a name is no setting."
         for file in sample.files.values()
-        if (found := _numbers_in(file))
+        if (numbers := _numbers_in(file))
     ]
     for cell in cells.values():
         outcome.note = cell.over(outcome.note)
     given = {
         key: text
-        for role, said in sample.answers.items()
-        for key, text in said.items()
+        for role, answers in sample.answers.items()
+        for key, text in answers.items()
         if role != "fill" and (role, key) != ("note", "skip")
     }
-    said = of_columns(as_columns(given))
+    settings = of_columns(as_columns(given))
     if "crack" in given:
-        said["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
-    outcome.note.entries |= {key: NoteEntry(value, PAIRING) for key, value in said.items()}
+        settings["photo.crack"] = int(given["crack"]) if given["crack"].isdecimal() else given["crack"]
+    outcome.note.entries |= {key: NoteEntry(value, PAIRING) for key, value in settings.items()}
     outcome.faults += outcome.note.faults
     outcome.remarks += outcome.note.remarks
     return outcome
@@ -108,15 +149,15 @@ def _numbers_in(file: PurePath) -> list[str]:
 
 def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
     for text in (text for text in outcome.sample.texts if not (folder / text).is_symlink()):
-        told = f"{text} is kept as text, and not read"
-        if found := seems_to_say(folder / text, outcome.sample.name):
-            told += f"; {found}: if that is of the sample, give it the role note in {PAIRING}, else leave it"
-            outcome.asked[text] = [shorten(f"{told}.", LONGEST_QUESTION, placeholder="...")]
-        outcome.remarks.append(f"{told}.")
+        remark = f"{text} is kept as text, and not read"
+        if seems := seems_to_say(folder / text, outcome.sample.name):
+            remark += f"; {seems}: if that is of the sample, give it the role note in {PAIRING}, else leave it"
+            outcome.asked[text] = [shorten(f"{remark}.", LONGEST_QUESTION, placeholder="...")]
+        outcome.remarks.append(f"{remark}.")
 
 
 def prepare(folder: Path, outcome: SampleOutcome) -> None:
-    """Look at what ``gather`` found: give ``outcome`` its settings and its dialect, or its faults."""
+    """Give ``outcome``, as ``gather`` returns it, its settings and its dialect, or its faults."""
     content = tables_of(folder, outcome)
     try:
         trial = checked(Trial, folder, content, lambda key: origin_of(folder, outcome, key))
@@ -152,11 +193,11 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
     elif role == "readings":
         readings = content["readings"]
         try:
-            # How it is written; what else is said of the readings may be wrong, and keeps no fault of the sheet back.
+            # Its dialect alone: other settings of the readings may be wrong, and hide no fault of the sheet.
             keys = Declared.model_fields.keys() & readings.keys()
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
-            return  # Told of already, by the key that is at fault.
+            return  # A fault already, by its key.
         outcome.faults += _contradictions(path, declared, content, outcome)
         try:
             profile = read_readings(path, declared, None, deepest_mm)
@@ -165,20 +206,20 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             raise
         outcome.dialect, outcome.columns["readings"] = profile.dialect, profile.columns
         # A sheet is judged by the crack's own depth.
-        if "crack.depth_mm" in outcome.note.entries:
+        if DEPTH in outcome.note.entries:
             outcome.faults += [f"{doubt} It goes into {note_of(outcome)}, or {PAIRING}." for doubt in profile.doubts]
 
 
 def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], outcome: SampleOutcome) -> list[str]:
-    """Return titles and remarks of a sheet that say another value of a setting than the one that would run.
+    """Return a fault for each title or remark of a sheet with another value of a setting than the one that would run.
 
-    What the pairing file says of that setting is the answer.
+    A value in the pairing file is the answer to it.
     """
-    told, assumed = list[str](), rest_of(outcome)
+    faults, assumed = list[str](), rest_of(outcome)
     try:
         rows = read_cells(path, declared).rows
     except InputError:
-        return told  # Told of by whoever reads the readings.
+        return faults  # A fault of the readings themselves.
     for row in rows:
         texts = [cell.text for cell in row.cells if cell.text]
         if len(texts) > MOST_CELLS or len(" ".join(texts)) > LONGEST_QUESTION:
@@ -192,8 +233,146 @@ def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], 
             if not table and entry is None:
                 continue
             other = f"{entry.origin} says {toml_value(entry.value)}" if entry else "no note says so"
-            told.append(
+            faults.append(
                 f"{path}, row {row.number}: {words!r} says {key} = {toml_value(value)}, and {other}. Write the "
                 f"right one into settings of {PAIRING}: {key} = {toml_value(value)}."
             )
-    return told
+    return faults
+
+
+def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
+    """Return the tables of a trial. A required setting that no note says is a fault, and gets a stand-in.
+
+    Other settings of solver and fluid are the starter's: without a rest the jet, still falling, would be taken for the
+    sealant's level; and no one radius fits all cracks of a lab.
+    """
+    settings = _settings_of(outcome)
+    _weigh(folder, outcome, settings)
+    settings = {"note": assumed_of(outcome)} | _solver() | _fluid(settings.keys()) | settings
+    roles = {"photo", *outcome.sample.files}
+    missing = {key: it for key, it in NEEDED.items() if it.role in roles and not settings.keys() & {key, *it.others}}
+    outcome.stand_ins = frozenset(missing)
+    for key, it in missing.items():
+        settings[key] = it.stand_in
+        if not outcome.note.meant & {key, *it.others}:
+            outcome.faults.append(f"{key} is not said{it.remedy} in {DEFAULTS}, or in the sample's note (NAME.toml).")
+    columns = {key: settings.pop(key) for key in list(settings) if key.startswith(f"{COLUMNS}.")}
+    content = with_settings({}, settings)
+    if columns:
+        content["readings"]["columns"] = {key.rpartition(".")[2]: value for key, value in columns.items()}
+    return content
+
+
+def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
+    """Return the settings of a trial by dotted key: of its notes, its files, and its part of a shared file.
+
+    A note may name a file or a part too, if it is the same.
+    """
+    sample, entries = outcome.sample, outcome.note.entries
+    settings: dict[str, Any] = {"name": sample.name}
+    if DATA in entries:
+        settings |= dict.fromkeys(("photo.data", "readings.data"), entries[DATA].value)
+    settings |= {key: entry.value for key, entry in entries.items() if key not in OWN}
+    if "readings" not in sample.files:
+        settings = {key: value for key, value in settings.items() if not key.startswith(OF_READINGS)}
+    given: dict[str, tuple[str, str, str]] = {}  # Name that a note may give, place, and name in the trial
+    for role, key in NAMED_FILES.items():
+        if (file := sample.files.get(role)) is not None:
+            given[key] = file.name, str(file), kept_as(role, file)
+        elif key in settings:
+            given[key] = "", f"no {role.replace('_', ' ')}", ""
+    if (part := sample.part) is not None:
+        place = f"{sample.files['readings']}, {part},"
+        parts = {"readings.sheet": part.sheet, "readings.sample": part.rows_of}
+        given |= {key: (value, place, value) for key, value in parts.items() if value is not None}
+    for key, (name, place, value) in given.items():
+        if key in entries:
+            _hold_against(outcome, key, entries[key].value, name, place)
+        settings[key] = value
+    return {key: value for key, value in settings.items() if value or key not in given}
+
+
+def _hold_against(outcome: SampleOutcome, key: str, named: Any, name: str, place: str) -> None:
+    """Add a fault if a note calls a file or a part of this sample otherwise than its ``name``."""
+    if name not in (named, PurePath(str(named)).name):
+        outcome.faults.append(
+            f"{outcome.note.entries[key].origin}: {key} = {str(named)!r:.80}, but {place} is of this sample by its "
+            "name; leave it out, and say in the pairing file which is."
+        )
+
+
+def _weigh(folder: Path, outcome: SampleOutcome, settings: dict[str, Any]) -> None:
+    """Put the content of the fill's sheet into ``settings`` in place of its name; settings of the liquid stay."""
+    file = outcome.sample.files.get("fill")
+    given = settings.pop(FILL, {})
+    table = dict(given) if isinstance(given, Mapping) else {"file": given}
+    if (named := table.pop("file", None)) is not None:
+        _hold_against(outcome, FILL, named, "" if file is None else file.name, "no fill" if file is None else str(file))
+    if file is None:
+        # What the folder says of liquids concerns other samples.
+        settings |= {FILL: table} if "mass_g" in table else {}
+        return
+    # "B g", or the name of a column.
+    answers = outcome.sample.answers.get("fill", {})
+    head, _, last = (mass := answers.get("mass", "")).rpartition(" ")
+    mass, unit = (head, last) if head and last in ("g", "kg") else (mass, "")
+    try:
+        table_columns = as_columns({**answers, "s": mass} if mass else answers)
+        table_columns.pop("as_written", None)
+        declared = checked(Declared, folder / file, {"columns": table_columns})
+        columns, shown, outcome.columns["fill"] = read_fill(folder / file, declared, unit)
+    except InputError as fault:
+        outcome.columns["fill"] = fault.columns if isinstance(fault, SheetFaults) else ()
+        outcome.faults += str(fault).splitlines()
+        return
+    outcome.remarks.append(shown)
+    settings[FILL] = {**table, **columns}
+
+
+def _fluid(settings: Set[str]) -> dict[str, Any]:
+    """Return the starter's settings of the fluid that nobody says; either of two ways for flow and slope."""
+    fluid = {f"fluid.{key}": value for key, value in STARTER["fluid"].items()}
+    if "fluid.viscosity_pa_s" in settings:
+        # D goes with it: the drag of the walls then follows from the viscosity.
+        del fluid["fluid.U"], fluid["fluid.D_cm"]
+    if "fluid.freeze_after_s" in settings:
+        del fluid["fluid.yield_stress_pa"]
+    return {key: value for key, value in fluid.items() if key not in settings}
+
+
+def rest_of(outcome: SampleOutcome) -> dict[str, Any]:
+    """Return the values of path, nozzle and solver that nobody says, and that 'sealtwin quick' marks as assumed."""
+    settings = outcome.note.entries
+    tables: dict[str, Any] = {table: Trial.model_fields[table].default for table in ("path", "nozzle", "solver")}
+    values = {f"{table}.{key}": getattr(one, key) for table, one in tables.items() for key in ASSUMED[table]}
+    values |= _solver()
+    replaced = {
+        "path.plan": "path.",
+        "path.weighed": "path.volume_ml",
+        "solver.model": "solver.",  # The fast model has neither particles nor a rest.
+    }
+    without = tuple(prefix for key, prefix in replaced.items() if key in settings)
+    return {key: value for key, value in values.items() if key not in settings and not key.startswith(without)}
+
+
+def _solver() -> dict[str, Any]:
+    return {f"solver.{key}": STARTER["solver"][key] for key in ("radius_mm", "settle_s")}
+
+
+def assumed_of(outcome: SampleOutcome) -> str:
+    """Return the trial's note, which every report shows: the settings that nobody of the lab said."""
+    settings = {*outcome.note.entries, *([ANGLE] if "fill" in outcome.sample.files else [])}
+    crack = {key: value for key, value in UNSEEN.items() if key not in settings}
+    assumed = {**crack, **_fluid(settings), **rest_of(outcome)}
+    listed = ", ".join(f"{key} = {toml_value(value)}" for key, value in assumed.items())
+    return f"Assumed, since no note of the lab says it: {listed}." if listed else ""
+
+
+def origin_of(folder: Path, outcome: SampleOutcome, key: str) -> str:
+    """Return the place of a setting, or of those of a table, in the notes."""
+    entries = outcome.note.entries
+    origins = [entry.origin for name, entry in entries.items() if f"{key}.".startswith(f"{name}.")]
+    origins += [entry.origin for name, entry in entries.items() if name.startswith(f"{key}.")]
+    if key.endswith(".data") and DATA in entries:
+        origins.append(entries[DATA].origin)
+    return ", ".join(dict.fromkeys(origins[::-1])) if origins else str(folder / note_of(outcome))

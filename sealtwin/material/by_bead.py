@@ -12,8 +12,8 @@ from digitise.robots.pump import MISTYPED
 from digitise.settings import OnFace, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.core.settings import checked
-from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED, PasteOnPlate, four_digits
+from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED
+from sealtwin.material.paste import PasteOnPlate, PasteValue, four_digits, measured_material
 from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
 from simulate.material_file import Material
 from simulate.spread_law import GRAVITY_M_S2
@@ -23,10 +23,10 @@ SPEED_ERROR = 0.005  # Relative standard uncertainty of an arm's speed on a stra
 LAW = 0.057  # Relative standard uncertainty of a yield stress: RMS over the beads in particles (benchmarks/beads.py)
 SECTION = 0.03  # That of the section in the middle, by the same beads
 STIFFEST = 0.16
-"""Stress over rho g sqrt(A) beyond which a bead is so near the shape in which it was laid that it shows none."""
+"""Stress over rho g sqrt(A) beyond which a bead hardly flows, and shows no yield stress."""
 SHORTEST = 4.0  # Length as laid over the root of the section, below which the ends drain the middle
 SOURCES = ("density", "mass", "scale", "edge", "surface tension", "law", "section", "speed")
-END = 0.1  # Standard uncertainty of where the nozzle began to give, over the bead's width: ends spread as they like
+END = 0.1  # Standard uncertainty of the bead's begin over its width, since ends spread irregularly
 BINS = 40  # Of the distance to the edge
 BESIDE = 0.5  # Largest distance of the mark from the bead's line, over its width
 BEAD_NOT_FOR = (
@@ -36,8 +36,6 @@ BEAD_NOT_FOR = (
 
 
 class LaidBead(PasteOnPlate):
-    """A bead as it was laid and weighed."""
-
     mass_g: float = Field(gt=0, le=1e5)
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
     asked_mm3_s: float = Field(ge=1e-3, le=1e6)
@@ -49,36 +47,16 @@ class LaidBead(PasteOnPlate):
 
 
 @dataclass(frozen=True)
-class Known:
-    """A value with its 95 % interval."""
-
-    value: float
-    interval: tuple[float, float]
-
-    @classmethod
-    def of(cls, value: float, drawn: Floats) -> "Known":
-        low, high = np.quantile(drawn, (0.025, 0.975)).tolist()
-        return cls(value, (min(low, value), max(high, value)))
-
-    @property
-    def error(self) -> float:
-        return (self.interval[1] - self.interval[0]) / 4
-
-
-@dataclass(frozen=True)
 class BeadEstimate:
-    """Values that a bead shows, with their intervals."""
-
-    stress_pa: Known
-    flow_mm3_s: Known
-    delay_s: Known | None  # None without a mark of the start
+    stress_pa: PasteValue
+    flow_mm3_s: PasteValue
+    delay_s: PasteValue | None  # None without a mark of the start
     time_s: float  # In which the nozzle gave
     section_mm2: float  # In the middle
     stiffness: float  # tau / (rho g sqrt(A))
     parts_pa: dict[str, float]  # Standard uncertainty of the yield stress by source
 
     def pump_row(self, laid: LaidBead) -> dict[str, float]:
-        """Return a row of a pump's table."""
         row = {"asked_mm3_s": laid.asked_mm3_s, "weighed_g": laid.mass_g, "time_s": four_digits(self.time_s)}
         return row if self.delay_s is None else {**row, "delay_s": four_digits(self.delay_s.value)}
 
@@ -89,7 +67,7 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
     noise = {name: random.standard_normal(DRAWS) for name in SOURCES}
     footprint = footprint_of(bead)
 
-    def told(*sources: str, count: int = DRAWS) -> tuple[Floats, Floats, Floats, Floats]:
+    def computed(*sources: str, count: int = DRAWS) -> tuple[Floats, Floats, Floats, Floats]:
         off = {name: noise[name][:count] * (name in sources) for name in SOURCES}
         density = laid.density_kg_m3 + laid.spread_of_density * off["density"]
         volume = 1e6 * (laid.mass_g + laid.mass_error_g * off["mass"]) / density
@@ -100,16 +78,16 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
         raw = footprint.volume_mm3(per_mm, scale, outward, STRETCH)[1]
         section = laid_section(per_mm, raw) * (1 + SECTION * off["section"])
         weight_pa_mm = density * GRAVITY_M_S2 * 1e-3
-        held = weight_pa_mm * slumped_stress(per_mm, raw) * (1 + LAW * off["law"])
+        whole = weight_pa_mm * slumped_stress(per_mm, raw) * (1 + LAW * off["law"])
         edge = np.maximum(0.0, laid.edge_n_m + laid.edge_error_n_m * off["surface tension"])
         # Of a disc, lambda R^2 / V (Roussel, Stefani and Leroy 2005): by the area for any outline.
-        stress = held - 1e3 * edge * bead.area_mm2 * scale**2 / (np.pi * volume)
+        stress = whole - 1e3 * edge * bead.area_mm2 * scale**2 / (np.pi * volume)
         flow = section * laid.speed_mm_s * (1 + SPEED_ERROR * off["speed"])
-        stiffness = held / (weight_pa_mm * np.sqrt(section))
+        stiffness = whole / (weight_pa_mm * np.sqrt(section))
         return stress, flow, volume, stiffness
 
-    drawn = told(*SOURCES)
-    stress, flow, volume, stiffness = (float(values[0]) for values in told(count=1))
+    drawn = computed(*SOURCES)
+    stress, flow, volume, stiffness = (float(values[0]) for values in computed(count=1))
     section = flow / laid.speed_mm_s
     if (long := volume / section**1.5) < SHORTEST:
         raise InputError(
@@ -134,10 +112,10 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
             f"factor of {MISTYPED:g}. Check the units: --asked-mm3-s in mm³/s, --mass-g in g, --density-kg-m3 in "
             "kg/m³, --speed-mm-s in mm/s."
         )
-    parts = {name: float(told(name)[0].std()) for name in SOURCES[:-2]}
+    parts = {name: float(computed(name)[0].std()) for name in SOURCES[:-2]}
     return BeadEstimate(
-        Known.of(stress, np.maximum(drawn[0], 0.0)),
-        Known.of(flow, drawn[1]),
+        _estimate(stress, np.maximum(drawn[0], 0.0)),
+        _estimate(flow, drawn[1]),
         None if laid.start_mm is None else _delay(laid, np.array(laid.start_mm), bead, volume / section),
         volume / flow,
         section,
@@ -146,7 +124,13 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
     )
 
 
-def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) -> Known:
+def _estimate(value: float, drawn: Floats) -> PasteValue:
+    low, high = np.quantile(drawn, (0.025, 0.975)).tolist()
+    low, high = min(low, value), max(high, value)
+    return PasteValue(value, (high - low) / 4, (low, high))
+
+
+def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) -> PasteValue:
     """Return the time from the nozzle's start to the bead's own. Raises InputError for a mark beside the bead."""
     near, far = bead.tips_mm[np.argsort(np.linalg.norm(bead.tips_mm - start_mm, axis=1))]
     forth = (far - near) / bead.length_mm
@@ -160,11 +144,11 @@ def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) 
             f"along and {aside:.1f} mm beside it: give x and y in mm from the lower left corner of the opening."
         )
     delay, error = max(0.0, begins_mm / laid.speed_mm_s), error_mm / laid.speed_mm_s
-    return Known(delay, (max(0.0, delay - 2 * error), delay + 2 * error))
+    return PasteValue(delay, error, (max(0.0, delay - 2 * error), delay + 2 * error))
 
 
 def footprint_of(bead: BeadOutline) -> PasteArea:
-    """Return where a bead's paste lies, for the law."""
+    """Return the area of a bead's paste by its distance to the edge."""
     ends = np.linspace(0, bead.inward_mm.max() * (1 + 1e-9), BINS + 1)
     piece_mm = MIDDLE * bead.length_mm
     middle = np.abs(bead.along_mm) < piece_mm / 2
@@ -184,28 +168,22 @@ def material_of_bead(
                     f"{photo.face_mm[0]:g} x {photo.face_mm[1]:g} mm: give mm from its lower left corner."
                 )
     bead = measure_bead(photo, folder)
-    found = identify(laid, bead)
-    parts = ", ".join(f"{name} {value:.2g}" for name, value in found.parts_pa.items())
-    material = checked(
-        Material,
+    estimate = identify(laid, bead)
+    parts = ", ".join(f"{name} {value:.2g}" for name, value in estimate.parts_pa.items())
+    material = measured_material(
         photo.file,
-        {
-            "method": "bead on a plate, closed form with stretching by its whole outline, "
-            "surface tension's term subtracted",
-            "date": day.isoformat(),
-            "data": photo.data,
-            "yield_stress_pa": four_digits(found.stress_pa.value),
-            "yield_stress_error_pa": four_digits(found.stress_pa.error),
-            "yield_stress_95_pa": (four_digits(found.stress_pa.interval[0]), four_digits(found.stress_pa.interval[1])),
-            "density_kg_m3": laid.density_kg_m3,
-            "density_error_kg_m3": laid.spread_of_density,
-            "basis": (
-                f"bead of {laid.mass_g:g} g, {bead.length_mm:.2f} mm long and {bead.width_mm:.2f} mm wide in the "
-                f"middle, where its section is {found.section_mm2:.4g} mm²",
-                f"yield stress over weight and root of the section {found.stiffness:.3f}, at most {STIFFEST:g}",
-                f"standard uncertainty in Pa by source: {parts}",
-            ),
-            "not_for": BEAD_NOT_FOR,
-        },
+        day,
+        photo.data,
+        estimate.stress_pa,
+        method="bead on a plate, closed form with stretching by its whole outline, surface tension's term subtracted",
+        density_kg_m3=laid.density_kg_m3,
+        density_error_kg_m3=laid.spread_of_density,
+        basis=(
+            f"bead of {laid.mass_g:g} g, {bead.length_mm:.2f} mm long and {bead.width_mm:.2f} mm wide in the "
+            f"middle, where its section is {estimate.section_mm2:.4g} mm²",
+            f"yield stress over weight and root of the section {estimate.stiffness:.3f}, at most {STIFFEST:g}",
+            f"standard uncertainty in Pa by source: {parts}",
+        ),
+        not_for=BEAD_NOT_FOR,
     )
-    return material, found, bead
+    return material, estimate, bead

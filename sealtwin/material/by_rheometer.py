@@ -1,4 +1,4 @@
-"""A rheometer's flow curve: yield stress and plastic viscosity by Bingham's line, with what it misses of the table."""
+"""A rheometer's flow curve: yield stress and plastic viscosity by Bingham's line, and its misfit."""
 
 from datetime import date
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import DataKind, Floats
-from sealtwin.core.settings import checked
+from sealtwin.material.paste import DENSITY_ERROR, PasteValue, measured_material
 from simulate.material_file import Material
 
 BOUNDS = {"shear_rate_per_s": (1e-6, 1e6), "stress_pa": (1e-6, 1e6)}
@@ -33,7 +33,7 @@ NOT_FOR = (
 def material_of_table(
     path: Path, density_kg_m3: float, density_error_kg_m3: float | None, data: DataKind, day: date
 ) -> Material:
-    """Fit a table of shear rate and stress. Raises InputError, naming the file, where it is no flow curve."""
+    """Fit a table of shear rate and stress. Raises InputError, naming the file, if it is no flow curve."""
     if (density_error_kg_m3 or 0.0) > density_kg_m3 / 2:
         raise InputError(
             f"density_error_kg_m3 is {density_error_kg_m3:g}, more than half of density_kg_m3, {density_kg_m3:g}: give "
@@ -69,26 +69,20 @@ def material_of_table(
             f"{100 * LEAST_RISE:g} % or more, and {100 * MOST_ERROR:g} % or better, are needed. Measure at faster "
             f"rates, or give it {BY_HAND}."
         )
-    return checked(
-        Material,
+    return measured_material(
         path,
-        {
-            "method": "rheometer's flow curve, Bingham's line by least squares of relative differences",
-            "date": day.isoformat(),
-            "data": data,
-            "yield_stress_pa": float(f"{yields:.4g}"),
-            "yield_stress_error_pa": float(f"{error:.4g}"),
-            "yield_stress_95_pa": (max(0.0, float(f"{yields - 2 * error:.4g}")), float(f"{yields + 2 * error:.4g}")),
-            "viscosity_pa_s": float(f"{thick:.4g}"),
-            "viscosity_error_percent": float(f"{percent:.4g}"),
-            "density_kg_m3": density_kg_m3,
-            "density_error_kg_m3": density_error_kg_m3 or 0.01 * density_kg_m3,
-            "basis": (
-                f"{len(rate)} rows from {rate.min():g} to {rate.max():g} /s",
-                f"RMS of the line's misses {misfit:.1%} of the stress, which the uncertainty holds",
-            ),
-            "not_for": NOT_FOR,
-        },
+        day,
+        data,
+        PasteValue(yields, error, (max(0.0, yields - 2 * error), yields + 2 * error)),
+        (thick, percent),
+        method="rheometer's flow curve, Bingham's line by least squares of relative differences",
+        density_kg_m3=density_kg_m3,
+        density_error_kg_m3=density_error_kg_m3 or DENSITY_ERROR * density_kg_m3,
+        basis=(
+            f"{len(rate)} rows from {rate.min():g} to {rate.max():g} /s",
+            f"RMS of the line's misses {misfit:.1%} of the stress, which the uncertainty holds",
+        ),
+        not_for=NOT_FOR,
     )
 
 
@@ -130,15 +124,15 @@ def _change(rate: Floats, stress: Floats, row: int) -> float | None:
 def _bingham(rate: Floats, stress: Floats) -> tuple[Floats, Floats, float]:
     """Return yield stress and viscosity, their covariance by the scatter, and the relative RMS miss.
 
-    Neighbouring rows of a sweep share their misses where the line is not the paste's law, so that they count as few:
+    Neighbouring rows of a sweep share their misses if the line is not the paste's law, so that they count as few:
     as many as the misses change sign.
     """
     slopes = np.column_stack([1 / stress, rate / stress])
-    found = np.linalg.lstsq(slopes, np.ones(len(rate)), rcond=None)[0]
-    miss = slopes @ found - 1
+    line = np.linalg.lstsq(slopes, np.ones(len(rate)), rcond=None)[0]
+    miss = slopes @ line - 1
     in_order = miss[np.argsort(rate, kind="stable")]
     changes = int((np.sign(in_order[1:]) != np.sign(in_order[:-1])).sum())
     free = max(1, min(len(rate) - 2, changes + 1))
     variance = float(miss @ miss) / free
     covariance = variance * np.linalg.inv(slopes.T @ slopes) * max(1.0, (len(rate) - 2) / free / 2)
-    return np.asarray(found, dtype=float), np.asarray(covariance, dtype=float), float(np.sqrt(np.mean(miss**2)))
+    return np.asarray(line, dtype=float), np.asarray(covariance, dtype=float), float(np.sqrt(np.mean(miss**2)))

@@ -12,7 +12,7 @@ from digitise.settings import PhotoInput
 from digitise.spread import SpreadBlob, measure_spread
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.core.settings import Settings, checked
+from sealtwin.material.paste import PasteOnPlate, PasteValue, measured_material
 from simulate.material_file import Material
 from simulate.slump import Slump, SlumpCurve, slump
 from simulate.spread_law import (
@@ -25,11 +25,7 @@ from simulate.spread_law import (
 )
 
 DRAWS, SEED = 4000, 16
-EDGE_N_M = 0.005
-"""Weight of R^2 / V that surface tension takes off the yield stress, for cement pastes (Roussel et al. 2005)."""
-EDGE_ERROR_N_M = 0.0015  # Its standard uncertainty for a paste that nobody measured: it is known to one digit
 CONE_ERROR_MM = 0.1  # Standard uncertainty of each size of a cone, by caliper
-DENSITY_ERROR = 0.01  # Relative standard uncertainty of a density by a weighed syringe
 MASS_ERROR_G = 0.1  # Of a kitchen scale, and of what sticks to the cone
 FORMULA = 0.25  # Standard uncertainty of the closed form over what stretching adds to it: the next order is left out
 REPLAY = 0.05  # Relative standard uncertainty of a yield stress by slumps in particles (benchmarks/slumps.py)
@@ -43,20 +39,6 @@ NOT_FOR = (
     "walls on which the paste slips: the plate is taken for rough",
     "comparison with another method's number without saying both methods",
 )
-
-
-class PasteOnPlate(Settings):
-    """Density of a paste, and what surface tension does to it. Errors are standard uncertainties."""
-
-    density_kg_m3: float = Field(ge=100, le=2e4)
-    density_error_kg_m3: float | None = Field(default=None, gt=0, le=2e4)
-    edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
-    edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
-
-    @property
-    def spread_of_density(self) -> float:
-        """Standard uncertainty of the density in kg/m3, given or usual."""
-        return self.density_error_kg_m3 or DENSITY_ERROR * self.density_kg_m3
 
 
 class Heap(PasteOnPlate):
@@ -73,7 +55,7 @@ class Heap(PasteOnPlate):
 
 @dataclass(frozen=True)
 class Draws:
-    """Draws of all that the yield stress depends on, (DRAWS,) each."""
+    """Draws of the inputs of the yield stress, (DRAWS,) each."""
 
     volume_mm3: Floats
     radius_mm: Floats
@@ -83,12 +65,9 @@ class Draws:
 
 
 @dataclass(frozen=True)
-class PasteEstimate:
-    """Yield stress with its uncertainty, and how it was found."""
+class PasteEstimate(PasteValue):
+    """Yield stress in Pa, and how it was found."""
 
-    value: float
-    error: float
-    interval: tuple[float, float]
     flat_pa: float  # By Roussel and Coussot's formula alone
     height_to_radius: float
     volume_mm3: float
@@ -102,7 +81,7 @@ def estimate(
     note: Callable[[str], None] = lambda _: None,
     curve: SlumpCurve | None = None,
 ) -> PasteEstimate:
-    """Return the yield stress of a spread; ``curve`` holds slumps that are known. Raises InputError out of range."""
+    """Return the yield stress of a spread; ``curve`` has known slumps. Raises InputError out of range."""
     middle, drawn, by_source = _draws(heap, spread)
     one = _closed(middle)
     height = float(heap_height_mm(one, middle.radius_mm, middle.density_kg_m3)[0]) / spread.radius_mm
@@ -116,12 +95,10 @@ def estimate(
                 "replay of the slump needs the shape that it began with: give --cone-mm, or spread more paste."
             )
         note(f"The heap is {height:.2f} of its radius high: its slump is replayed in particles, a minute or two.")
-        volume = float(middle.volume_mm3[0])
-        known = curve or SlumpCurve(cone.scaled_to(volume), heap.density_kg_m3, {})
-        law = _replayed(known)
+        law = _replayed(curve or SlumpCurve(cone.scaled_to(float(middle.volume_mm3[0])), heap.density_kg_m3, {}))
     values = law(drawn) - _surface_pa(drawn)
-    found = float((law(middle) - _surface_pa(middle))[0])
-    if not found > 0:
+    stress = float((law(middle) - _surface_pa(middle))[0])
+    if not stress > 0:
         raise InputError(
             f"the paste spread to {2 * spread.radius_mm:.0f} mm, as far as surface tension lets water: it has no yield "
             "stress that a spread shows. Check mass and density, or take a thicker paste."
@@ -129,9 +106,9 @@ def estimate(
     low, high = (float(end) for end in np.quantile(values, (0.025, 0.975)))
     parts = {name: float((law(of) - _surface_pa(of)).std()) for name, of in by_source.items()}
     return PasteEstimate(
-        found,
+        stress,
         (high - low) / 4,
-        (max(0.0, min(low, found)), max(high, found)),
+        (max(0.0, min(low, stress)), max(high, stress)),
         float(flat_stress_pa(middle.volume_mm3, middle.radius_mm, middle.density_kg_m3)[0]),
         height,
         float(middle.volume_mm3[0]),
@@ -145,8 +122,6 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
     random = np.random.default_rng(SEED)
     noise = {name: random.standard_normal(DRAWS) for name in ("density", "radius", "surface tension", "law", "mass")}
     sizes = random.standard_normal((3, DRAWS))
-    if heap.mass_g is None and heap.cone is None:
-        raise InputError("a spread needs the amount of paste: give --mass-g, or --cone-mm of a cone that was full.")
 
     def made(*sources: str) -> Draws:
         def of(name: str) -> Floats:
@@ -155,11 +130,12 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
         density = heap.density_kg_m3 + heap.spread_of_density * of("density")
         if heap.mass_g is not None:
             volume = 1e6 * (heap.mass_g + heap.mass_error_g * of("mass")) / density
+        elif heap.cone_mm is None:
+            raise InputError("a spread needs the amount of paste: give --mass-g, or --cone-mm of a cone that was full.")
         else:
-            assert heap.cone_mm is not None, "checked before"
             a, b, c = (size + CONE_ERROR_MM * off for size, off in zip(heap.cone_mm, sizes, strict=True))
             full = np.pi / 12 * c * (a * a + a * b + b * b)
-            volume = full if "mass" in sources else np.full(DRAWS, heap.cone.volume_mm3 if heap.cone else 0.0)
+            volume = full if "mass" in sources else np.full(DRAWS, Cone(*heap.cone_mm).volume_mm3)
         radius = spread.radius_mm + spread.radius_error_mm * of("radius")
         edge = heap.edge_n_m + heap.edge_error_n_m * of("surface tension")
         if (np.minimum(volume, np.minimum(radius, density)) <= 0).any():
@@ -190,19 +166,20 @@ def _replayed(curve: SlumpCurve) -> Callable[[Draws], Floats]:
 
 
 def viscosity(
-    heap: Heap, found: PasteEstimate, early: Sequence[tuple[SpreadBlob, float]], replay: Slump | None = None
+    heap: Heap, stress: PasteEstimate, early: Sequence[tuple[SpreadBlob, float]], replay: Slump | None = None
 ) -> tuple[float, float]:
     """Return the viscosity from radii at earlier times, in Pa s, and its standard uncertainty in percent.
 
-    The slump is replayed with a constant viscosity, unless ``replay`` is known; time goes with it where inertia has no
-    part. Photos count by how well radius and lift tell their time; all share the lift, and the slump's course. Raises
-    InputError for a time that shows nothing.
+    The slump is replayed with a constant viscosity, unless ``replay`` is given; without inertia, its time is
+    proportional to the viscosity. Photos are weighted by the error of their time; all share those of the lift and of
+    the slump's course. Raises InputError for a time that shows nothing.
     """
     cone = heap.cone
     if cone is None:
         raise InputError("an early photo needs the shape that the paste began with: give --cone-mm.")
-    replay = replay or slump(cone.scaled_to(found.volume_mm3), found.value, heap.density_kg_m3, steady=True)
-    assert replay.viscosity_pa_s is not None, "steady"
+    replay = replay or slump(cone.scaled_to(stress.volume_mm3), stress.value, heap.density_kg_m3, steady=True)
+    if replay.viscosity_pa_s is None:
+        raise ValueError("replay is not of a constant viscosity")
     radii, times = np.maximum.accumulate(replay.radius_mm), replay.t_s
     steps = np.append(True, np.diff(radii) > 0)
     values, by_radius, by_lift = [], [], []
@@ -220,7 +197,7 @@ def viscosity(
     weight = 1 / (np.square(by_radius) + np.square(by_lift))
     weight /= weight.sum()
     value = float(np.exp(weight @ np.log(values)))
-    galilei = heap.density_kg_m3**2 * GRAVITY_M_S2 * found.volume_mm3 * 1e-9 / value**2
+    galilei = heap.density_kg_m3**2 * GRAVITY_M_S2 * stress.volume_mm3 * 1e-9 / value**2
     if galilei > MOST_GALILEI:
         raise InputError(
             f"early photos would say {value:.2g} Pa s, and so thin a paste is slowed by its inertia and by the hand "
@@ -242,43 +219,31 @@ def material_of(
     spread = measure_spread(photo, folder)
     for warning in spread.warnings:
         note(f"note: {warning}")
-    found = estimate(heap, spread, note)
-    thick, thick_percent = None, None
+    stress = estimate(heap, spread, note)
+    thickness = None
     if early:
         blobs = [(measure_spread(photo.model_copy(update={"file": file}), folder), at_s) for file, at_s in early]
         note("The slump is replayed once more, for its course in time.")
-        thick, thick_percent = viscosity(heap, found, blobs)
-    way = "slump of a cone replayed in particles" if found.replayed else "spread, closed form with stretching"
-    parts = ", ".join(f"{name} {value:.2g}" for name, value in found.parts.items())
+        thickness = viscosity(heap, stress, blobs)
+    way = "slump of a cone replayed in particles" if stress.replayed else "spread, closed form with stretching"
+    parts = ", ".join(f"{name} {value:.2g}" for name, value in stress.parts.items())
     small, large = spread.diameters_mm
-    basis = (
-        f"spread of {2 * spread.radius_mm:.2f} mm by its area ({small:.1f} to {large:.1f} mm across), "
-        f"{found.volume_mm3 / 1000:.4g} ml",
-        f"height over radius {found.height_to_radius:.3f}; Roussel and Coussot's flat formula alone says "
-        f"{found.flat_pa:.4g} Pa",
-        f"standard uncertainty in Pa by source: {parts}",
-    )
-    material = checked(
-        Material,
+    material = measured_material(
         photo.file,
-        {
-            "method": f"{way}, surface tension's term subtracted",
-            "date": day.isoformat(),
-            "data": photo.data,
-            "yield_stress_pa": four_digits(found.value),
-            "yield_stress_error_pa": four_digits(found.error),
-            "yield_stress_95_pa": (four_digits(found.interval[0]), four_digits(found.interval[1])),
-            "viscosity_pa_s": None if thick is None else four_digits(thick),
-            "viscosity_error_percent": None if thick_percent is None else four_digits(thick_percent),
-            "density_kg_m3": heap.density_kg_m3,
-            "density_error_kg_m3": heap.spread_of_density,
-            "basis": basis,
-            "not_for": NOT_FOR,
-        },
+        day,
+        photo.data,
+        stress,
+        thickness,
+        method=f"{way}, surface tension's term subtracted",
+        density_kg_m3=heap.density_kg_m3,
+        density_error_kg_m3=heap.spread_of_density,
+        basis=(
+            f"spread of {2 * spread.radius_mm:.2f} mm by its area ({small:.1f} to {large:.1f} mm across), "
+            f"{stress.volume_mm3 / 1000:.4g} ml",
+            f"height over radius {stress.height_to_radius:.3f}; Roussel and Coussot's flat formula alone says "
+            f"{stress.flat_pa:.4g} Pa",
+            f"standard uncertainty in Pa by source: {parts}",
+        ),
+        not_for=NOT_FOR,
     )
-    return material, found, spread
-
-
-def four_digits(value: float) -> float:
-    """Round a number to four digits."""
-    return float(f"{value:.4g}")
+    return material, stress, spread

@@ -1,8 +1,8 @@
-"""An emulated pour under correction: particles with hidden faults in place of the lab, and a sensor with its own."""
+"""An emulated pour under correction: particles and a sensor, both with hidden faults."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -13,7 +13,7 @@ from digitise.weighing.moved_walls import widened_by
 from sealtwin.core.records import Outline, Profile
 from sealtwin.core.settings import Settings
 from sealtwin.plan.loop_model import TwoPasses
-from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
+from sealtwin.plan.loop_step import LevelFrame, LoggedStep, LoopModel, LoopState, step
 from sealtwin.plan.verify import Misfit, misfit
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.steered import SteeredPour
@@ -24,10 +24,10 @@ WIDENED_MM = 8.0  # Standard deviation of a hidden widening along the crack
 
 
 class Faults(Settings):
-    """Content of faults.toml: what the plan does not know. Without a key there is no such fault."""
+    """Content of faults.toml: faults that the plan does not know of. Without a key there is no such fault."""
 
     flow_factor: Factor = 1.0
-    """Flow that the pump gives over the flow that it is asked for."""
+    """Flow that the pump gives over the flow asked for."""
     material_factor: Factor = 1.0
     """Yield stress and viscosity over the plan's."""
     wider_percent: float = Field(default=0.0, ge=-50, le=100)
@@ -53,7 +53,7 @@ class Emulated:
     after_first: Misfit
     level: Profile
     given_mm3: float
-    lines: tuple[dict[str, Any], ...]  # Of the log
+    lines: tuple[LoggedStep, ...]
 
 
 def emulate(
@@ -69,7 +69,7 @@ def emulate(
     corrects: bool = True,
     report: Callable[[int], None] = lambda t_s: None,
 ) -> Emulated:
-    """Pour with faults and answer with ``step``; without ``corrects`` the plan is poured as it is."""
+    """Pour with faults and correct by ``step``; without ``corrects`` the plan is poured as it is."""
     fluid, solver, nozzle = physics
     share = faults.wider_percent / 100 * np.exp(-0.5 * ((outline.s_mm - faults.wider_at_mm) / WIDENED_MM) ** 2)
     real = widened_by(outline, share)
@@ -82,7 +82,7 @@ def emulate(
     pour = SteeredPour(
         solid, real, passes.motion, hidden, solver, nozzle, most_mm3_s=most_mm3_s, seed=seed, slope=slope
     )
-    random, state, lines = np.random.default_rng(seed), LoopState.start(model), list[dict[str, Any]]()
+    random, state, lines = np.random.default_rng(seed), LoopState.start(model), list[LoggedStep]()
     begin_s, end_s = float(passes.motion.t_s[0]), float(passes.motion.t_s[-1])
 
     def flow(t_s: float) -> float:
@@ -98,16 +98,16 @@ def emulate(
             after_first = misfit(real, solid, level.s_mm, level.level_mm)
         if corrects:
             state, plan = step(model, state, t_s, frame)
-            lines.append(as_line(t_s, frame, state, plan))
+            lines.append(LoggedStep(t_s, frame, state, plan))
         report(round(t_s))
     pour.advance(end_s + solver.settle_s, flow)
     level = pour.level()
-    found = misfit(real, solid, level.s_mm, level.level_mm)
-    return Emulated(found, after_first or found, level, pour.given_mm3, tuple(lines))
+    at_end = misfit(real, solid, level.s_mm, level.level_mm)
+    return Emulated(at_end, after_first or at_end, level, pour.given_mm3, tuple(lines))
 
 
 def _seen(pour: SteeredPour, passes: TwoPasses, faults: Faults, random: np.random.Generator) -> LevelFrame | None:
-    """Return what the sensor sees: where the nozzle has been, but not around it."""
+    """Return the level that the sensor sees: behind the nozzle, but not around it."""
     level, t_s = pour.level(), pour.t_s
     s_mm = np.arange(SEEN_EVERY_MM / 2, level.s_mm[-1], SEEN_EVERY_MM)
     at_mm, start_mm = np.interp(t_s, passes.motion.t_s, passes.motion.s_mm), passes.motion.s_mm[0]

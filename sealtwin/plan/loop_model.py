@@ -1,19 +1,19 @@
-"""The tables of a correction, made before the pour: particles along the plan, differences by the fast model."""
+"""The tables of a correction, made before the pour: levels by particles, derivatives by the fast model."""
 
 import itertools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import with_config
 
 from sealtwin.core import files
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.progress import Progress
-from sealtwin.core.record_files import Amount, Result, read_record
-from sealtwin.core.records import Floats, Numbers, Trajectory
+from sealtwin.core.record_files import read_record
+from sealtwin.core.records import FROM_JSON, Floats, Trajectory
 from sealtwin.plan.loop_step import LoopModel
 from sealtwin.plan.search import Case, areas_of, target_of
 from simulate.settings import Fluid, Nozzle, Solver
@@ -32,68 +32,19 @@ CELLS, STEPS = 40, 150
 FIRST_MARGIN_MM, TOP_UP_MARGIN_MM = 0.8, 1.0
 """Levels below the face at which both passes aim: nothing takes away what is too much."""
 START_SHARE, START_MM = 1 / 1.3, 25.0
-"""Share of its section that the first pass aims at where it begins, and the length over which that grows to all of it:
-as much is filled before a level shows what the pump gives, which may be 20 % more, of a paste that heaps up."""
-REACH_MM = 8.0  # Beyond the way of an interval of the top-up, where its sealant ends; farther off a derivative is noise
-
-
+"""Share of the section that the first pass aims at in its beginning, and the length over which it grows to 1. So much
+is filled before a level shows the pump's flow, which may be 20 % more, of a paste that heaps up."""
+REACH_MM = 8.0  # Beyond an interval of the top-up, where its sealant ends; farther off a derivative is noise
 REMEDY = "Delete it; 'sealtwin loop PLAN --emulate FAULTS' makes the tables anew."
 
 
-class SectionTables(Result):
-    """Sections in loop.json, as ``Trapezoids``."""
+@with_config(FROM_JSON)
+@dataclass(frozen=True)
+class LoopFile(LoopModel):
+    """Content of loop.json."""
 
-    model_config = ConfigDict(arbitrary_types_allowed=True)
-
-    s_mm: Numbers
-    floor_mm: Numbers
-    mouth_mm: Numbers
-    depth_mm: Numbers
-    slant: Numbers
-    bottom_mm: Numbers
-    reach_per_mm: float
-    reach_mm: float
-
-
-class LoopFile(Result):
-    """Content of loop.json, whose tables are those of ``LoopModel``."""
-
-    model_config = ConfigDict(arbitrary_types_allowed=True)
-
-    key: str
-    stage_numbers: dict[str, int] = Field(default_factory=dict)  # Earlier files have none
-    sections: SectionTables
-    moment_s: Numbers
-    edge_s: Numbers
-    base_mm3_s: Numbers
-    nominal: Numbers
-    reference_mm2: Numbers
-    by_command: Numbers
-    by_material: Numbers
-    target_mm2: Numbers
-    most_mm3_s: Amount
-    linear_off_mm: Amount
-
-    @model_validator(mode="after")
-    def _of_one_size(self) -> Self:
-        cells, moments, intervals = len(self.sections.s_mm), len(self.moment_s), len(self.nominal)
-        sizes = {
-            **{f"sections.{name}": (cells,) for name in ("floor_mm", "mouth_mm", "depth_mm", "slant", "bottom_mm")},
-            "edge_s": (intervals, 2),
-            "base_mm3_s": (intervals,),
-            "reference_mm2": (moments, cells),
-            "by_command": (intervals, moments, cells),
-            "by_material": (moments, cells),
-            "target_mm2": (2, cells),
-        }
-        for name, size in sizes.items():
-            owner, _, table = name.rpartition(".")
-            found = getattr(self.sections if owner else self, table).shape
-            if found != size:
-                raise ValueError(f"{name} has {found} numbers, by moment_s, nominal and sections.s_mm it has {size}")
-        if min(cells, moments, intervals) < 2:
-            raise ValueError("moment_s, nominal and sections.s_mm have two numbers or more each")
-        return self
+    key: str  # Of all that the tables depend on
+    stage_numbers: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -229,7 +180,7 @@ def make_model(
 
 
 def _near(areas_mm2: Floats, passes: TwoPasses, number: int, sections: Trapezoids, moments: Floats) -> Floats:
-    """Return the areas that an interval of the top-up adds, (T, C), without noise away from it, of its own volume.
+    """Return the areas that an interval of the top-up adds, (T, C), of its own volume, without noise farther off.
 
     A bed that yields comes to rest a little otherwise whatever is added, by some 0.1 mm anywhere, which over all
     intervals is as much as a top-up gives.
@@ -239,7 +190,7 @@ def _near(areas_mm2: Floats, passes: TwoPasses, number: int, sections: Trapezoid
     near = np.abs(sections.s_mm - np.clip(sections.s_mm, way_mm.min(), way_mm.max())) < REACH_MM
     given_mm3 = passes.base_mm3_s[number] * np.clip(moments - begin_s, 0.0, end_s - begin_s)
     found_mm3 = (near * areas_mm2).sum(axis=1) * sections.step_mm
-    # While it falls, little of it is in the bed.
+    # While the sealant falls, little of it is in the bed.
     return near * areas_mm2 * (given_mm3 / np.maximum(found_mm3, given_mm3 / 2 + 1e-9))[:, None]
 
 
@@ -280,16 +231,10 @@ def thickened(paste: HerschelBulkley, log_factor: float) -> HerschelBulkley:
 
 
 def write_model(path: Path, model: LoopModel, key: str, numbers: Mapping[str, int]) -> None:
-    """Write the tables as JSON, with the key of all that they depend on, and the stage numbers in it."""
-    sections = {name: getattr(model.sections, name) for name in Trapezoids.__dataclass_fields__}
-    content = {name: getattr(model, name) for name in LoopModel.__dataclass_fields__}
-    files.write_json(
-        path, {"version": VERSION, "key": key, "stage_numbers": dict(numbers), **content, "sections": sections}
-    )
+    """Write the tables as JSON, with the key of all that they depend on, and its stage numbers."""
+    files.write_json(path, {"version": VERSION, "key": key, "stage_numbers": dict(numbers), **asdict(model)})
 
 
-def read_model(path: Path) -> LoopModel:
+def read_model(path: Path) -> LoopFile:
     """Read the tables. Raises InputError, naming the table, if one is damaged."""
-    tables = read_record(LoopFile, path, REMEDY)
-    content: dict[str, Any] = {name: getattr(tables, name) for name in LoopModel.__dataclass_fields__}
-    return LoopModel(**{**content, "sections": Trapezoids(**dict(tables.sections))})
+    return read_record(LoopFile, path, REMEDY)

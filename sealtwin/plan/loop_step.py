@@ -1,35 +1,38 @@
-"""One step of the correction of a fill: from the level so far to the flow that is left, without side effects.
+"""One step of the correction of a fill: from the level so far to the flow of the rest, without side effects.
 
 A model, made beforehand, holds the areas of the nominal plan over time as particles gave them, and their derivatives
 by each flow and by the paste's thickness as the fast model has them. The fast model reads low in mid-fill, so that it
 gives differences alone. All of it is linear, and a step takes some hundredths of a second.
 """
 
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import with_config
 
-from sealtwin.core.records import Floats
+from sealtwin.core.record_files import Amount
+from sealtwin.core.records import FROM_JSON, Floats, Numbers
 from sealtwin.plan.search import DECIMALS
 from simulate.slot.sections import Trapezoids
 
 FLOW_SD, MATERIAL_SD = 0.15, 0.5
-"""Standard deviations of the priors of what the pump gives over what it is asked for, and of the logarithm of the
-paste's thickness over the plan's."""
-FLOW_BOUNDS, MATERIAL_BOUNDS = (0.6, 1.5), (0.2, 5.0)  # Over what the plan takes them for
+"""Standard deviations of two priors: of the pump's flow over the flow asked for, and of the logarithm of the paste's
+thickness over the plan's."""
+FLOW_BOUNDS, MATERIAL_BOUNDS = (0.6, 1.5), (0.2, 5.0)  # Over the plan's
 MODEL_MM, ALIKE_MM = 0.4, 8.0  # Error of a predicted level in mid-fill, and the length over which it is the same
-SMOOTHED_MM = 2.5  # Standard deviation to which what is left unexplained is smoothed
-OPEN_AFTER_S = 3.0  # Time without a level after which the plan is left as it is
-OVER_WEIGHT = (1.3, 4.0)  # Of overfill, in the first pass and in the top-up, after which nothing takes it away
+SMOOTHED_MM = 2.5  # Standard deviation to which unexplained areas are smoothed
+OPEN_AFTER_S = 3.0  # Time without a level after which the plan is not corrected
+OVER_WEIGHT = (1.3, 4.0)  # Of overfill in the first pass, and in the top-up, after which nothing removes it
 STIFF, AT_EASE, WHOLE = 0.3, 0.003, 3.0
 """Weights of a command's distance from the plan's flow in the first pass, and from none in the top-up, and of the whole
 volume's error in the first pass, beside relative errors of the areas."""
 TRUSTED = 0.65, 1.5  # Bounds of a command of the first pass, beyond which the tables no longer hold
-REWEIGHTED = 4  # Times that cells over their target are told anew
+REWEIGHTED = 4  # Times that cells over their target are weighted anew
 
 
+@with_config(FROM_JSON)
 @dataclass(frozen=True)
 class LoopModel:
     """Tables of a plan with a top-up pass; C cells, T moments, n intervals of time.
@@ -38,16 +41,33 @@ class LoopModel:
     """
 
     sections: Trapezoids
-    moment_s: Floats  # (T,)
-    edge_s: Floats  # (n, 2): begin and end of each interval
-    base_mm3_s: Floats  # (n,): mean
-    nominal: Floats  # (n,): 1 in the first pass, 0 in the top-up
-    reference_mm2: Floats  # (T, C): areas by particles with the nominal commands
-    by_command: Floats  # (n, T, C)
-    by_material: Floats  # (T, C)
-    target_mm2: Floats  # (2, C): of the first pass and of the top-up
-    most_mm3_s: float
-    linear_off_mm: float  # RMS error of the tables over the fast model itself, flow and paste 20 % off
+    moment_s: Numbers  # (T,)
+    edge_s: Numbers  # (n, 2): begin and end of each interval
+    base_mm3_s: Numbers  # (n,): mean
+    nominal: Numbers  # (n,): 1 in the first pass, 0 in the top-up
+    reference_mm2: Numbers  # (T, C): areas by particles with the nominal commands
+    by_command: Numbers  # (n, T, C)
+    by_material: Numbers  # (T, C)
+    target_mm2: Numbers  # (2, C): of the first pass and of the top-up
+    most_mm3_s: Amount
+    linear_off_mm: Amount  # RMS error of the tables over the fast model itself, flow and paste 20 % off
+
+    def __post_init__(self) -> None:
+        cells, moments, intervals = len(self.sections.s_mm), len(self.moment_s), len(self.nominal)
+        sizes = {
+            **{f"sections.{name}": (cells,) for name in ("floor_mm", "mouth_mm", "depth_mm", "slant", "bottom_mm")},
+            "edge_s": (intervals, 2),
+            "base_mm3_s": (intervals,),
+            "reference_mm2": (moments, cells),
+            "by_command": (intervals, moments, cells),
+            "by_material": (moments, cells),
+            "target_mm2": (2, cells),
+        }
+        for name, size in sizes.items():
+            if (shape := attrgetter(name)(self).shape) != size:
+                raise ValueError(f"{name} has {shape} numbers, by moment_s, nominal and sections.s_mm it has {size}")
+        if min(cells, moments, intervals) < 2:
+            raise ValueError("moment_s, nominal and sections.s_mm have two numbers or more each")
 
     @property
     def first(self) -> int:
@@ -66,29 +86,39 @@ class LoopModel:
         return between(self.reference_mm2), between(self.by_command), between(self.by_material)
 
 
+@with_config(FROM_JSON)
 @dataclass(frozen=True)
 class LevelFrame:
-    """Levels that a sensor saw at a moment, where it could see them."""
+    """Levels that a sensor saw at a moment, at the stations that it could see."""
 
     t_s: float
     s_mm: tuple[float, ...]
     level_mm: tuple[float, ...]
 
+    def __post_init__(self) -> None:
+        if len(self.s_mm) != len(self.level_mm):
+            raise ValueError(f"{len(self.s_mm)} numbers in s_mm, and {len(self.level_mm)} in level_mm")
+
 
 @dataclass(frozen=True)
 class LoopState:
-    """All that a step keeps for the next one."""
+    """Input of the next step that this one computed."""
 
     commands: tuple[float, ...]
     level_s: float = 0.0  # Moment of the latest level
     flow: float = 1.0
-    material: float = 0.0
+    material: float = 0.0  # Logarithm
     left_mm2: tuple[float, ...] = field(default=())  # Areas that the estimates leave unexplained, (C,)
     stopped: str = ""  # Why it stopped, in a sentence
 
     @classmethod
     def start(cls, model: LoopModel) -> "LoopState":
         return cls(commands=tuple(model.nominal.tolist()), left_mm2=(0.0,) * len(model.sections.s_mm))
+
+    @property
+    def material_factor(self) -> float:
+        """Thickness of the paste over the plan's."""
+        return float(np.exp(self.material))
 
 
 @dataclass(frozen=True)
@@ -99,6 +129,23 @@ class RemainingPlan:
     end_s: tuple[float, ...]
     flow_mm3_s: tuple[float, ...]
     said: str  # What was done, in words: corrected, as before, open loop or stopped
+
+
+@with_config(FROM_JSON)
+@dataclass(frozen=True)
+class StepInput:
+    """Moment and level that a logged step was given."""
+
+    t_s: float
+    level: LevelFrame | None
+
+
+@dataclass(frozen=True)
+class LoggedStep(StepInput):
+    """Line of a log: what a step was given, and its answer."""
+
+    state: LoopState
+    plan: RemainingPlan
 
 
 def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | None) -> tuple[LoopState, RemainingPlan]:
@@ -144,14 +191,14 @@ def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | Non
 
 
 def _estimated(model: LoopModel, state: LoopState, level: LevelFrame) -> LoopState:
-    """Take flow and thickness that explain the level best, with their priors; and what they leave unexplained."""
+    """Estimate flow and thickness from the level and their priors, and the areas that they leave unexplained."""
     it = model.sections
     seen, area_mm2 = _seen_areas(it, level)
     reference, by_command, by_material = model.at(level.t_s)
     commands = np.array(state.commands)
     given = commands @ by_command
     found_mm2 = area_mm2 - reference + model.nominal @ by_command
-    # Of every cell alone, whose errors are alike over some length.
+    # Of a single cell; neighbours share their errors over some length.
     sd_mm2 = it.mouth_mm * MODEL_MM * np.sqrt(max(1.0, ALIKE_MM / it.step_mm))
     rows = np.column_stack([given, by_material])[seen] / sd_mm2[seen, None]
     prior = np.diag([1 / FLOW_SD, 1 / MATERIAL_SD])
@@ -180,7 +227,7 @@ def _seen_areas(sections: Trapezoids, level: LevelFrame) -> tuple[NDArray[np.boo
 
 
 def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
-    """Choose the commands of this pass that are left, so that its bed ends at its target."""
+    """Choose the remaining commands of this pass so that its bed ends at its target."""
     from scipy.optimize import lsq_linear
 
     first, begin_s = model.first, model.edge_s[:, 0]
@@ -195,9 +242,9 @@ def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
     fixed = np.where(free, 0.0, commands)
     bed_mm2 = reference + (state.flow * fixed - model.nominal) @ by_command + state.material * by_material
     if again:
-        # In the first pass most of it is the moving front, which tables place badly.
+        # In the first pass most unexplained area is the moving front, which the tables place badly.
         bed_mm2 = bed_mm2 + np.array(state.left_mm2)
-    # In the first pass what lies between both targets is right, and in the top-up what is over its target stays.
+    # In the first pass any area between both targets is right; in the top-up an area over its target stays.
     highest_mm2 = np.inf if again else model.target_mm2[1]
     lacks_mm2 = np.clip(bed_mm2, target_mm2, np.maximum(target_mm2, highest_mm2)) - bed_mm2
     scale = 1 / target_mm2.mean() / np.sqrt(len(target_mm2))
@@ -206,22 +253,16 @@ def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
     least = np.zeros(len(most))
     if not again:
         least, most = np.minimum(TRUSTED[0], most / 2), np.minimum(TRUSTED[1], most)
-    # In the top-up what is not needed is not given.
+    # The top-up gives no more than is needed.
     still, stiff = (0.0, AT_EASE) if again else (1 / state.flow, STIFF)
-    held = stiff / np.sqrt(free.sum()) * np.eye(int(free.sum()))
-    # The volume holds whatever the tables know of where it goes.
+    stiffness = stiff / np.sqrt(free.sum()) * np.eye(int(free.sum()))
+    # The volume is right even if the tables place it badly.
     whole = 0.0 if again else WHOLE / np.sqrt(len(lacks))
     weight, chosen = np.ones(len(lacks)), commands[free]
     for _ in range(REWEIGHTED):
-        rows = np.vstack([weight[:, None] * table, whole * table.sum(axis=0), held])
-        wanted = np.concatenate([weight * lacks, [whole * lacks.sum()], held @ np.full(len(chosen), still)])
+        rows = np.vstack([weight[:, None] * table, whole * table.sum(axis=0), stiffness])
+        wanted = np.concatenate([weight * lacks, [whole * lacks.sum()], stiffness @ np.full(len(chosen), still)])
         chosen = lsq_linear(rows, wanted, (least, most)).x
         weight = np.where(table @ chosen > lacks, OVER_WEIGHT[int(again)], 1.0)
     commands[free] = np.clip(chosen.round(DECIMALS), least, most)
     return replace(state, commands=tuple(commands.tolist()))
-
-
-def as_line(t_s: float, level: LevelFrame | None, state: LoopState, plan: RemainingPlan) -> dict[str, Any]:
-    """Return a line of the log: what a step was given, and what it answered."""
-    seen = None if level is None else asdict(level)
-    return {"t_s": t_s, "level": seen, "state": asdict(state), "plan": asdict(plan)}

@@ -1,26 +1,23 @@
-"""The loop of a finished plan: its tables, an emulated pour with faults, the log of its steps and the log's replay."""
+"""The loop of a finished plan: its tables, an emulated pour with faults, its log and the log's replay."""
 
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
-from pydantic import model_validator
 
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
-from sealtwin.core.record_files import Result, as_record, read_record
+from sealtwin.core.record_files import Result, as_record
 from sealtwin.core.run_folder import holding
 from sealtwin.core.settings import read_settings
 from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.plan.emulation import Emulated, Faults, emulate
 from sealtwin.plan.loop_model import (
-    REMEDY,
     VERSION,
-    LoopFile,
     TwoPasses,
     by_particles,
     make_model,
@@ -28,7 +25,7 @@ from sealtwin.plan.loop_model import (
     two_passes,
     write_model,
 )
-from sealtwin.plan.loop_step import LevelFrame, LoopModel, LoopState, as_line, step
+from sealtwin.plan.loop_step import LoggedStep, LoopModel, LoopState, StepInput, step
 from sealtwin.plan.make_plan import REPORT, SAMPLE, TABLE, VERIFICATION, case_of
 from sealtwin.plan.shape import FASTER
 from sealtwin.study.runner import Bench, read_bench
@@ -40,7 +37,7 @@ from sealtwin.trial.trial_file import Trial, load_trial
 TABLES, PAGE = "loop.json", "loop.html"
 SAME = 1e-6  # Relative difference of numbers that another machine rounds otherwise
 ANOTHER_LOG = "Give the log as 'sealtwin loop PLAN --emulate FAULTS' or your controller wrote it."
-REFERENCE_SEED = 100  # Beyond the trial's own, for the particles of the tables
+REFERENCE_SEED = 100  # Added to the trial's own, for the particles of the tables
 
 
 class LogHead(Result):
@@ -49,33 +46,12 @@ class LogHead(Result):
     tables_sha256: str = ""
 
 
-class LoggedLevel(Result):
-    """Level that a logged step was given, as ``LevelFrame``."""
-
-    t_s: float
-    s_mm: tuple[float, ...]
-    level_mm: tuple[float, ...]
-
-    @model_validator(mode="after")
-    def _in_pairs(self) -> Self:
-        if len(self.s_mm) != len(self.level_mm):
-            raise ValueError(f"{len(self.s_mm)} numbers in s_mm, and {len(self.level_mm)} in level_mm")
-        return self
-
-
-class LoggedStep(Result):
-    """Line of a log: a moment, and the level that the step was given; its answer is compared as it is."""
-
-    t_s: float
-    level: LoggedLevel | None
-
-
 def run_loop(
     folder: Path, faults_file: Path, progress: Progress, *, seed: int, corrects: bool = True
 ) -> dict[str, Any]:
-    """Emulate a plan's pour with the faults of a file, and write its log and page; return what came of it.
+    """Emulate a plan's pour with the faults of a file, write its log and page, and return the JSON answer.
 
-    The tables are made first, and again where the plan has changed. Raises InputError where the folder holds no plan.
+    The tables are made first, and again if the plan has changed. Raises InputError if the folder holds no plan.
     """
     starter = "It has keys as flow_factor = 1.2, noise_mm = 0.15"
     faults = read_settings(Faults, faults_file, name="file of faults", starter=starter)
@@ -96,13 +72,13 @@ def run_loop(
         log = folder / f"loop-{seed}.jsonl"
         tables_sha256 = files.sha256(folder / TABLES)
         head = {"version": 1, "tables_sha256": tables_sha256, "emulated": faults.model_dump(), "seed": seed}
-        files.write_text(log, "".join(f"{json.dumps(line)}\n" for line in (head, *poured.lines)))
+        files.write_text(log, "".join(f"{json.dumps(line)}\n" for line in (head, *map(asdict, poured.lines))))
         content = {
             **_content(folder, log, poured, model),
             "other_versions": _plan_versions(folder),
             "fluid_warnings": fluid_warnings(read_plan(folder / VERIFICATION).runs),
         }
-        from sealtwin.plan.loop_page import write_loop_page
+        from sealtwin.plan.pages import write_loop_page
 
         write_loop_page(folder / PAGE, poured, content)
         return content
@@ -111,7 +87,7 @@ def run_loop(
 def replay(folder: Path, log: Path) -> int:
     """Give each input of a log to ``step`` again, and return the number of its steps.
 
-    Raises InputError for a log that cannot be read or is of other tables, NumericalError where an answer is another.
+    Raises InputError for a log that cannot be read or is of other tables, NumericalError for a different answer.
     """
     model, (head, *lines) = read_model(folder / TABLES), _lines(log)
     if as_record(LogHead, head, f"{log}, line 1", ANOTHER_LOG).tables_sha256 != files.sha256(folder / TABLES):
@@ -120,30 +96,27 @@ def replay(folder: Path, log: Path) -> int:
         )
     state, latest_s = LoopState.start(model), -np.inf
     for number, text in enumerate(lines, start=2):
-        line = as_record(LoggedStep, text, f"{log}, line {number}", ANOTHER_LOG)
+        line = as_record(StepInput, text, f"{log}, line {number}", ANOTHER_LOG)
         if line.t_s <= latest_s:
             raise InputError(
                 f"{log}, line {number}: t_s = {line.t_s:g} is not after the {latest_s:g} s of the line before; a line "
                 f"is doubled, or two are swapped. {ANOTHER_LOG}"
             )
-        latest_s, seen = line.t_s, line.level
-        frame = None if seen is None else LevelFrame(seen.t_s, seen.s_mm, seen.level_mm)
-        state, plan = step(model, state, line.t_s, frame)
-        answer = json.loads(json.dumps(as_line(line.t_s, frame, state, plan)))
-        if not _alike(answer, json.loads(text)):
+        latest_s = line.t_s
+        state, plan = step(model, state, line.t_s, line.level)
+        answer = asdict(LoggedStep(line.t_s, line.level, state, plan))
+        if not _alike(json.loads(json.dumps(answer)), json.loads(text)):
             raise NumericalError(f"{log}, line {number}: replayed, the answer at {line.t_s:g} s is another.")
     return len(lines)
 
 
 def loop_versions(folder: Path) -> list[str]:
     """Return a sentence each if other stage numbers than this version's computed the tables of a loop, or its plan."""
-    tables, own, told = read_record(LoopFile, folder / TABLES, REMEDY), numbers_up_to("simulate"), list[str]()
-    # Earlier files have no numbers, only the key that they are in.
-    as_now = tables.key == _key(folder) if (folder / TABLE).is_file() else False
-    if not as_now and (other := other_numbers(tables.stage_numbers, own)):
+    tables, own, sentences = read_model(folder / TABLES), numbers_up_to("simulate"), list[str]()
+    if other := other_numbers(tables.stage_numbers, own):
         again = f"'sealtwin loop {shown(folder)} --emulate FAULTS' makes them anew."
-        told.append(f"{shown(folder)}: the tables of its loop were computed by {other}. {again}")
-    return [*told, *(_plan_versions(folder) if holds_study(folder / VERIFICATION) else [])]
+        sentences.append(f"{shown(folder)}: the tables of its loop were computed by {other}. {again}")
+    return [*sentences, *(_plan_versions(folder) if holds_study(folder / VERIFICATION) else [])]
 
 
 def _plan_versions(folder: Path) -> list[str]:
@@ -179,15 +152,15 @@ def _volume_factor(folder: Path) -> float:
 
 def _model(folder: Path, bench: Bench, trial: Trial, passes: TwoPasses, physics: Any, progress: Progress) -> LoopModel:
     """Return the tables of the plan as it is now."""
-    key, kept = _key(folder), folder / TABLES
-    if kept.is_file() and read_record(LoopFile, kept, REMEDY).key == key:
-        return read_model(kept)
+    key, path = _key(folder), folder / TABLES
+    if path.is_file() and (tables := read_model(path)).key == key:
+        return tables
     most_mm3_s = 2 * float(passes.base_mm3_s.max())
     case = case_of(bench, trial, bench.trajectory)
     how: dict[str, Any] = {"most_mm3_s": most_mm3_s, "progress": progress}
     reference = by_particles(case, passes, physics, seed=trial.seed + REFERENCE_SEED, **how)
-    write_model(kept, make_model(case, passes, reference, **how), key, numbers_up_to("simulate"))
-    return read_model(kept)
+    write_model(path, make_model(case, passes, reference, **how), key, numbers_up_to("simulate"))
+    return read_model(path)
 
 
 def _key(folder: Path) -> str:
@@ -196,20 +169,19 @@ def _key(folder: Path) -> str:
 
 
 def _content(folder: Path, log: Path, poured: Emulated, model: LoopModel) -> dict[str, Any]:
-    states = [line["state"] for line in poured.lines]
+    last = poured.lines[-1].state if poured.lines else None
     return {
         "version": 1,
         "data": "EMULATED",
         "folder": shown(folder),
         "log": log.name,
-        **asdict(poured.misfit),
-        "total_mm3": poured.misfit.total_mm3,
+        **poured.misfit.figures,
         "after_first_pass_mm3": poured.after_first.total_mm3,
         "given_mm3": poured.given_mm3,
-        "updates": len(states),
-        "flow_estimate": states[-1]["flow"] if states else None,
-        "material_estimate": float(np.exp(states[-1]["material"])) if states else None,
-        "stopped": states[-1]["stopped"] if states else "",
+        "updates": len(poured.lines),
+        "flow_estimate": last and last.flow,
+        "material_estimate": last and last.material_factor,
+        "stopped": last.stopped if last else "",
         "tables_off_mm": model.linear_off_mm,
     }
 

@@ -1,10 +1,9 @@
-"""A plan for a trial: searched on the fast model, judged by particles, searched again with what they showed."""
+"""A plan for a trial: searched on the fast model, judged by particles, searched again with their levels."""
 
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from itertools import groupby
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +16,14 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats, Profile, Trajectory
+from sealtwin.core.records import Floats, Trajectory
 from sealtwin.core.replicates import require_different
 from sealtwin.core.run_folder import holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.settings import checked
 from sealtwin.plan import search as searching
 from sealtwin.plan.search import Case, Goal, discrepancy, target_of
 from sealtwin.plan.shape import Knots, limits_of, require_possible
-from sealtwin.plan.verify import Misfit, Verifier, misfit, require_plannable
+from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit, require_plannable
 from sealtwin.study.runner import Bench, read_bench
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import require_sample, shown, start_job
@@ -38,51 +37,24 @@ VERIFICATION, SAMPLE = "verification", "sample"
 SEARCHED, JUDGED = 4, 24  # Draws of a posterior that a search averages over, and that the chances are counted of
 MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8
 Z_95 = 1.96
-LOW_MM, SHORTEST_LOW_MM = 1.0, 5.0  # Lack of level, and length of it, from which on a plan's sentence names a stretch
 
 
 @dataclass(frozen=True)
 class Options:
-    """Options of a plan."""
-
     knots: int = 8
-    rounds: int = 3  # Particle runs of plans, of which each next one is searched with what the last showed
-    seeds: int = 3  # Runs of the plan that is kept, with other seeds: they give its band
+    rounds: int = 3  # Particle runs of plans; each next plan is searched with the last one's level
+    seeds: int = 3  # Runs of the best plan with other seeds, which give its band
     margin_mm: float = 0.0  # Level below the face that the plan aims at
     flow_max_mm3_s: float | None = None
     keep_speed: bool = False
 
 
 @dataclass(frozen=True)
-class Round:
-    """A plan that particles judged."""
+class MadePlan:
+    """Result of a plan: the content of plan.json, and what it says in sentences."""
 
-    name: str
-    path: NozzlePath
-    level: Profile
-    misfit: Misfit
-    off_mm: float | None = None  # Mean difference from the level that was expected; None of a baseline
-
-
-@dataclass(frozen=True)
-class Planned:
-    """A finished plan with all that it was held against."""
-
-    best: Round
-    rounds: tuple[Round, ...]
-    baselines: tuple[Round, ...]
-    trajectory: Trajectory  # Of the best
-    s_mm: Floats
-    level_mm: Floats  # Mean of the seeds
-    half_width_mm: Floats | None
-    """Half the 95 % band of a further run; None with one seed, since single runs then show no scatter."""
-    misfits: tuple[Misfit, ...]  # Of each seed
-    chances: dict[str, float] | None
-
-    @property
-    def verified(self) -> bool:
-        """True where particles found a plan better than both baselines; level and band are theirs."""
-        return self.best.off_mm is not None
+    content: dict[str, Any]
+    sentences: list[str]
 
 
 def case_of(bench: Bench, trial: Trial, trajectory: Trajectory) -> Case:
@@ -104,7 +76,7 @@ def plan_on(
 ) -> Planned:
     """Plan for a digitised crack. ``limits_by`` is the cell and its pump's table, or None.
 
-    Raises InputError where no plan is possible, NumericalError where a particle run fails.
+    Raises InputError if no plan is possible, NumericalError if a particle run fails.
     """
     bench, trial, progress = verifier.bench, verifier.trial, verifier.progress
     cell, pump = limits_by or (None, None)
@@ -119,33 +91,35 @@ def plan_on(
     require_possible(limits, target_mm2, sections.s_mm, own, where)
     filled = float(target_mm2.sum() / sections.full_mm2.sum())
 
-    def judged(name: str, path: NozzlePath, level: Profile, predicted_mm: Floats | None = None) -> Round:
-        off_mm = None
-        if predicted_mm is not None:
-            off_mm = float(np.abs(np.interp(sections.s_mm, level.s_mm, level.level_mm) - predicted_mm).mean())
-        return Round(name, path, level, misfit(bench.outline, bench.solid, level.s_mm, level.level_mm), off_mm)
+    def missed(s_mm: Floats, level_mm: Floats) -> Misfit:
+        return misfit(bench.outline, bench.solid, s_mm, level_mm)
 
     paths = {
         name: trial.path.model_copy(update={"volume_ml": "cavity", "fill": filled, "flow": flow})
         for name, flow in (("constant flow", "constant"), ("flow by local area", "cross_section"))
     }
     levels = verifier.levels("Baselines by particles", [(name, path, trial.seed) for name, path in paths.items()])
-    baselines = [judged(name, path, level) for (name, path), level in zip(paths.items(), levels, strict=True)]
+    baselines = [
+        Round(name, path, level, missed(level.s_mm, level.level_mm))
+        for (name, path), level in zip(paths.items(), levels, strict=True)
+    ]
     goal = Goal(target_mm2, np.zeros_like(target_mm2))
     plan = knots.first_guess(target_mm2, sections.s_mm, limits)
     rounds = list[Round]()
     for number in range(1, options.rounds + 1):
-        progress.start(f"Searching, round {number}", searching.MOST_STEPS)
+        name = f"round {number}"
+        progress.start(f"Searching, {name}", searching.MOST_STEPS)
         plan = searching.search(few, knots, limits, goal, plan, progress.advance)
         path = NozzlePath(plan=planned_path(knots.trajectory(plan)))
         bed = nominal.fill(plan_trajectory(bench.outline, path))
         predicted_mm = sections.bottom_mm + sections.height_mm(bed.read_mm2 + goal.discrepancy_mm2)
-        (level,) = verifier.levels(f"Particles, round {number}", [(f"round {number}", path, trial.seed)])
-        rounds.append(judged(f"round {number}", path, level, predicted_mm))
-        told = rounds[-1].misfit
+        (level,) = verifier.levels(f"Particles, {name}", [(name, path, trial.seed)])
+        off_mm = float(np.abs(np.interp(sections.s_mm, level.s_mm, level.level_mm) - predicted_mm).mean())
+        it = missed(level.s_mm, level.level_mm)
+        rounds.append(Round(name, path, level, it, off_mm))
         progress.note(
-            f"round {number}: {told.under_mm3:.0f} mm3 under and {told.over_mm3:.0f} over; prediction and particles "
-            f"differ by {rounds[-1].off_mm:.2f} mm"
+            f"{name}: {it.under_mm3:.0f} mm3 under and {it.over_mm3:.0f} over; prediction and particles differ by "
+            f"{off_mm:.2f} mm"
         )
         goal = Goal(target_mm2, discrepancy(bed, level.s_mm, level.level_mm))
     best = min([*rounds, *baselines], key=lambda one: _cost(one.misfit))
@@ -171,17 +145,18 @@ def plan_on(
                 for case in cases[:: max(1, len(cases) // JUDGED)][:JUDGED]
             ]
         )
-        chances = _chances([misfit(bench.outline, bench.solid, sections.s_mm, level_mm) for level_mm in drawn_mm])
+        chances = _chances([missed(sections.s_mm, level_mm) for level_mm in drawn_mm])
         variance = variance + np.interp(s_mm, sections.s_mm, drawn_mm.var(axis=0, ddof=1))
     return Planned(
         best=best,
         rounds=tuple(rounds),
         baselines=tuple(baselines),
         trajectory=trajectory,
+        margin_mm=options.margin_mm,
         s_mm=s_mm,
         level_mm=levels_mm.mean(axis=0),
         half_width_mm=Z_95 * np.sqrt(variance) if len(levels) > 1 else None,
-        misfits=tuple(misfit(bench.outline, bench.solid, s_mm, level_mm) for level_mm in levels_mm),
+        misfits=tuple(missed(s_mm, level_mm) for level_mm in levels_mm),
         chances=chances,
     )
 
@@ -190,11 +165,11 @@ def _cost(misfit: Misfit) -> float:
     return misfit.under_mm3 + searching.OVER_WEIGHT * misfit.over_mm3
 
 
-def _chances(found: Sequence[Misfit]) -> dict[str, float]:
+def _chances(misfits: Sequence[Misfit]) -> dict[str, float]:
     return {
-        f"over_above_{MUCH_OVER_MM3:g}_mm3": float(np.mean([one.over_mm3 > MUCH_OVER_MM3 for one in found])),
-        f"level_above_{MUCH_ABOVE_MM:g}_mm": float(np.mean([one.highest_mm > MUCH_ABOVE_MM for one in found])),
-        "draws": len(found),
+        f"over_above_{MUCH_OVER_MM3:g}_mm3": float(np.mean([one.over_mm3 > MUCH_OVER_MM3 for one in misfits])),
+        f"level_above_{MUCH_ABOVE_MM:g}_mm": float(np.mean([one.highest_mm > MUCH_ABOVE_MM for one in misfits])),
+        "draws": len(misfits),
     }
 
 
@@ -221,11 +196,11 @@ def make_plan(
     jobs: int = 1,
     cell_file: Path | None = None,
     posterior: Path | None = None,
-) -> dict[str, Any]:
-    """Plan a trial in a folder of its own, by default reports/NAME-plan; return the content of plan.json.
+) -> MadePlan:
+    """Plan a trial in a folder of its own, by default reports/NAME-plan.
 
     After a kill the same command searches again, in seconds, and keeps the particle runs that are done. Raises
-    InputError where the trial, the cell or the posterior cannot be used, and NumericalError where a run fails.
+    InputError if the trial, the cell or the posterior cannot be used, and NumericalError if a run fails.
     """
     given = load_trial(file)
     require_sample(given, file.parent)
@@ -253,7 +228,11 @@ def make_plan(
             )
         verifier = Verifier(folder / VERIFICATION, trial, bench, device, progress, jobs)
         planned = plan_on(verifier, options, draws, (cell, pump), file)
-        content = _write(folder, planned, trial, options, verifier.fluid_warnings)
+        from sealtwin.plan.pages import plan_cautions, plan_finding, write_plan_page
+
+        warned = verifier.fluid_warnings
+        content = _write(folder, planned, trial.name, warned)
+        write_plan_page(folder / PAGE, trial.name, planned, warned)
         files.write_text(folder / "trial.toml", _trial_beside(given, file.parent, folder))
         # A program that the cell cannot carry is refused below, and the plan stays.
         files.write_json(folder / REPORT, content)
@@ -270,25 +249,22 @@ def make_plan(
             )
             content["robot"] = sorted(report["files"])
             files.write_json(folder / REPORT, content)
-        return content
+        return MadePlan(content, [*plan_cautions(planned, warned), plan_finding(planned)])
 
 
-def _write(
-    folder: Path, planned: Planned, trial: Trial, options: Options, fluid_warnings: Sequence[str]
-) -> dict[str, Any]:
-    from sealtwin.plan.plan_page import write_page
-
+def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[str]) -> dict[str, Any]:
+    """Write path and level as tables; return the content of plan.json."""
     path = planned_path(planned.trajectory)
     rows = np.column_stack([path.t_s, path.place_mm, path.speed_mm_s, path.flow])
     files.write_table(folder / TABLE, COLUMNS, rows)
     half_mm = np.full(len(planned.s_mm), np.nan) if planned.half_width_mm is None else planned.half_width_mm
-    low_mm, high_mm = planned.level_mm - half_mm, planned.level_mm + half_mm
+    level_mm = planned.level_mm
     columns = ("s_mm", "level_mm", "low_95_mm", "high_95_mm")
-    files.write_table(folder / LEVEL, columns, np.column_stack([planned.s_mm, planned.level_mm, low_mm, high_mm]))
-    mean = Misfit(*np.mean([list(asdict(one).values()) for one in planned.misfits], axis=0).tolist())
-    content = {
+    rows = np.column_stack([planned.s_mm, level_mm, level_mm - half_mm, level_mm + half_mm])
+    files.write_table(folder / LEVEL, columns, rows)
+    return {
         "version": 1,
-        "name": trial.name,
+        "name": name,
         "folder": shown(folder),
         "stage_numbers": numbers_up_to("simulate"),
         "fluid_warnings": fluid_warnings,
@@ -297,33 +273,15 @@ def _write(
         "expected_off_mm": planned.best.off_mm,
         "sealant_mm3": float((path.flow[:-1] * np.diff(path.t_s)).sum()),
         "duration_s": path.t_s[-1] - path.t_s[0],
-        "margin_mm": options.margin_mm,
-        **_said(mean),
-        "seeds": [_said(one) for one in planned.misfits],
-        "band_95_mm": None if planned.half_width_mm is None else float(planned.half_width_mm.mean()),
+        "margin_mm": planned.margin_mm,
+        **planned.misfit.figures,
+        "seeds": [one.figures for one in planned.misfits],
+        "band_95_mm": planned.band_95_mm,
         "chances": planned.chances,
-        "low_stretches": low_stretches(planned.s_mm, planned.level_mm, options.margin_mm),
-        "baselines": {one.name: _said(one.misfit) for one in planned.baselines},
-        "rounds": [{**_said(one.misfit), "expected_off_mm": one.off_mm} for one in planned.rounds],
+        "low_stretches": planned.low_stretches,
+        "baselines": {one.name: one.misfit.figures for one in planned.baselines},
+        "rounds": [{**one.misfit.figures, "expected_off_mm": one.off_mm} for one in planned.rounds],
     }
-    write_page(folder / PAGE, planned, content)
-    return content
-
-
-def low_stretches(s_mm: Floats, level_mm: Floats, margin_mm: float) -> list[dict[str, float]]:
-    """Return the stretches whose level stays more than ``LOW_MM`` under the level that was aimed at."""
-    lacks_mm = -margin_mm - level_mm
-    found: list[dict[str, float]] = []
-    for low, group in groupby(range(len(s_mm)), key=lambda place: bool(lacks_mm[place] > LOW_MM)):
-        part = list(group)
-        if low and s_mm[part[-1]] - s_mm[part[0]] >= SHORTEST_LOW_MM:
-            ends = {"from_mm": float(s_mm[part[0]]), "to_mm": float(s_mm[part[-1]])}
-            found.append({**ends, "mean_mm": float(lacks_mm[part].mean())})
-    return found
-
-
-def _said(misfit: Misfit) -> dict[str, float]:
-    return {**asdict(misfit), "total_mm3": misfit.total_mm3}
 
 
 def _trial_beside(trial: Trial, source: Path, folder: Path) -> str:

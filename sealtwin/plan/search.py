@@ -1,4 +1,4 @@
-"""The search for a plan on the fast model, corrected by what particles showed (space mapping, Bandler et al. 1994)."""
+"""The search for a plan on the fast model, corrected by particle runs (space mapping, Bandler et al. 1994)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from simulate.slot.flux import HerschelBulkley
 from simulate.slot.sections import Trapezoids
 
 CELLS, STEPS = 32, 60
-"""Size of the fast model in a search: a third of its time, and what that changes is part of the discrepancy."""
+"""Size of the fast model in a search: a third of its time; the change in level is part of the discrepancy."""
 OVER_WEIGHT = 1.3  # Of overfill over underfill
 BENT, HURRIED, DWELT = 0.02, 0.01, 0.004
 """Weights of second differences of flow and speed, of the speed's logarithm over the trial's, and of a second's dwell,
@@ -24,14 +24,14 @@ MOST_STEPS, WIDEST, ENOUGH, TINY = 16, 0.5, 0.02, 1e-9
 with new ones it ends."""
 STEP = 2e-2  # Of the differences, in logarithms and seconds: far above the tolerance of the model's own iteration
 DECIMALS = 3
-"""Decimals of what a search or a correction finds. The ones below differ with the processor, by how its BLAS orders
-sums, and pours by particles that differ at all part."""
+"""Decimals of a result of a search or a correction. Further ones differ by processor, as BLAS orders sums, and pours by
+particles diverge at any difference."""
 SMOOTHED_MM = 3.0  # Standard deviation to which a discrepancy is smoothed: one run's level has noise of 0.2 mm
 
 
 @dataclass(frozen=True)
 class Case:
-    """A crack and its paste as the fast model has them."""
+    """A crack and its paste in the fast model."""
 
     solid: Solid
     outline: Outline
@@ -54,7 +54,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Goal:
-    """Areas that a bed should be read to have, and what is added to the fast model's."""
+    """Areas of the bed that a plan aims at, and the correction of those of the fast model."""
 
     target_mm2: Floats  # (cells,)
     discrepancy_mm2: Floats  # (cells,): particles less fast model, of the plan that was run last

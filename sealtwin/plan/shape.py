@@ -1,4 +1,4 @@
-"""The numbers that a plan is made of: flow and speed at knots along the path, dwell at both of its ends; and bounds."""
+"""The numbers of a plan: flow and speed at knots along the path, dwell at both ends; and their bounds."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,24 +11,22 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Trajectory
 
-LONGEST_DWELL_S = 5.0  # At each end; what a plan gives there in a longer time has overfilled it
-SHORTEST_S = 1e-6  # Room that a search has, also where a pump has one flow
+LONGEST_DWELL_S = 5.0  # At each end; a longer dwell overfills it
+SHORTEST_S = 1e-6  # Least width of a bound, also of a pump with one flow
 SLOWER, FASTER = 4.0, 2.0  # A plan's speed over the trial's, at most either way
-SMALLEST_SHARE = 0.02  # Of the trial's own flow, where no pump says how little it can give
+SMALLEST_SHARE = 0.02  # Least flow over the trial's own, without a pump's table
 LARGEST_MM3_S = 1e4  # Flow of a plan without a cell and without --flow-max: more than pumps of a lab give
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Bounds of a plan by robot and pump."""
-
     flow_mm3_s: tuple[float, float]
     speed_mm_s: tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Knots:
-    """A path of the trial's own, and where its flow and speed are free.
+    """A trial's path, with the knots at which its flow and speed are free.
 
     Flow and speed are linear between knots, which are even along the part of the path that gives sealant. The nozzle
     dwells by crawling over the first and the last step of that part: no robot's program has a stop in it.
@@ -77,7 +75,6 @@ class Knots:
         return np.concatenate([np.log(flow), np.log(speed), [0.2, 0.2]])
 
     def bounds(self, limits: Limits) -> tuple[Floats, Floats]:
-        """Return the least and the largest plan."""
         low, high = (
             np.concatenate([np.full(self.count, np.log(flow)), np.full(self.count, np.log(speed)), [dwell_s, dwell_s]])
             for flow, speed, dwell_s in zip(limits.flow_mm3_s, limits.speed_mm_s, (0.0, LONGEST_DWELL_S), strict=True)
@@ -92,7 +89,6 @@ def limits_of(
     flow_max_mm3_s: float | None,
     keep_speed: bool,
 ) -> Limits:
-    """Return the bounds of flow and speed."""
     own_mm_s = float(trajectory.speed_mm_s.max())
     slowest, fastest = (own_mm_s, own_mm_s) if keep_speed else (own_mm_s / SLOWER, own_mm_s * FASTER)
     most = [LARGEST_MM3_S if flow_max_mm3_s is None else flow_max_mm3_s]
@@ -109,7 +105,7 @@ def limits_of(
 
 
 def require_possible(limits: Limits, area_mm2: Floats, s_mm: Floats, trajectory: Trajectory, where: Path) -> None:
-    """Raise InputError where the flow for a section is out of bounds at every speed."""
+    """Raise InputError if the flow for a section is out of bounds at every speed."""
     at_mm = trajectory.s_mm[trajectory.giving]
     needed = np.interp(at_mm, s_mm, area_mm2)
     (least, most), (slowest, fastest) = limits.flow_mm3_s, limits.speed_mm_s

@@ -1,8 +1,9 @@
-"""Particle runs that judge paths over one crack, kept in a folder like that of a sweep; and how a level is judged."""
+"""Particle runs that judge paths over one crack, in a folder like that of a sweep; and how a level is judged."""
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, astuple, dataclass, field
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats, Outline, Profile, Solid
+from sealtwin.core.records import Floats, Outline, Profile, Solid, Trajectory
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.estimate import size_of
@@ -22,12 +23,13 @@ from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from simulate.slot.sections import sections_of
 
+LOW_MM, SHORTEST_LOW_MM = 1.0, 5.0  # Lack of level, and length of it, from which on a plan's sentence names a stretch
 CELLS = 160  # Of a crack that a level is judged on: of 80 mm half a millimetre, finer than levels are read
 
 
 @dataclass(frozen=True)
 class Misfit:
-    """Volumes that a level lacks of a full crack, and that stand above the face."""
+    """Volumes that a level lacks of a full crack, and that it has above the face."""
 
     under_mm3: float
     over_mm3: float
@@ -38,6 +40,11 @@ class Misfit:
     def total_mm3(self) -> float:
         return self.under_mm3 + self.over_mm3
 
+    @property
+    def figures(self) -> dict[str, float]:
+        """All of it as JSON."""
+        return {**asdict(self), "total_mm3": self.total_mm3}
+
 
 def misfit(outline: Outline, solid: Solid, s_mm: Floats, level_mm: Floats) -> Misfit:
     """Return what a level along a crack lacks and has too much."""
@@ -47,6 +54,58 @@ def misfit(outline: Outline, solid: Solid, s_mm: Floats, level_mm: Floats) -> Mi
     under_mm2 = it.full_mm2 - np.maximum(filled_mm2, 0.0)
     over_mm2 = it.mouth_mm * np.maximum(level_mm, 0.0)
     return Misfit(float(under_mm2.sum()) * it.step_mm, float(over_mm2.sum()) * it.step_mm, float(level_mm.max()))
+
+
+@dataclass(frozen=True)
+class Round:
+    """A plan that particles judged."""
+
+    name: str
+    path: NozzlePath
+    level: Profile
+    misfit: Misfit
+    off_mm: float | None = None  # Mean difference from the level that was expected; None of a baseline
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A finished plan with all that it was compared with."""
+
+    best: Round
+    rounds: tuple[Round, ...]
+    baselines: tuple[Round, ...]
+    trajectory: Trajectory  # Of the best
+    margin_mm: float  # Level below the face that it aims at
+    s_mm: Floats
+    level_mm: Floats  # Mean of the seeds
+    half_width_mm: Floats | None
+    """Half the 95 % band of a further run; None with one seed, since single runs then show no scatter."""
+    misfits: tuple[Misfit, ...]  # Of each seed
+    chances: dict[str, float] | None
+
+    @property
+    def verified(self) -> bool:
+        """True if particles found a plan better than both baselines; level and band are theirs."""
+        return self.best.off_mm is not None
+
+    @property
+    def misfit(self) -> Misfit:
+        return Misfit(*np.mean([astuple(one) for one in self.misfits], axis=0).tolist())
+
+    @property
+    def band_95_mm(self) -> float | None:
+        return None if self.half_width_mm is None else float(self.half_width_mm.mean())
+
+    @property
+    def low_stretches(self) -> list[dict[str, float]]:
+        """Stretches whose level stays more than ``LOW_MM`` under the level that was aimed at."""
+        lacks_mm, stretches = -self.margin_mm - self.level_mm, list[dict[str, float]]()
+        for low, group in groupby(range(len(self.s_mm)), key=lambda place: bool(lacks_mm[place] > LOW_MM)):
+            part = list(group)
+            if low and self.s_mm[part[-1]] - self.s_mm[part[0]] >= SHORTEST_LOW_MM:
+                ends = {"from_mm": float(self.s_mm[part[0]]), "to_mm": float(self.s_mm[part[-1]])}
+                stretches.append({**ends, "mean_mm": float(lacks_mm[part].mean())})
+        return stretches
 
 
 @dataclass
@@ -64,8 +123,7 @@ class Verifier:
     def levels(self, title: str, paths: Sequence[tuple[str, NozzlePath, int]]) -> list[Profile]:
         """Return the level along the crack of each path with its seed, by particles.
 
-        Each is described by a word or two. Raises InputError where particles do not fit the crack, and NumericalError
-        where a run fails.
+        Each has a short name. Raises InputError if particles do not fit the crack, and NumericalError if a run fails.
         """
         from simulate.setup_checks import check_fit
 
@@ -104,7 +162,7 @@ class Verifier:
 
     @property
     def fluid_warnings(self) -> list[str]:
-        """Sentences on what is not sound of the fluid of the runs so far."""
+        """Cautions on the fluid of the runs so far."""
         return study_folder.fluid_warnings(self._runs)
 
 

@@ -1,1 +1,1 @@
-"""Many runs of a trial, and what they say together."""
+"""Many runs of a trial, or many photos, and what they say together."""

@@ -13,8 +13,8 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import read_record
 from sealtwin.core.records import Floats, Numbers
 from sealtwin.study.moved_inputs import Base, moved_bench, moved_paste, refuse_immovable
-from validate.settings import Differences
-from validate.uncertainty.inputs import RUNS, InputDraws, drawn_inputs
+from validate.settings import ANGLE, Differences
+from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
 PART = 50  # Runs in a part
 COARSER = 2
@@ -135,6 +135,6 @@ def _steps(base: Base, z: dict[str, float]) -> dict[str, float]:
         steps["viscosity_percent"] = 100 * ((1 + inputs["viscosity_percent"] / 100) ** z["viscosity_percent"] - 1)
     if "yield_stress_pa" in z and trial.fluid is not None:
         steps["yield_stress_pa"] = max(steps["yield_stress_pa"], -trial.fluid.yield_stress_pa)
-    if "wall_angle_deg" in z and trial.crack is not None and base.bench.solid.figures.weighed is None:
-        steps["wall_angle_deg"] = max(steps["wall_angle_deg"], -min(trial.crack.wall_angles_deg))
+    if ANGLE in z and trial.crack is not None and base.bench.solid.figures.weighed is None:
+        steps[ANGLE] = max(steps[ANGLE], -min(trial.crack.wall_angles_deg))
     return steps

@@ -27,8 +27,7 @@ from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import SPREAD, UNCERTAINTY, varied_settings
-from validate.uncertainty.inputs import RUNS, Effect, InputDraws
-from validate.uncertainty.validation import SizeRuns, Spread, effects_of, two_level_design
+from validate.uncertainty.computed import RUNS, Effect, InputDraws, SizeRuns, Spread, effects_of, two_level_design
 from validate.wording.of_runs import sentences_of_runs
 
 RATIO = 1.3
@@ -96,7 +95,6 @@ def _compute(
     """Compute the runs of particles that are not done yet, and return all. Raises NumericalError if one failed."""
     variants = _variants(base, designed=designed)
     if study_folder.holds_study(folder):
-        study_folder.read_plan(folder)  # Imports what an earlier version computed.
         study_folder.remove_temporary_files(folder)
     runs, largest, remarks = _runs(folder, variants, device, inputs)
     plan = study_folder.Plan(UNCERTAINTY, runs, len(runs), numbers=numbers_up_to("simulate"))
@@ -127,7 +125,6 @@ def _variants(base: Base, *, designed: bool) -> list[_Variant]:
     inputs, variants = base.inputs, list[_Variant]()
     for size_mm in _sizes_mm(base):
         for number in range(size_mm == base.run.radius_mm, REPLICATES):
-            # The first of each size is as earlier versions ran it, and keeps its key.
             named = {"solver.radius_mm": round(size_mm, 4)} | ({"seed": number} if number else {})
             trial = _same_physics(base, base.bench, size_mm, {})
             seed = (trial.seed + number) % SEEDS

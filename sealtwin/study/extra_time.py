@@ -13,8 +13,7 @@ from sealtwin.study.extra_runs import RATIO, REPLICATES
 from sealtwin.study.moved_inputs import Base
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.job import Job
-from validate.uncertainty.inputs import RUNS
-from validate.uncertainty.validation import two_level_design
+from validate.uncertainty.computed import RUNS, two_level_design
 
 A_LITTLE = 0.1  # Of its uncertainty, by which each input is moved in the run that is timed
 

@@ -17,8 +17,8 @@ from sealtwin.study.runner import Bench, read_bench
 from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import Job
 from sealtwin.trial.trial_file import Trial
+from validate.settings import ANGLE, OF_THE_WALLS
 
-OF_THE_WALLS = ("width_mm", "wall_angle_deg", "depth_mm")  # Inputs that change the solid
 OF_THE_PATH = ("speed_mm_s", "start_mm")
 
 
@@ -61,8 +61,8 @@ def refuse_immovable(base: Base) -> None:
         fault = "width_mm: side cracks are part of the outline, and only a main crack is widened. Leave it out."
     elif width_mm > outline.mean_width_mm / 2:
         fault = f"width_mm = {width_mm:g}: of a crack {outline.mean_width_mm:.2f} mm wide at most half can be in doubt."
-    elif crack is not None and crack.tilt == "vertical" and "wall_angle_deg" in walls:
-        fault = "wall_angle_deg: the walls are vertical. Leave it out, or give crack.tilt a reading that has an angle."
+    elif crack is not None and crack.tilt == "vertical" and ANGLE in walls:
+        fault = f"{ANGLE}: the walls are vertical. Leave it out, or give crack.tilt a reading that has an angle."
     if fault is not None:
         raise InputError(f"{base.path / 'trial.toml'}: [uncertainty] {fault}")
 
@@ -76,7 +76,7 @@ def moved_bench(base: Base, steps: Mapping[str, float], *, meshed: bool = True) 
 
     trial, bench = base.trial, base.bench
     # How far each input is moved; what a weighed fill leaves of width, angle and depth moves together.
-    step = {"width_mm": 0.0, "wall_angle_deg": 0.0, "depth_mm": 0.0, "speed_mm_s": 0.0, "volume_ml": 0.0} | dict(steps)
+    step = dict.fromkeys((*OF_THE_WALLS, "speed_mm_s", "volume_ml"), 0.0) | dict(steps)
     shape, weighed = trial.crack, bench.solid.figures.weighed
     if weighed is not None and shape is not None:
         shape = shape_by_weight(shape, weighed)
@@ -84,7 +84,7 @@ def moved_bench(base: Base, steps: Mapping[str, float], *, meshed: bool = True) 
         signs = np.divide(own, root.diagonal(), out=np.zeros(len(own)), where=root.diagonal() > 0)
         step |= dict(zip(OF_THE_WALLS, (root @ signs).tolist(), strict=True))
         # Beyond upright the walls would have another tilt.
-        step["wall_angle_deg"] = max(step["wall_angle_deg"], -weighed.wall_angle_deg)
+        step[ANGLE] = max(step[ANGLE], -weighed.wall_angle_deg)
     first_mm, last_mm = trial.path.trims_mm
     start_mm = steps.get("start_mm", 0.0)
     path: dict[str, Any] = {
@@ -95,7 +95,7 @@ def moved_bench(base: Base, steps: Mapping[str, float], *, meshed: bool = True) 
     }
     changes = {} if trial.path.plan is not None else path
     if shape is not None:
-        angle_deg, by_deg = shape.wall_angle_deg, step["wall_angle_deg"]
+        angle_deg, by_deg = shape.wall_angle_deg, step[ANGLE]
         angles_deg = tuple(one + by_deg for one in angle_deg) if isinstance(angle_deg, tuple) else angle_deg + by_deg
         other = {"wall_angle_deg": angles_deg, "depth_mm": moved_depth(shape.depth_mm, step["depth_mm"])}
         changes |= {"crack": shape.model_copy(update=other).model_dump(mode="json", exclude_none=True)}

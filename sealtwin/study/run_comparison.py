@@ -24,10 +24,10 @@ from sealtwin.trial.job import (
 )
 from sealtwin.trial.trial_file import Trial
 from sealtwin.trial.validate_stage import readings_of
+from validate.figures.compare_sheet import MOST, compare_sheet
+from validate.figures.figure_sheet import FigureSheet, write_sheet_of_figures
+from validate.figures.side_by_side import Side, differing, first_with_readings, replicate_words
 from validate.result import COMPARISON, Comparison, read_comparison
-from validate.study_figures.compare_sheet import MOST, compare_sheet
-from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
-from validate.study_figures.side_by_side import Side, differing, first_with_readings, replicate_words
 from validate.wording.headline import run_warnings
 from validate.wording.of_runs import sentences_of_runs
 
@@ -111,7 +111,6 @@ def _finished(folder: Path) -> Job:
     if made_with is None or not (job.path / COMPARISON).is_file():
         raise InputError(f"{job.path}: not compared with its readings yet. {again}.")
     wanted = stage_settings(job.trial, "validate")
-    # A setting that another version did not know is not set here either.
     changed = [
         f"[{table}]" for table in OF_A_COMPARISON if _flat(made_with.get(table) or {}) != _flat(wanted[table] or {})
     ]

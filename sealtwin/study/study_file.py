@@ -51,7 +51,9 @@ class Rows(Settings):
     """Runs one by one."""
 
     columns: Annotated[tuple[str, ...], Field(min_length=1)]
-    rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MOST_RUNS)]  # A value for each column
+    """Dotted names of the settings that vary."""
+    rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MOST_RUNS)]
+    """Runs, with a value for each column."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -65,9 +67,13 @@ class Range(Settings):
     """The range from which a Latin hypercube draws a setting."""
 
     low: float
+    """Lower end."""
     high: float
+    """Upper end."""
     scale: Literal["linear", "log"] = "linear"
-    whole: bool = False  # Round to whole numbers, for settings that are counts
+    """Draws are even over the range, or over its logarithm."""
+    whole: bool = False
+    """Round to whole numbers, for settings that are counts."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -91,7 +97,9 @@ class Latin(Settings):
     """A Latin hypercube: each setting's range in ``count`` slices, each slice drawn once."""
 
     count: Annotated[int, Field(ge=2, le=MOST_RUNS)]
+    """Number of runs, and of slices."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    """Seed of the draws."""
     ranges: Annotated[Named[Range], Field(min_length=1)]
 
     def rows(self) -> Iterator[tuple[float | int, ...]]:
@@ -106,7 +114,8 @@ class Study(Settings):
 
     name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
     """Name of the study, and of its folder under reports/."""
-    trial: Path  # A trial file, looked for beside the study file
+    trial: Path
+    """Trial file to start from, relative to the study file's folder or absolute."""
     fixed: Named[Any] = Field(default={})
     """Settings of all runs in place of the trial's own, by dotted name, for example a coarser radius."""
     grid: Annotated[Named[tuple[Any, ...]], Field(min_length=1)] | None = None

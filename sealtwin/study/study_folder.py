@@ -5,19 +5,16 @@ appears whole or not at all: a process that is killed leaves a run waiting or fi
 """
 
 import json
-import sqlite3
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator, with_config
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.plain_files import require_plain
-from sealtwin.core.record_files import Amount, Count, Result, as_record, read_checked
+from sealtwin.core.record_files import Amount, Count, Result, as_record, read_checked, read_record
 from sealtwin.core.records import RunHealth
 from sealtwin.core.stage_keys import other_numbers
 from sealtwin.trial.job import shown
@@ -28,13 +25,10 @@ from validate.metrics.verdict import kept_volume
 from validate.wording.of_runs import sentences_of_runs
 
 PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
-LEDGER = "ledger.sqlite"  # The database in which earlier versions kept plan and outcomes
-
 AGAIN = "Give another --out, or delete it: 'sealtwin sweep STUDY.toml' computes what is missing."
 State = Literal["waiting", "done", "failed"]
 STATES: tuple[State, ...] = ("waiting", "done", "failed")
-PLANNED = ("number", "key", "settings", "trial", "sample", "kin", "work_s")
-"""Fields of a run in the plan; the others are its outcome."""
+EXACT = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 class StudyFigures(Result):
@@ -49,7 +43,7 @@ class StudyFigures(Result):
     stations_compared: Count | None = None
     baselines: tuple[Baseline, ...] = ()
     unfit: tuple[str, ...] = ()
-    fluid_warnings: tuple[str, ...] = ()
+    fluid_warnings: tuple[str, ...]
     spilled_particles: Count | None = None
     particles: Count | None = None
     health: RunHealth = RunHealth()
@@ -72,46 +66,25 @@ class OutcomeFile(Result):
         return self
 
 
-class TrialSettings(Result):
-    """Settings of a planned run that are read without the others, which versions may have otherwise."""
-
-    solver: dict[str, Any]
-    readings: dict[str, Any] | None = None
-
-
-class PlannedFile(Result):
-    """One run in plan.json."""
-
-    number: Annotated[int, Field(ge=1)]
-    key: Annotated[str, Field(pattern="^[0-9a-f]{16,}$")]
-    settings: dict[str, float | str | bool | None]
-    trial: TrialSettings
-    sample: Annotated[str, Field(pattern=r"^[\w-]+$")]
-    kin: str
-    work_s: Amount
+def _with_solver(trial: dict[str, Any]) -> dict[str, Any]:
+    """Check what is read of a trial without its other settings, which versions may have otherwise."""
+    if not isinstance(trial.get("solver"), dict):
+        raise ValueError("solver is missing")
+    return trial
 
 
-class PlanFile(Result):
-    """Content of plan.json."""
-
-    study: str
-    total: Count
-    started_unix_s: Amount
-    stage_numbers: dict[str, int] = Field(default_factory=dict)
-    runs: tuple[PlannedFile, ...]
-
-
+@with_config(EXACT)
 @dataclass(frozen=True)
 class StudyRun:
-    """One run of a study, with its outcome once it has one."""
+    """One run of a study, as the plan has it, with its outcome once it has one."""
 
-    number: int  # Position in the study, from 1
-    key: str
+    number: Annotated[int, Field(ge=1)]  # Position in the study, from 1
+    key: Annotated[str, Field(pattern="^[0-9a-f]{16,}$")]
     settings: dict[str, Any]  # Varied settings by dotted name, for example {"fluid.U": 30.0, "fluid.D_cm": 0.3}
-    trial: dict[str, Any] = field(repr=False)  # All settings
-    sample: str  # Folder below samples/ that holds the digitised crack
+    trial: Annotated[dict[str, Any], AfterValidator(_with_solver)] = field(repr=False)  # All settings
+    sample: Annotated[str, Field(pattern=r"^[\w-]+$")]  # Folder below samples/ that holds the digitised crack
     kin: str  # Equal for runs that may share a launch: those that differ in the fluid alone, of as many substeps
-    work_s: float  # Expected computing time on the machine that the estimate was calibrated on
+    work_s: Amount  # Expected computing time on the machine that the estimate was calibrated on
     state: State = "waiting"
     wall_s: float | None = None
     finished_unix_s: float | None = None
@@ -140,15 +113,21 @@ class StudyRun:
         return as_record(Trial, json.dumps(self.trial), f"run {self.number} of {PLAN}", AGAIN)
 
 
+PLANNED = tuple(one.name for one in fields(StudyRun) if one.name not in OutcomeFile.model_fields)
+"""Fields of a run in the plan; the others are its outcome."""
+
+
+@with_config(EXACT)
 @dataclass(frozen=True)
 class Plan:
     """The runs that a study, or one shard of it, consists of."""
 
     study: str  # Name of the study
-    runs: Sequence[StudyRun]
-    total: int  # Number of runs of the whole study; a shard has fewer
-    started_unix_s: float = 0.0  # Time of the latest start
-    numbers: Mapping[str, int] = field(default_factory=dict)  # Stage numbers in the keys; empty if not recorded
+    runs: list[StudyRun]
+    total: Count  # Number of runs of the whole study; a shard has fewer
+    started_unix_s: Amount = 0.0  # Time of the latest start
+    numbers: Annotated[Mapping[str, int], Field(validation_alias="stage_numbers")] = field(default_factory=dict)
+    """Stage numbers in the keys; empty before the first run is planned."""
 
 
 def profile_path(folder: Path, key: str) -> Path:
@@ -161,20 +140,15 @@ def run_path(folder: Path, key: str) -> Path:
 
 
 def holds_study(folder: Path) -> bool:
-    return (folder / PLAN).is_file() or (folder / LEDGER).is_file()
+    return (folder / PLAN).is_file()
 
 
 def read_plan(folder: Path) -> Plan:
     """Read the plan with the outcomes so far. Raises InputError if the folder holds no study, or a damaged one."""
     if not holds_study(folder):
         raise InputError(f"{folder}: no study (it has no {PLAN}). 'sealtwin sweep STUDY.toml' makes one.")
-    if not (folder / PLAN).is_file():
-        _import_ledger(folder)
-    content = read_checked(PlanFile, folder / PLAN, AGAIN)
-    with files.understood(folder / PLAN):
-        runs = [with_outcome(folder, StudyRun(**run)) for run in content["runs"]]
-        numbers = content.get("stage_numbers", {})
-        return Plan(content["study"], runs, content["total"], content["started_unix_s"], numbers)
+    plan = read_record(Plan, folder / PLAN, AGAIN)
+    return replace(plan, runs=[with_outcome(folder, run) for run in plan.runs])
 
 
 def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> list[str]:
@@ -183,23 +157,22 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
     A study without readings does not depend on validate, and records no number of it.
     """
     own = {name: number for name, number in numbers_up_to(stage).items() if name in (plan.numbers or NUMBERS)}
+    others = _computed_by_others(plan, own)
+    return [f"{shown(folder)}: {others}. 'sealtwin sweep' with its study computes them anew."] if others else []
+
+
+def _computed_by_others(plan: Plan, own: Mapping[str, int]) -> str:
+    """Return how many finished runs of a plan were computed by which other stage numbers; empty if none was."""
     done = sum(run.state == "done" for run in plan.runs)
-    if not (done and (other := other_numbers(plan.numbers, own))):
-        return []
     runs = "one finished run was" if done == 1 else f"{done} finished runs were"
-    return [f"{shown(folder)}: {runs} computed by {other}. 'sealtwin sweep' with its study computes them anew."]
+    other = other_numbers(plan.numbers, own)
+    return f"{runs} computed by {other}" if done and other else ""
 
 
 def fluid_warnings(runs: Sequence[StudyRun]) -> list[str]:
     """Return what is not sound of the fluids of finished runs, each sentence once, with the number of its runs."""
-    done = {run.number: run.figures for run in runs if run.state == "done" and run.figures is not None}
-    known = {number: figures["fluid_warnings"] for number, figures in done.items() if "fluid_warnings" in figures}
-    told = sentences_of_runs(known, len(done))
-    if earlier := len(done) - len(known):
-        told.append(
-            f"{earlier} of {len(done)} runs: an earlier version made them, which kept no remarks on their fluids."
-        )
-    return told
+    warnings = {run.number: run.figures["fluid_warnings"] for run in runs if run.figures is not None}
+    return sentences_of_runs(warnings, len(warnings))
 
 
 def write_plan(folder: Path, plan: Plan) -> None:
@@ -240,7 +213,8 @@ def resume(
     A run is waiting again if its files are not as they were written, or its particles are missing and to be kept; with
     ``retry`` also if it failed.
     """
-    _note_other_numbers(folder, plan, note)
+    if holds_study(folder) and (others := _computed_by_others(read_plan(folder), plan.numbers)):
+        note(f"{folder}: {others}: they are made anew.")
     runs = []
     for run in (with_outcome(folder, run) for run in plan.runs):
         kept = not keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()
@@ -248,16 +222,6 @@ def resume(
         runs.append(forget_outcome(folder, run) if lost or (run.state == "failed" and retry) else run)
     write_plan(folder, plan)
     return runs
-
-
-def _note_other_numbers(folder: Path, plan: Plan, note: Callable[[str], None]) -> None:
-    """Note how many finished runs of the folder's plan were computed by other stage numbers than the new plan's."""
-    if not holds_study(folder):
-        return
-    before = read_plan(folder)
-    done = sum(run.state == "done" for run in before.runs)
-    if done and (other := other_numbers(before.numbers, plan.numbers)):
-        note(f"{folder}: {done} finished runs were computed by {other}: they are made anew.")
 
 
 def is_intact(folder: Path, run: StudyRun) -> bool:
@@ -273,29 +237,3 @@ def remove_temporary_files(folder: Path) -> None:
     for path in folder.rglob(".*"):
         if files.is_temporary(path):
             path.unlink()
-
-
-def _import_ledger(folder: Path) -> None:
-    """Write plan and outcomes of a study that an earlier version kept in a database."""
-    path = folder / LEDGER
-    columns = [*PLANNED, "state", "wall_s", "finished_unix_s", "reason", "trace", "figures"]
-    require_plain(path)
-    try:
-        with closing(sqlite3.connect(path)) as base:
-            facts = dict(base.execute("SELECT name, value FROM facts"))
-            rows = base.execute(f"SELECT {', '.join(columns)} FROM runs WHERE number > 0 ORDER BY number").fetchall()
-    except sqlite3.DatabaseError as fault:
-        raise InputError(f"{path}: no ledger that can be read ({fault}). {AGAIN}") from None
-    if facts.get("version") != "1":
-        raise InputError(f"{path}: version {facts.get('version')} of a ledger; only 1 can be read. {AGAIN}")
-    runs = []
-    for row in rows:
-        values = dict(zip(columns, row, strict=True))
-        with files.understood(path):
-            for name in ("settings", "trial", "figures"):
-                values[name] = values[name] and files.parse_json(values[name])
-        run = StudyRun(**values)
-        if run.state in ("done", "failed"):
-            write_outcome(folder, run)
-        runs.append(run)
-    write_plan(folder, Plan(facts.get("study", folder.name), runs, len(runs)))

@@ -10,7 +10,6 @@ import numpy as np
 
 from sealtwin.core import files, record_files
 from sealtwin.core.cluster import cores, run_tasks
-from sealtwin.core.drawing.snapshots import FillScene
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, in_words
 from sealtwin.core.records import DataKind, Frame, Profile
@@ -33,8 +32,7 @@ from sealtwin.trial.job import check_sheet, shown
 from sealtwin.trial.simulate_stage import HEALTH, read_health
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
-from validate.settings import Readings
-from validate.study_figures.chart import (
+from validate.figures.chart import (
     UNFIT,
     VOLUME_OFF,
     Chart,
@@ -47,9 +45,11 @@ from validate.study_figures.chart import (
     hold,
     scatter_of_runs,
 )
-from validate.study_figures.figure_sheet import FigureSheet, write_sheet_of_figures
-from validate.study_figures.map_figures import Fill, Watched
-from validate.study_figures.map_sheet import map_sheet
+from validate.figures.figure_sheet import FigureSheet, write_sheet_of_figures
+from validate.figures.map_figures import Fill, Watched
+from validate.figures.map_sheet import map_sheet
+from validate.figures.snapshots import FillScene
+from validate.settings import Readings
 
 MAP = "map"  # Default folder of the map in the study's
 PAGE, CONTENT = "map.html", "map.json"
@@ -158,8 +158,7 @@ def _watched(home: Path) -> Watched:
 
 def _watch(folder: Path, run: StudyRun, device: str) -> None:
     """Write what ``_watched`` reads. Raises NumericalError if the run fails."""
-    from simulate.output.frames import PAST_THE_END, Moments, take_frame
-    from simulate.output.health_log import HealthLog
+    from simulate.output import PAST_THE_END, HealthLog, Moments, take_frame
     from simulate.profile import measure_profile
     from simulate.run import follow
 

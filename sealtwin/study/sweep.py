@@ -3,13 +3,12 @@
 import hashlib
 import json
 import platform
-import shlex
 import shutil
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
@@ -35,29 +34,6 @@ FIGURES = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "sp
 """Figures of a run in the table; the others are in its summary.json."""
 HIDDEN = shutil.ignore_patterns(".*", study_folder.OUTCOME)
 """Files that are not copied: locks, files of a killed process, and the outcome, which must be written last."""
-BatchSystem = Literal["slurm", "pbs", "sge", "lsf"]
-DIRECTIVES: dict[BatchSystem, tuple[str, str, str]] = {
-    "slurm": (
-        "#SBATCH --job-name={name}\n#SBATCH --array=1-{shards}\n#SBATCH --cpus-per-task={jobs}",
-        "SLURM_ARRAY_TASK_ID",
-        "SLURM_SUBMIT_DIR",
-    ),
-    "pbs": ("#PBS -N {name}\n#PBS -J 1-{shards}\n#PBS -l select=1:ncpus={jobs}", "PBS_ARRAY_INDEX", "PBS_O_WORKDIR"),
-    "sge": ("#$ -N {name}\n#$ -t 1-{shards}\n#$ -pe smp {jobs}", "SGE_TASK_ID", "SGE_O_WORKDIR"),
-    "lsf": ('#BSUB -J "{name}[1-{shards}]"\n#BSUB -n {jobs}\n#BSUB -R "span[hosts=1]"', "LSB_JOBINDEX", "LS_SUBCWD"),
-}
-"""Head of the script, and the environment variables for the number of the job and the folder it was submitted from."""
-SCRIPT = """\
-#!/bin/bash
-{head}
-# Add the time limit, queue and environment that your cluster asks for. A job that is killed or hits its time limit is
-# submitted again as it is: finished runs are kept. When all jobs have ended:
-#   sealtwin sweep merge {out}-*-of-{shards} --out {out}
-set -euo pipefail
-cd "${folder}"
-shard="${task}"
-exec sealtwin sweep {study} --shard "$shard/{shards}" --out {out}-"$shard"-of-{shards} --jobs {jobs} --quiet
-"""
 
 
 @dataclass(frozen=True)
@@ -231,7 +207,10 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
     failed = [run for run in runs if run.state == "failed"]
     rows = [_row(run) for run in runs]
     if table and rows:
-        files.write_sheet(folder / TABLE, list(rows[0]), (list(row.values()) for row in rows))
+        cells = (
+            [json.dumps(each) if isinstance(each, list | tuple) else each for each in row.values()] for row in rows
+        )
+        files.write_sheet(folder / TABLE, list(rows[0]), cells)
     return {
         "version": 1,
         "name": plan.study,
@@ -304,7 +283,6 @@ def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
     fitted = len(varied | {*declared})
     curves = [Baseline(**one) for one in figures.get("baselines", ())]
     curves = [one for one in curves if one.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
-    # Runs of earlier versions kept no curves, or no number of stations.
     stations, sentence = figures.get("stations_compared"), None
     if curves:
         sentence = against_baselines(error_mm, curves, "calibrated-on", fitted or None, stations)
@@ -350,23 +328,6 @@ def _row(run: study_folder.StudyRun) -> dict[str, Any]:
         "reason": run.reason,
         "folder": f"runs/{run.key[:16]}" if run.state == "done" else None,
     }
-
-
-def batch_script(system: BatchSystem, file: Path, out: Path | None, shards: int, jobs: int) -> str:
-    """Return a script for a job array that computes a study in shards. Raises InputError if the study is faulty."""
-    study = load_study(file)
-    if shards > study.runs:
-        raise InputError(f"--shards {shards}: the study has {study.runs} runs, so at most as many shards.")
-    head, task, folder = DIRECTIVES[system]
-    return SCRIPT.format(
-        head=head.format(name=study.folder_name, shards=shards, jobs=jobs),
-        out=shlex.quote((out or Path("reports", study.folder_name)).as_posix()),
-        study=shlex.quote(file.as_posix()),
-        shards=shards,
-        jobs=jobs,
-        task=task,
-        folder=folder,
-    )
 
 
 def merge(folders: Sequence[Path], out: Path) -> dict[str, Any]:

@@ -80,7 +80,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
     if settings is None or (crack is None and not settings.path_only):
         raise InputError(f"{job.source}: the trial has no [photo] with [crack] and no [mesh]; give one.")
     from digitise.crack_path.find_path import RivalCracksError, find_path
-    from digitise.outline import outline_as_set
+    from digitise.outline import trace_outline
     from digitise.photo import load_photo
     from digitise.solid.build_solid import build_solid, with_weighed
     from digitise.walls.overlay import draw_cracks, draw_overlay, draw_way
@@ -88,14 +88,14 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
     photo = load_photo(settings, job.source)
     job.progress.advance(1, "finding the crack")
     try:
-        path = find_path(photo, settings.ends_px, settings.via_px, settings.roi_px, settings.crack)
+        path = find_path(photo, *settings.hints)
     except RivalCracksError as rivals:
         cracks = rivals.cracks
         with _with_picture(job, lambda: draw_cracks(photo, cracks)):
             raise
     job.progress.advance(2, "tracing its walls")
     with _with_picture(job, lambda: draw_way(photo, path)):
-        outline = outline_as_set(photo, path, settings)
+        outline = trace_outline(photo, path, settings)
     if crack is None or outline.width_source == "none":
         return outline, None, photo
     job.progress.advance(3, "building the solid")

@@ -30,7 +30,7 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
     it.
     """
     from simulate.slot.fill import CELLS, down
-    from simulate.slot.fitness import fitness_of
+    from simulate.slot.fitness import LIMITS, fitness_of
     from simulate.slot.run import paste_of, unknown
     from simulate.slot.sections import sections_of
 
@@ -71,6 +71,7 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
         after_s=float(trajectory.t_s[-1] - trajectory.t_s[giving.stop - 1]),
         sliders=_sliders(trial, float(times_s[-1]), trajectory.dispensed_mm3, paste.yield_stress_pa)
         | _width_slider(trial, outline, widths),
+        limits=LIMITS,
         # The page computes the other reasons; those of the crack's shape are as of the run.
         unknown=(*fitness_of(solid, outline, trajectory, paste).of_the_crack, *unknown(fluid, outline)),
         trial=_changed(trial, paste.consistency_pa_s_n, len(widths) > 1),

@@ -55,8 +55,8 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
             f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --frames-every-s 0.1' runs the fluid again and "
             "writes frames."
         )
-    from sealtwin.core.drawing.snapshots import FillScene
     from validate.figures.film import write_film
+    from validate.figures.snapshots import FillScene
 
     outline, solid = record_files.read_outline(folder), record_files.read_solid(folder)
     run = record_files.read_simulation(folder)

@@ -21,9 +21,7 @@ from sealtwin.core.vtk_files import read_collection, read_frame, write_collectio
 from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, made_by, stage_settings
 from sealtwin.trial.trial_file import Output
 from simulate.injection import Injection
-from simulate.output.checkpoint import Checkpoint
-from simulate.output.frames import PAST_THE_END, Moments
-from simulate.output.health_log import COLUMNS, HealthLog
+from simulate.output import COLUMNS, PAST_THE_END, Checkpoint, HealthLog, Moments
 from simulate.settings import Fluid
 
 CHECKPOINT = "checkpoint.npz"  # Checkpoint of a run that is not finished
@@ -168,10 +166,10 @@ def bring_up_to_date(job: Job) -> bool:
         return False
     began = time.monotonic()
 
-    from sealtwin.core.drawing.snapshots import FillScene, write_gallery
     from simulate.profile import measure_profile, volume_ratio
     from simulate.run import inject
     from simulate.setup_checks import check_fit
+    from validate.figures.snapshots import FillScene, write_gallery
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     trajectory = record_files.read_trajectory(job.path)

@@ -15,7 +15,7 @@ from sealtwin.core.records import Outline, Solid
 from sealtwin.core.settings import Settings, checked, dotted_names, read_settings
 from simulate.material_file import Material
 from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
-from validate.settings import Gate, Readings, Uncertainty
+from validate.settings import ANGLE, Gate, Readings, Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
 
@@ -38,6 +38,11 @@ class Output(Settings):
     """Moments that snapshots/ shows, by default the paper's; [] for none."""
 
 
+class FluidOfFile(Fluid):
+    # A trial says whether its sealant stiffens; the paper's did.
+    freeze_after_s: float | Literal["never"]  # pyright: ignore[reportGeneralTypeIssues]
+
+
 class Trial(Settings):
     """Crack, its sealing, and the readings that were taken afterwards."""
 
@@ -45,13 +50,14 @@ class Trial(Settings):
     """Name in the report, and of the folder under reports/."""
     note: Annotated[str, Field(max_length=2000)] = ""
     """Note in the report: facts that a reader must know about this trial."""
-    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0  # Seed of the small disorder with which particles leave the nozzle
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    """Seed of the small disorder with which particles leave the nozzle."""
     photo: PhotoInput | None = None
     crack: CrackShape | None = None  # Depth and walls, which a photo cannot show; a mesh shows them
     mesh: MeshInput | None = None  # Mesh, in place of photo and crack
     sample: SampleSlope = SampleSlope()  # Slopes of the sample's face
     path: NozzlePath = NozzlePath()
-    fluid: Fluid | None = None  # Fluid, which only the fluid run needs
+    fluid: FluidOfFile | None = None  # Fluid, which only the fluid run needs
     solver: Solver = Solver()
     nozzle: Nozzle = Nozzle()
     output: Output = Output()
@@ -84,8 +90,8 @@ class Trial(Settings):
             )
         if self.gate is not None and self.readings is None:
             raise ValueError("[gate] without [readings]: there is nothing to compare with")
-        if self.crack is not None and self.crack.fill is not None and self.uncertainty.wall_angle_deg is not None:
-            raise ValueError("uncertainty.wall_angle_deg beside crack.fill, which gives it: leave it out")
+        if self.crack is not None and self.crack.fill is not None and getattr(self.uncertainty, ANGLE) is not None:
+            raise ValueError(f"uncertainty.{ANGLE} beside crack.fill, which gives it: leave it out")
         if self.path.weighed is not None and self.uncertainty.volume_ml is not None:
             raise ValueError("uncertainty.volume_ml beside path.weighed, which gives it: leave it out")
         fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted

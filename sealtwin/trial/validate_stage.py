@@ -17,7 +17,7 @@ from validate.report_input import ReadingsSheet, provenance
 from validate.result import COMPARISON, EARLIER, PREDICTION
 
 if TYPE_CHECKING:
-    from validate.uncertainty.validation import Spread
+    from validate.uncertainty.computed import Spread
 
 NOT_RECORDED = "not recorded"
 REPORT_FORM = 6  # Version of comparison.json and report.json: those of another one are made again
@@ -64,7 +64,7 @@ def bring_up_to_date(job: Job) -> bool:
     from validate.report.write_report import REPORT, write_report
     from validate.report_input import Evidence
     from validate.uncertainty.earlier_trials import foresee
-    from validate.uncertainty.prediction import predict
+    from validate.uncertainty.validation import predict
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
     run, profile = record_files.read_run(job.path), record_files.read_profile(job.path)
@@ -143,7 +143,7 @@ def read_spread(job: Job) -> "Spread | None":
             f"'sealtwin validate {job.path} --uncertainty' computes them anew."
         )
         return None
-    from validate.uncertainty.validation import Spread
+    from validate.uncertainty.computed import Spread
 
     with files.understood(job.path / SPREAD):
         return Spread.of(files.read_json(job.path / SPREAD))

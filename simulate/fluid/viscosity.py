@@ -99,24 +99,9 @@ class Viscosity:
         self.bind_search(in_blocks)
 
     @property
-    def shear(self) -> Any:
-        """Shear in 1/s, as the last substep left it; by particle."""
-        return self.system.shear
-
-    @property
     def unsolved(self) -> Any:
         """1 for each run in which a solve ended before its goal."""
         return self._search.unsolved
-
-    @property
-    def held(self) -> Any:
-        """Drag by the walls and by neighbours at rest, by row; after explicit passes, by all neighbours."""
-        return self.system.held
-
-    @property
-    def walls_drag(self) -> Any:
-        """Part of each mover's velocity that walls take away in a substep, to first order; by row."""
-        return self.system.drag
 
     def make_room(self, lists: Any) -> None:
         """Give the links of pairs as much room as the lists have."""
@@ -202,7 +187,7 @@ class Viscosity:
         wp.copy(self._other, state.velocity)
         before, after = state.velocity, self._other
         self.pass_once(before, after, 1, rows)
-        passes = max(1, math.ceil(self.held.numpy()[:rows].max(initial=0.0) / STABLE))
+        passes = max(1, math.ceil(self.system.held.numpy()[:rows].max(initial=0.0) / STABLE))
         if passes == 1:
             before = after
         else:

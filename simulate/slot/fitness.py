@@ -1,6 +1,7 @@
 """The domain in which the fast model may be believed, and in words why a case is outside and what brings it inside."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,42 @@ from simulate.slot.sections import Trapezoids, sections_of, trapezoid_misfit
 
 STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM = 0.45, 4.0, 0.95, 2.5
 """Largest slope that the walls hold, height of a mound, share of the crack that is filled, and level over the face."""
+
+
+class Limit(NamedTuple):
+    """The largest number of a case in the model's domain."""
+
+    most: float
+    digits: int  # Decimals of a number in the sentence
+    sentence: str  # On a larger number: it and the largest one are filled in
+
+
+LIMITS = {
+    "slope": Limit(
+        STEEPEST,
+        2,
+        "The walls hold the paste at a slope of {}; above {} it stacks under the nozzle, which a section's mean cannot "
+        "show.",
+    ),
+    "mound_mm": Limit(
+        TALLEST_MM,
+        1,
+        "A mound of about {} mm stays under the nozzle's last place, held by the walls or by the paste itself; "
+        "particles agree with this model on mounds of up to {} mm.",
+    ),
+    "fill": Limit(
+        FULLEST,
+        2,
+        "The sealant is {} of the crack's volume; above {} it runs over the face, which this model does not follow.",
+    ),
+    "above_mm": Limit(
+        HIGHEST_MM,
+        1,
+        "The level stands up to {} mm above the face, and of overspill this model knows a slump beside the mouth "
+        "alone; {} mm are allowed.",
+    ),
+}
+"""Limits of the numbers that settings move, by name in ``Fitness``; a report's page judges by them too."""
 MOST_MISFIT = 0.05
 """Largest difference of areas below a level between a mesh's sections and trapezoids: at a depth of 10 mm, levels are
 wrong by half a millimetre. Also that of the volume of the sections from the crack's."""
@@ -52,28 +89,13 @@ class Fitness:
 
     @property
     def unfit(self) -> tuple[str, ...]:
-        """Reasons why the model is unfit, a sentence each; none where it is fit."""
-        found = []
-        if self.slope > STEEPEST:
-            found.append(
-                f"The walls hold the paste at a slope of {self.slope:.2f}; above {STEEPEST:g} it stacks under the "
-                "nozzle, which a section's mean cannot show."
-            )
-        if self.mound_mm > TALLEST_MM:
-            found.append(
-                f"A mound of about {self.mound_mm:.1f} mm stays under the nozzle's last place, held by the walls or by "
-                f"the paste itself; particles agree with this model on mounds of up to {TALLEST_MM:g} mm."
-            )
-        if self.fill > FULLEST:
-            found.append(
-                f"The sealant is {self.fill:.2f} of the crack's volume; above {FULLEST:g} it runs over the face, which "
-                "this model does not follow."
-            )
-        if self.above_mm > HIGHEST_MM:
-            found.append(
-                f"The level stands up to {self.above_mm:.1f} mm above the face, and of overspill this model knows a "
-                f"slump beside the mouth alone; {HIGHEST_MM:g} mm are allowed."
-            )
+        """Reasons why the model is unfit, a sentence each; none if it is fit."""
+        numbers = {name: getattr(self, name) for name in LIMITS}
+        found = [
+            LIMITS[name].sentence.format(f"{number:.{LIMITS[name].digits}f}", f"{LIMITS[name].most:g}")
+            for name, number in numbers.items()
+            if number > LIMITS[name].most
+        ]
         return (*found, *self.of_the_crack)
 
     @property

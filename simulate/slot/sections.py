@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from pydantic import with_config
 
-from sealtwin.core.records import Floats, Outline, Solid
+from sealtwin.core.records import FROM_JSON, Floats, Numbers, Outline, Solid
 
 NARROWEST_MM = 0.05  # Width given to a section that closes, so that a depth follows from every area
 ROUND_CORNERS = 4 - np.pi
@@ -18,18 +19,19 @@ COMPARED = 17  # Levels at which a trapezoid is compared with a section of a mes
 INVERTED, ROUNDING_MM = 20, 1e-9  # Newton steps for a depth above the face, at most, and the last of them
 
 
+@with_config(FROM_JSON)
 @dataclass(frozen=True)
 class Trapezoids:
     """Sections at the middles of equal cells along a crack; all (n,)."""
 
-    s_mm: Floats
-    floor_mm: Floats
+    s_mm: Numbers
+    floor_mm: Numbers
     """Width of the floor."""
-    mouth_mm: Floats
-    depth_mm: Floats
-    slant: Floats
+    mouth_mm: Numbers
+    depth_mm: Numbers
+    slant: Numbers
     """Length of both walls over their height, 2 where they are upright."""
-    bottom_mm: Floats
+    bottom_mm: Numbers
     """Level of the floor, or of where closing walls meet."""
     reach_per_mm: float
     """Width of a slump on one side over the square of its height, rho g / 2 tau in 1/mm."""

@@ -7,10 +7,10 @@ import pytest
 
 from tests.charts import make_chart
 from tests.sides import side
-from validate.study_figures.chart import Excluded
-from validate.study_figures.compare_sheet import compare_sheet
-from validate.study_figures.figure_sheet import write_sheet_of_figures
-from validate.study_figures.map_sheet import map_sheet
+from validate.figures.chart import Excluded
+from validate.figures.compare_sheet import compare_sheet
+from validate.figures.figure_sheet import write_sheet_of_figures
+from validate.figures.map_sheet import map_sheet
 
 pytestmark = pytest.mark.browser
 

@@ -7,7 +7,7 @@ import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import crossings, signed_area
-from digitise.outline import outline_as_set, trace_outline
+from digitise.outline import trace_outline
 from digitise.photo import Photo, load_photo
 from digitise.settings import PhotoInput
 from fixtures.generate.lighting import Look
@@ -272,7 +272,7 @@ def test_the_photo_s_warnings_travel_with_the_outline(tmp_path):
 
 def test_a_mean_width_that_is_given_scales_all_widths(paper, paper_photo, paper_outline):
     given = paper.photo_input().model_copy(update={"mean_width_mm": 4.0})
-    moved = outline_as_set(paper_photo, find_path(paper_photo, paper.ends_px), given)
+    moved = trace_outline(paper_photo, find_path(paper_photo, paper.ends_px), given)
     assert moved.mean_width_mm == pytest.approx(4.0)
     assert (moved.width_source, moved.width_95_mm) == ("gauge", None)
     assert moved.width_mm / moved.mean_width_mm == pytest.approx(paper_outline.width_mm / paper_outline.mean_width_mm)

@@ -8,6 +8,7 @@ import pytest
 from pydantic import BaseModel, ValidationError
 
 from digitise.settings import CrackShape, Marker, MarkerBoard, NozzlePath, PhotoInput
+from sealtwin.core.errors import InputError
 
 PHOTO: dict[str, Any] = {"file": "photo.jpg", "data": "measured"}
 CRACK: dict[str, Any] = {"depth_mm": 16.0}
@@ -78,7 +79,7 @@ def _json(content: dict[str, Any]) -> str:
 def test_a_share_of_the_cavity_beside_a_volume_is_refused():
     """One of the two would be ignored."""
     assert NozzlePath(fill=0.8).fill == 0.8
-    with pytest.raises(ValidationError, match=r"fill is 0\.8 beside volume_ml = 4\.8"):
+    with pytest.raises(InputError, match=r"fill is 0\.8 beside volume_ml = 4\.8"):
         NozzlePath(volume_ml=4.8, fill=0.8)
 
 

@@ -11,8 +11,7 @@ import pytest
 
 from sealtwin.core.progress import Progress
 from simulate.injection import Injection, prepare
-from simulate.output.checkpoint import Checkpoint
-from simulate.output.health_log import HealthLog
+from simulate.output import Checkpoint, HealthLog
 from simulate.run import follow
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.fluids import path, slot
@@ -161,7 +160,7 @@ def test_a_checkpoint_is_kept_by_the_clock_and_removed_when_the_run_is_done(fres
     checkpoint.begin(fresh)
     checkpoint.after_frame(fresh)
     assert not file.exists()
-    monkeypatch.setattr("simulate.output.checkpoint.EVERY_S", 0.0)
+    monkeypatch.setattr("simulate.output.CHECKPOINT_EVERY_S", 0.0)
     checkpoint.after_frame(fresh)
     assert [path.name for path in tmp_path.iterdir()] == ["checkpoint.npz"]
     checkpoint.remove()
@@ -170,7 +169,7 @@ def test_a_checkpoint_is_kept_by_the_clock_and_removed_when_the_run_is_done(fres
 
 def test_a_checkpoint_has_behind_it_what_others_wrote_of_its_frame(tmp_path, monkeypatch):
     """Killed at any moment of frame 20. With the checkpoint before the row, on purpose, row 20 is lost."""
-    monkeypatch.setattr("simulate.output.checkpoint.EVERY_S", 0.0)
+    monkeypatch.setattr("simulate.output.CHECKPOINT_EVERY_S", 0.0)
     for dies in ("before", "between", "after"):
         folder = tmp_path / dies
         folder.mkdir()
@@ -193,11 +192,3 @@ class Dies:
     def after_frame(self, injection: Injection) -> None:
         if injection.done == self._frame:
             raise KeyboardInterrupt
-
-
-def test_a_checkpoint_of_a_version_that_kept_nothing_of_walls_leaves_them_unknown(begun, fresh):
-    kept = dict(np.load(io.BytesIO(begun)))
-    older = {name: array for name, array in kept.items() if name not in ("free", "wall", "pressed")}
-    fresh.restore(older)
-    free = fresh.engine.state.free.numpy()
-    assert (np.linalg.norm(free[:, :3], axis=1) + free[:, 3] < 0).all(), "a ball around the origin"

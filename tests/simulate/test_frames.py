@@ -14,8 +14,7 @@ from sealtwin.core.records import ParticleState
 from simulate.fluid import solver
 from simulate.injection import Injection, prepare
 from simulate.kernels import status
-from simulate.output.frames import Moments, take_frame
-from simulate.output.health_log import COLUMNS, HealthLog
+from simulate.output import COLUMNS, HealthLog, Moments, take_frame
 from simulate.settings import Fluid, Nozzle, Solver
 from tests.fluids import path, slot
 

@@ -6,7 +6,7 @@ import pytest
 from sealtwin.core.errors import NumericalError
 from simulate.fluid.state import State
 from simulate.injection import Injection
-from simulate.output.frames import take_frame
+from simulate.output import take_frame
 from tests.launches import PASTES, check_going_on, finish, ready, together
 
 ALIKE_MM = 5e-5
@@ -77,22 +77,6 @@ def test_a_fault_names_the_particle_by_its_release():
     state.position.assign(position)
     with pytest.raises(NumericalError, match=f"particle {released} at"):
         finish(injection)
-
-
-@pytest.mark.usefixtures("often")
-def test_a_checkpoint_of_a_version_that_kept_the_order_of_release_is_read_in_it(monkeypatch):
-    with monkeypatch.context() as before:
-        before.setattr("simulate.fluid.solver.RENUMBERED", 10**9)
-        older = begun(20)
-    kept = older.snapshot()
-    for name in ("number", "released_in"):
-        del kept[name]
-    injection = begun(31)
-    injection.restore(kept)
-    state = injection.engine.state
-    assert np.array_equal(injection.snapshot()["number"], np.arange(state.count))
-    assert np.array_equal(state.release_frame.numpy(), older.engine.state.release_frame.numpy())
-    assert np.array_equal(state.position_mm(), older.engine.state.position_mm())
 
 
 def test_each_column_moves_with_its_particles():

@@ -57,7 +57,7 @@ def velocity_of(engine: FluidSolver) -> Floats:
 
 def largest_diagonal(engine: FluidSolver) -> float:
     """Of Eq. 5 as printed, once its passes were made."""
-    return float(engine.viscosity.held.numpy().max())
+    return float(engine.viscosity.system.held.numpy().max())
 
 
 def chaos(engine: FluidSolver) -> Floats:
@@ -187,7 +187,7 @@ def test_a_plug_feels_the_whole_stress_of_rough_walls():
     set_velocity(engine, np.tile([speed_cm_s, 0.0, 0.0], (engine.state.count, 1)))
     engine.viscosity.measure_shear(engine.rows)
     engine.viscosity.solve_implicit(engine.rows)
-    taken = engine.viscosity.walls_drag.numpy().mean() * speed_cm_s / STEP_S
+    taken = engine.viscosity.system.drag.numpy().mean() * speed_cm_s / STEP_S
     assert taken * width_mm * CM / (2 * stress_cm2_s2) == pytest.approx(1.0, abs=0.1)
 
 

@@ -45,7 +45,7 @@ def _kernels(nudge: Nudge) -> dict[str, Any]:
     engine.viscosity.measure_shear(rows)
     engine.viscosity.solve_implicit(rows)
     found["speed after the viscosity's solve"] = state.velocity.numpy()
-    found["drag of the walls"] = engine.viscosity.walls_drag.numpy()[:rows]
+    found["drag of the walls"] = engine.viscosity.system.drag.numpy()[:rows]
     engine.pressure.correct(rows)
     found["way of one correction"] = state.position_mm() - before_mm
     whole = _filled_slot(nudge)

@@ -14,13 +14,13 @@ from tests.evidence import make_evidence, slope
 from tests.stage_record.sampled import Nudge, Outputs, sampled
 from validate.calibration.emulator import Emulator
 from validate.calibration.posterior import ReadLevels, reach_of
-from validate.calibration.prediction import predicted_by_runs
+from validate.calibration.summary import predicted_by_runs
 from validate.compare import assess
 from validate.readings.read_readings import read_readings
 from validate.result import EarlierTrial
 from validate.settings import Readings, Uncertainty
+from validate.uncertainty.computed import Effect, SizeRuns, Spread
 from validate.uncertainty.earlier_trials import expect
-from validate.uncertainty.validation import Effect, SizeRuns, Spread
 
 S_MM = np.linspace(0, 40, 81)
 SHEET = "s_mm,level_1_mm,level_2_mm,level_3_mm\n" + "".join(

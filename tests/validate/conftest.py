@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from sealtwin.core.drawing.snapshots import PANELS, FillScene
 from sealtwin.core.records import Frame, ParticleState
 from tests.evidence import RADIUS_MM, make_evidence
+from validate.figures.snapshots import PANELS, FillScene
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from validate.compare import assess
 from validate.figures.levels import draw_uncertainty
 from validate.report_input import Evidence
 from validate.settings import Gate, Readings, Uncertainty
-from validate.uncertainty.validation import Effect, SizeRuns, Spread
+from validate.uncertainty.computed import Effect, SizeRuns, Spread
 from validate.wording.comparison import uncertainty_sentences, uncertainty_tables
 
 SHEET = Readings(file=Path("caliper.csv"), data="measured", role="held-out", limit_mm=0.0)
@@ -125,10 +125,10 @@ def test_three_sizes_of_three_runs_give_the_numerics(evidence):
 
 
 def test_one_run_of_each_size_gives_none(evidence):
-    """As an earlier version left it in uncertainty.json: its inputs count, and the page says what is missing."""
+    """Its inputs count, and the page says what is missing."""
     kept = spread(effects=[LIFTED]).content()
-    sizes = [{"radius_mm": one["radius_mm"], "level_mm": one["levels_mm"][1].tolist()} for one in kept["sizes"]]
-    old = Spread.of(json.loads(as_json(kept | {"version": 1, "sizes": sizes})))
+    sizes = [{"radius_mm": one["radius_mm"], "levels_mm": one["levels_mm"][:1].tolist()} for one in kept["sizes"]]
+    old = Spread.of(json.loads(as_json(kept | {"sizes": sizes})))
     declared = Uncertainty(volume_ml=0.1)
     comparison = assess(evidence, SHEET, declared, old)
     assessed = comparison.uncertainty

@@ -5,18 +5,19 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from sealtwin.core.errors import InputError
 from validate.settings import Gate, Readings, Uncertainty
 
 
 @pytest.mark.parametrize("limit", [0, -1, float("nan"), float("inf"), "1.6"])
 def test_a_gate_is_a_positive_number(limit):
-    with pytest.raises(ValidationError):
+    with pytest.raises(InputError):
         Gate(mean_error_mm=limit)
 
 
 def test_a_reason_is_one_line():
     assert Gate(mean_error_mm=1.6).reason == ""
-    with pytest.raises(ValidationError):
+    with pytest.raises(InputError):
         Gate(mean_error_mm=1.6, reason="two\nlines")
 
 

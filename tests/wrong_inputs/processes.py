@@ -23,7 +23,7 @@ PLANNED = {
     **{"kin": "", "work_s": 1.0},
 }
 PLAN = {"version": 1, "study": "tiny", "total": 1, "started_unix_s": 0.0, "stage_numbers": {}, "runs": [PLANNED]}
-FIGURES = {"volume_ratio": 1.0, "profile_sha256": ""}
+FIGURES = {"volume_ratio": 1.0, "profile_sha256": "", "fluid_warnings": []}
 OUTCOME = {"version": 1, "state": "done", "wall_s": 1.0, "figures": FIGURES}
 OUTCOME_FILE = f"runs/{16 * 'a'}/outcome.json"
 

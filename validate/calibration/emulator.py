@@ -40,10 +40,10 @@ class Processes:
     @classmethod
     def fitted(cls, points: Floats, scores: Floats, relative: Floats) -> "Processes":
         """Fit lengths, variance and nugget of each process by the maximum of its posterior."""
-        found = np.array([_most_likely(points, column, relative) for column in scores.T])
+        logs = np.array([_most_likely(points, column, relative) for column in scores.T])
         dimensions = points.shape[1]
         size = scores.var(axis=0)
-        length, variance, nugget = np.exp(found[:, :dimensions]), *(np.exp(found[:, dimensions:]).T * size)
+        length, variance, nugget = np.exp(logs[:, :dimensions]), *(np.exp(logs[:, dimensions:]).T * size)
         fitted = cls.given(points, scores, length, variance, nugget, relative)
         # Runs that are left out may miss by more than the process says, which then is less sure by that factor.
         known = np.einsum("kii->ki", fitted.inverse)
@@ -107,7 +107,7 @@ def _most_likely(points: Floats, score: Floats, relative: Floats) -> Floats:
 
     scaled = score / score.std()
     bounds = np.log([LENGTH] * points.shape[1] + [AMPLITUDE, NUGGET])
-    found = [
+    fits = [
         minimize(
             minus_log_posterior,
             np.log([start] * points.shape[1] + [1.0, 0.05]),
@@ -118,7 +118,7 @@ def _most_likely(points: Floats, score: Floats, relative: Floats) -> Floats:
         )
         for start in STARTS
     ]
-    return min(found, key=lambda one: one.fun).x
+    return min(fits, key=lambda one: one.fun).x
 
 
 @dataclass(frozen=True)

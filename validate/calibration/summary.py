@@ -1,23 +1,75 @@
-"""A calibration in sentences: what it found, what it could not find, and what it must not be used for."""
+"""A calibration in sentences, and the bands that its posterior has for readings."""
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
-from sealtwin.core.records import Floats
-from validate.calibration.free import Free
-from validate.calibration.identified import (
+import numpy as np
+
+from sealtwin.core.records import DataKind, Floats
+from validate.calibration.emulator import Emulator
+from validate.calibration.free import (
     Combination,
+    Free,
     Marginal,
     combinations_of,
     confounded_pairs,
     marginals_of,
 )
-from validate.calibration.posterior import BasisReach
-from validate.calibration.prediction import Prediction
+from validate.calibration.posterior import BasisReach, ReadLevels
 from validate.units import percent, setting_name
 
 MIXED = 1.1  # Gelman and Rubin's ratio above which draws are no posterior
+SHARE = 0.95
 HELD = 0.8  # Least share of the stations in the 95 % band of a trial that is held out
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A trial's readings beside the band that the posterior has for them; all heights are (n,)."""
+
+    trial: str
+    role: Literal["calibrated", "held out"]
+    data: DataKind  # Origin of the readings
+    s_mm: Floats
+    read_mm: Floats
+    error_mm: Floats  # Half the 95 % interval of a reading
+    mean_mm: Floats
+    half_mm: Floats  # Half the 95 % band of a reading, with the scatter of runs and the errors of readings in it
+
+    @property
+    def rms_mm(self) -> float:
+        return float(np.sqrt(np.mean((self.mean_mm - self.read_mm) ** 2)))
+
+    @property
+    def flat_rms_mm(self) -> float:
+        """Root mean square distance of the readings from their own mean, as a baseline."""
+        return float(self.read_mm.std())
+
+    @property
+    def held(self) -> float:
+        """Share of the stations whose reading lies in the band."""
+        return float(np.mean(np.abs(self.mean_mm - self.read_mm) <= self.half_mm))
+
+
+def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Floats) -> tuple[Floats, Floats]:
+    """Return mean and half the band, (n,) each, of a trial whose runs the emulator was fitted to."""
+    from scipy.special import ndtri
+
+    levels_mm = emulator.levels_mm(draws)
+    open_mm2 = emulator.processes.at(draws)[1].mean(axis=0) @ emulator.basis_mm**2
+    relative = emulator.scatter.relative(draws).mean()
+    noise_mm2 = (relative * emulator.run_noise_mm2 + evidence.covariance_mm2).diagonal()
+    return levels_mm.mean(axis=0), ndtri((1 + SHARE) / 2) * np.sqrt(levels_mm.var(axis=0) + open_mm2 + noise_mm2)
+
+
+def predicted_by_runs(levels_mm: Floats, evidence: ReadLevels) -> tuple[Floats, Floats]:
+    """Return the same from runs of draws of the posterior with seeds of their own, (m, n)."""
+    from scipy.special import stdtrit
+
+    runs = len(levels_mm)
+    spread_mm2 = levels_mm.var(axis=0, ddof=1) * (1 + 1 / runs) + evidence.covariance_mm2.diagonal()
+    return levels_mm.mean(axis=0), stdtrit(runs - 1, (1 + SHARE) / 2) * np.sqrt(spread_mm2)
 
 
 @dataclass(frozen=True)
@@ -56,37 +108,37 @@ class Calibrated:
     def finding(self) -> str:
         if self.draws is None:
             return " ".join(self._impossible)
-        told = [
+        sentences = [
             f"{_capital(one.free.label)}: {one.low:.3g} to {one.high:.3g} (90 %), {_verdict(one)}."
             for one in self.marginals
         ]
-        return " ".join([*told, *(_judged(one) for one in self.predictions if one.role == "held out")])
+        return " ".join([*sentences, *(_judged(one) for one in self.predictions if one.role == "held out")])
 
     @property
     def _impossible(self) -> list[str]:
-        told = [
+        sentences = [
             f"{name}: residual {reach.residual_mm:.2g} mm, noise {reach.noise_mm:.2g}: the model cannot reproduce this "
             "trial. No sum of the shapes of its runs makes these readings."
             for name, reach in self.reaches
             if not reach.possible
         ]
         if self.least_implausibility > 1:
-            told.append(
+            sentences.append(
                 f"No setting of the ranges makes these readings: the nearest misses by {self.least_implausibility:.2g} "
                 "times what readings, runs and emulator allow."
             )
-        return [*told, "There is no posterior. Widen the ranges, free another setting, or question the readings."]
+        return [*sentences, "There is no posterior. Widen the ranges, free another setting, or question the readings."]
 
     @property
     def advice(self) -> list[str]:
         """Sentences on what is not identified, and what would mend it."""
-        told = [
+        sentences = [
             f"{_capital(one.free.label)} is not identified ({one.low:.3g} to {one.high:.3g}): measure it and leave "
             "--free out, or calibrate on a second trial."
             for one in self.marginals
             if not one.identified
         ]
-        return told + [
+        return sentences + [
             f"{_capital(setting_name(a.name))} and {setting_name(b.name)} are confounded (correlation {r:.2f}): "
             "measure one of them."
             for a, b, r in self.confounded
@@ -94,27 +146,27 @@ class Calibrated:
 
     @property
     def cautions(self) -> list[str]:
-        told = [*self.warned]
+        sentences = [*self.warned]
         if self.emulated:
-            told.append(
+            sentences.append(
                 "EMULATED: readings that nobody measured are among those that were used. This shows how the method "
                 "finds what such readings were made from, and says nothing of a paste."
             )
         if self.mixing > MIXED:
-            told.append(
+            sentences.append(
                 f"The draws have not mixed (ratio of variances {self.mixing:.2f}, at most {MIXED:g} is sound): the "
                 "intervals are not to be trusted."
             )
         if self.unused:
             reasons = "; ".join(sorted({reason for _, _, reason in self.unused})[:3])
-            told.append(f"{len(self.unused)} runs are in no emulator. {reasons}")
-        told += [
+            sentences.append(f"{len(self.unused)} runs are in no emulator. {reasons}")
+        sentences += [
             f"{one.trial}, held out: only {percent(one.held, 0)} of the stations lie in the 95 % band. The material "
             "does not carry over to this trial."
             for one in self.predictions
             if one.role == "held out" and one.held < HELD
         ]
-        return told
+        return sentences
 
 
 def _capital(text: str) -> str:

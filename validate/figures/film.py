@@ -9,15 +9,14 @@ import cv2
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import EllipseCollection
-from matplotlib.figure import Figure
 from PIL import Image
 
-from sealtwin.core.drawing.particles import SPEED, add_bar, draw_discs
-from sealtwin.core.drawing.snapshots import OVER, UNDER, FillScene
-from sealtwin.core.drawing.theme import ALONG, GROUND, INK, label_axes, themed
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import replacing
 from sealtwin.core.records import Frame, Pixels
+from validate.figures.particles import SPEED, add_bar, draw_discs
+from validate.figures.snapshots import OVER, UNDER, FillScene
+from validate.figures.theme import ALONG, GROUND, INK, label_axes, themed, wide_figure
 
 WIDTH_IN, DPI = 9.6, 100
 ASIDE_MM = 6.0  # Width shown on each side of the walls
@@ -39,7 +38,7 @@ class Painter:
         heights = top_mm - bottom_mm, 2 * reach_mm
         # To scale, with room for labels.
         height_in = (WIDTH_IN - 1.6) * sum(heights) / (high_mm - low_mm) + 1.5
-        self._figure = Figure(figsize=(WIDTH_IN, math.ceil(height_in * DPI / 2) * 2 / DPI), layout="constrained")
+        self._figure = wide_figure(math.ceil(height_in * DPI / 2) * 2 / DPI, WIDTH_IN)
         self._canvas = FigureCanvasAgg(self._figure)
         self._side, self._plan = self._figure.subplots(2, 1, sharex=True, height_ratios=heights)
         scene.draw_ground(self._side)
@@ -56,9 +55,7 @@ class Painter:
         self._plan.grid(visible=False)
         label_axes(self._side, "", "z (mm)", " ")
         label_axes(self._plan, ALONG, "to its left (mm)", "From above, the crack pulled straight")
-        empty = np.zeros((0, 2))
-        bar_of = draw_discs(self._side, empty, scene.radius_mm, np.zeros(0), SPEED)
-        add_bar(self._figure, bar_of, [self._side, self._plan], SPEED, pad=0.01, aspect=25)
+        add_bar(self._figure, SPEED, [self._side, self._plan], pad=0.01, aspect=25)
         self._nozzle = scene.draw_nozzle(self._side, 0.0)
         self._discs: list[EllipseCollection] = []
         self._canvas.draw()

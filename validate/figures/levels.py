@@ -1,20 +1,20 @@
-"""Curves along the crack: level, error and its distribution, histogram and uncertainty."""
+"""Curves of one trial: level, error, its distribution, histogram and uncertainty, and the weighed cavity."""
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from sealtwin.core.drawing import theme
 from sealtwin.core.records import Profile, Sections
+from sealtwin.core.solid_figures import WeighedCavity
 from validate.comparison import StationErrors
+from validate.figures import theme
 from validate.metrics.curve_distances import level_difference
 from validate.result import Comparison, PredictedLevel
 from validate.uncertainty.validation import COVERAGE
 from validate.units import signed
 
-OVER_LINES = {"facecolor": "#ffffff", "edgecolor": "none", "pad": 1.5}
+OVER_LINES = {"facecolor": theme.CARD, "edgecolor": "none", "pad": 1.5}
 DOTTED = (0, (1, 2))
-BAND = "95 % band, all stations together"
 MOST_BIN_LABELS = 10  # Largest number of bins whose labels fit side by side
 
 
@@ -31,20 +31,14 @@ def draw_profile(
 
     A level that was predicted has a band of its own.
     """
-    figure = on or theme.plate(3.4)
-    compared = (None, None) if readings is None or comparison is None else (readings, comparison)
-    axes = figure.add_subplot()
+    axes = (on or theme.plate(3.4)).add_subplot()
     if prediction is not None:
-        s_mm, level_mm = prediction.s_mm, prediction.level_mm
-        bands = (
-            (prediction.band_95_mm, 0.3, "at each place"),
-            (prediction.profile_band_95_mm, 0.12, "of the whole level"),
-        )
-        for band_mm, alpha, which in bands:
-            how = {"color": theme.SIMULATED, "alpha": alpha, "linewidth": 0, "label": f"95 % band {which}"}
-            axes.fill_between(s_mm, level_mm - band_mm, level_mm + band_mm, **how)
-    draw_levels(axes, profile, sections, *compared)
-    return figure
+        curve = prediction.s_mm, prediction.level_mm
+        theme.draw_band(axes, *curve, prediction.band_95_mm, theme.SIMULATED, 0.3, "95 % band at each place")
+        whole_mm = prediction.profile_band_95_mm
+        theme.draw_band(axes, *curve, whole_mm, theme.SIMULATED, 0.12, "95 % band of the whole level")
+    compared = (None, None) if readings is None or comparison is None else (readings, comparison)
+    return draw_levels(axes, profile, sections, *compared)
 
 
 def draw_levels(
@@ -53,16 +47,15 @@ def draw_levels(
     sections: Sections | None,
     readings: Profile | None,
     comparison: Comparison | None,
-) -> None:
+) -> FigureBase:
     """Draw levels along a crack on ``axes``, inside ``themed``; at least one of ``profile`` and ``readings`` is given.
 
     The crack's floor needs ``sections``, the band of the readings needs ``comparison``.
     """
-    there = [curve for curve in (profile, readings) if curve is not None]
-    s_mm = there[0].s_mm
-    highest_mm = float(there[0].level_mm.max())
-    bottom_mm = min(float(curve.level_mm.min()) for curve in there) - 1.5
-    axes.axhline(0.0, color=theme.INK, linewidth=1.0)
+    curves = [curve for curve in (profile, readings) if curve is not None]
+    s_mm = curves[0].s_mm
+    bottom_mm = min(float(curve.level_mm.min()) for curve in curves) - 1.5
+    theme.draw_face(axes)
     marks = [("face", 0.0)]
     if sections is not None:
         floor_mm = -np.interp(s_mm, sections.s_mm, sections.depth_mm)
@@ -84,24 +77,34 @@ def draw_levels(
     if profile is not None:
         axes.plot(profile.s_mm, profile.level_mm, color=theme.SIMULATED, label="simulated")
     axes.set_xlim(0, s_mm[-1])
-    axes.set_ylim(bottom_mm, max(3.0, highest_mm + 1.5))
-    theme.label_axes(axes, theme.ALONG, "level from the face (mm)", "Level of the sealant")
-    theme.put_legend_under_title(axes, columns=2)
+    axes.set_ylim(bottom_mm, max(3.0, float(curves[0].level_mm.max()) + 1.5))
+    return theme.label_axes(axes, theme.ALONG, theme.LEVEL, "Level of the sealant", legend=2)
+
+
+def _draw_readings(axes: Axes, readings: Profile, comparison: Comparison | None) -> None:
+    s_mm, level_mm = readings.s_mm, readings.level_mm
+    if readings.repeats_mm is not None:
+        lines = axes.plot(s_mm, readings.repeats_mm, "_", color=theme.MEASURED, markersize=7, alpha=0.6)
+        lines[0].set_label("single readings")
+    if comparison is not None and comparison.uncertainty is not None:
+        band_mm = comparison.uncertainty.levels.profile_band_95_mm
+        theme.draw_band(axes, s_mm, level_mm, band_mm, theme.MEASURED, 0.3, theme.BAND)
+    kind = "caliper" if readings.data == "measured" else f"caliper, {readings.data.upper()}"
+    axes.plot(s_mm, level_mm, "o-", color=theme.MEASURED, markersize=3.5, label=kind)
 
 
 @theme.themed()
 def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> FigureBase:
     """Draw the simulated minus the measured level along the crack, with the band of the readings about zero."""
-    figure = theme.plate(3.6)
-    axes = figure.add_subplot()
+    axes = theme.plate(3.6).add_subplot()
     error = level_difference(profile, readings)
     s_mm, error_mm = error.x, error.value
     if comparison.uncertainty is not None:
         band_mm = comparison.uncertainty.levels.profile_band_95_mm
-        axes.fill_between(readings.s_mm, -band_mm, band_mm, color=theme.MEASURED, alpha=0.25, linewidth=0, label=BAND)
+        theme.draw_band(axes, readings.s_mm, 0.0, band_mm, theme.MEASURED, 0.25, theme.BAND)
     axes.fill_between(s_mm, 0.0, error_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0)
     axes.plot(s_mm, error_mm, color=theme.SIMULATED, label="simulated - measured")
-    axes.axhline(0.0, color=theme.INK, linewidth=1.0)
+    theme.draw_face(axes)
     bias_mm, worst_at_mm = comparison.bias_mm, comparison.worst_at_mm
     axes.axhline(bias_mm, color=theme.MUTED, linewidth=1.0, linestyle="--", label=f"bias {signed(bias_mm, 2)} mm")
     worst = int(np.argmin(np.abs(s_mm - worst_at_mm)))
@@ -110,16 +113,13 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> F
     axes.plot(s_mm[worst], error_mm[worst], "o", color=theme.INK, label=label, **ring)
     axes.set_xlim(0, profile.s_mm[-1])
     axes.margins(y=0.15)
-    theme.label_axes(axes, theme.ALONG, "error (mm)", "Error: above 0 the simulated level is too high")
-    theme.put_legend_under_title(axes, columns=2)
-    return figure
+    return theme.label_axes(axes, theme.ALONG, "error (mm)", "Error: above 0 the simulated level is too high", legend=2)
 
 
 @theme.themed()
-def draw_histogram(comparison: Comparison, on: FigureBase | None = None) -> FigureBase:
+def draw_histogram(comparison: Comparison) -> FigureBase:
     """Draw the mean absolute error in each 10 mm of the crack's length, as in the paper's Fig. 9b."""
-    figure = on or theme.plate(2.9)
-    axes = figure.add_subplot()
+    axes = theme.plate(2.9).add_subplot()
     bins = [part for part in comparison.error_by_bin if part.covered_mm > 0]
     begins_mm = np.array([part.from_mm for part in bins])
     widths_mm = np.array([part.to_mm for part in bins]) - begins_mm
@@ -139,16 +139,13 @@ def draw_histogram(comparison: Comparison, on: FigureBase | None = None) -> Figu
     axes.grid(visible=False, axis="x")
     edges_mm = [*begins_mm, *(begins_mm[-1:] + widths_mm[-1:])][:: len(bins) // MOST_BIN_LABELS + 1]
     axes.set_xticks(edges_mm, [f"{edge_mm:.3g}" for edge_mm in edges_mm])
-    theme.label_axes(axes, theme.ALONG, "mean |error| (mm)", "Error by place, over each 10 mm")
-    theme.put_legend_under_title(axes, columns=2)
-    return figure
+    return theme.label_axes(axes, theme.ALONG, "mean |error| (mm)", "Error by place, over each 10 mm", legend=2)
 
 
 @theme.themed()
 def draw_distribution(profile: Profile, readings: Profile, comparison: Comparison) -> FigureBase:
     """Draw the share of the crack's length on which the error is at most x, exact between the stations."""
-    figure = theme.plate(2.9)
-    axes = figure.add_subplot()
+    axes = theme.plate(2.9).add_subplot()
     size = level_difference(profile, readings).size
     within_mm = np.linspace(0.0, comparison.worst_error_mm, 200)
     percent = [100 * size.share_below(limit_mm) for limit_mm in within_mm[:-1]] + [100.0]
@@ -159,41 +156,25 @@ def draw_distribution(profile: Profile, readings: Profile, comparison: Compariso
                   label=f"{share} % within {at_mm:.2f} mm")  # fmt: skip
     axes.set_xlim(0, within_mm[-1] or None)
     axes.set_ylim(0, 103)
-    theme.label_axes(axes, "|error| of at most (mm)", "share of the length (%)", "Distribution of the error")
-    theme.put_legend_under_title(axes, columns=2)
-    return figure
-
-
-def _draw_readings(axes: Axes, readings: Profile, comparison: Comparison | None) -> None:
-    s_mm, level_mm = readings.s_mm, readings.level_mm
-    if readings.repeats_mm is not None:
-        lines = axes.plot(s_mm, readings.repeats_mm, "_", color=theme.MEASURED, markersize=7, alpha=0.6)
-        lines[0].set_label("single readings")
-    if comparison is not None and comparison.uncertainty is not None:
-        band_mm = comparison.uncertainty.levels.profile_band_95_mm
-        low_mm, high_mm = level_mm - band_mm, level_mm + band_mm
-        axes.fill_between(s_mm, low_mm, high_mm, color=theme.MEASURED, alpha=0.3, linewidth=0, label=BAND)
-    kind = "caliper" if readings.data == "measured" else f"caliper, {readings.data.upper()}"
-    axes.plot(s_mm, level_mm, "o-", color=theme.MEASURED, markersize=3.5, label=kind)
+    return theme.label_axes(
+        axes, "|error| of at most (mm)", "share of the length (%)", "Distribution of the error", legend=2
+    )
 
 
 @theme.themed()
 def draw_uncertainty(stations: StationErrors) -> FigureBase:
     """Draw the error at each station above its standard uncertainties."""
     s_mm, error_mm, validation_mm = stations.s_mm, stations.error_mm, stations.validation_mm
-    figure = theme.plate(3.6)
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    upper, lower = theme.plate(3.6).subplots(2, 1, sharex=True, height_ratios=(3, 2))
     off, half_mm = stations.off, COVERAGE * validation_mm
-    upper.axhline(0.0, color=theme.INK, linewidth=1.0)
+    theme.draw_face(upper)
     upper.errorbar(s_mm, error_mm, half_mm, fmt="none", ecolor=theme.MUTED, elinewidth=1.0, capsize=2.5, label="± 2 u")
-    band = {"color": theme.MUTED, "alpha": 0.2, "linewidth": 0, "label": BAND}
-    upper.fill_between(s_mm, -stations.profile_mm, stations.profile_mm, **band)
-    for which, fill, name in ((off, theme.SIMULATED, "outside it"), (~off, "#ffffff", "inside")):
+    theme.draw_band(upper, s_mm, 0.0, stations.profile_mm, theme.MUTED, 0.2, theme.BAND)
+    for which, fill, name in ((off, theme.SIMULATED, "outside it"), (~off, theme.CARD, "inside")):
         upper.plot(
             s_mm[which], error_mm[which], "o", color=theme.SIMULATED, markerfacecolor=fill, markersize=5, label=name
         )
-    theme.label_axes(upper, "", "E (mm)", "Error at the stations")
-    theme.put_legend_under_title(upper, columns=2)
+    theme.label_axes(upper, "", "E (mm)", "Error at the stations", legend=2)
     parts = (
         (stations.data_mm, "readings", theme.MEASURED, "-"),
         (stations.numerics_mm, "numerics", theme.SIMULATED, "--"),
@@ -205,6 +186,25 @@ def draw_uncertainty(stations: StationErrors) -> FigureBase:
     if len(known) > 1:
         lower.plot(s_mm, validation_mm, color=theme.INK, linewidth=1.0, label="all together")
     lower.set_ylim(bottom=0.0)
-    theme.label_axes(lower, theme.ALONG, "u (mm)", "Standard uncertainties")
-    theme.put_legend_under_title(lower, columns=2)
-    return figure
+    return theme.label_axes(lower, theme.ALONG, "u (mm)", "Standard uncertainties", legend=2)
+
+
+@theme.themed()
+def draw_weighed_fill(weighed: WeighedCavity, mouth_mm: float, floor_mm: float) -> FigureBase:
+    """Draw the weighed volumes over their levels and the widths over depth, each with the fitted walls."""
+    upper, lower = theme.plate(4.6).subplots(2, 1)
+    levels_mm, volumes_ml = np.array(weighed.levels_mm), np.array(weighed.volumes_mm3) / 1e3
+    fitted_ml = volumes_ml - np.array(weighed.misfits_mm3) / 1e3
+    errors_ml = 2 * np.array(weighed.misfit_sds_mm3) / 1e3
+    points = {"fmt": "o", "color": theme.MEASURED, "markersize": 5, "markerfacecolor": "none", "capsize": 3}
+    upper.errorbar(levels_mm, volumes_ml, yerr=errors_ml, label="weighed, ± 2 sd", **points)
+    fitted = {"color": theme.SIMULATED, "label": "fitted walls"}
+    upper.plot(np.append(-weighed.depth_mm, levels_mm), np.append(0.0, fitted_ml), **fitted)
+    theme.label_axes(upper, "mean level from the face (mm)", "liquid (ml)", "Liquid below each level", legend=2)
+    if weighed.slabs_mm:
+        depth_mm, width_mm, sd_mm = np.array(weighed.slabs_mm).T
+        lower.errorbar(width_mm, -depth_mm, xerr=2 * sd_mm, label="between two steps, ± 2 sd", **points)
+    lower.plot([mouth_mm, floor_mm], [0.0, -weighed.depth_mm], **fitted)
+    lower.set_xlim(0, None)
+    lower.set_ylim(-1.05 * weighed.depth_mm, 0)
+    return theme.label_axes(lower, "mean width (mm)", "depth (mm)", "Mean width at each depth", legend=2)

@@ -1,7 +1,8 @@
 """Pictures of the sample and its fill: the block, side view, top view, sections."""
 
+from typing import Any
+
 import numpy as np
-from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import FigureBase
 from matplotlib.patches import Rectangle
@@ -9,14 +10,25 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from sealtwin.core.arc_length import arc_length_at
-from sealtwin.core.drawing import theme
-from sealtwin.core.drawing.particles import SECTIONS_AT, ColourScale, age_scale, draw_discs, draw_section, show_to_scale
 from sealtwin.core.records import FaceLabel, Outline, Profile, Run, Solid, Trajectory
+from validate.figures import theme
+from validate.figures.particles import (
+    SECTIONS_AT,
+    ColourScale,
+    add_bar,
+    age_scale,
+    draw_across,
+    draw_discs,
+    draw_walls,
+    show_from_above,
+    show_to_scale,
+)
 from validate.figures.rendering import render
 
 FACE_COLOURS = np.array([to_rgb(colour) for colour in (theme.GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
 """Colours of the triangles of a solid, in the order of ``FaceLabel``."""
 WIDTH_PX = 900
+BELOW: Any = {"location": "bottom", "aspect": 40, "pad": 0.02}  # Place of a colour bar
 
 
 @theme.themed()
@@ -46,9 +58,7 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> FigureBase:
     axes = figure.add_subplot()
     axes.imshow(still)
     axes.set_axis_off()
-    label, colours, norm = age_scale(oldest_s)
-    ages = ScalarMappable(norm, colours)
-    figure.colorbar(ages, ax=axes, label=label, location="bottom", shrink=0.5, aspect=40, pad=0.02)
+    add_bar(figure, age_scale(oldest_s), [axes], location="bottom", shrink=0.5, aspect=40, pad=0.02)
     return figure
 
 
@@ -66,16 +76,14 @@ def draw_side_view(
     axes.axhline(0.0, color=theme.ON_GROUND, linewidth=0.8)
     axes.set_facecolor(theme.AIR)
     place_mm = np.column_stack([s_mm, run.position_mm[:, 2]])[shown]
-    discs = draw_discs(axes, place_mm, run.radius_mm, run.age_s[shown], _ages(run))
-    figure.colorbar(discs, ax=axes, label="age (s)", location="bottom", aspect=40, pad=0.02)
+    draw_discs(axes, place_mm, run.radius_mm, run.age_s[shown], _ages(run))
+    add_bar(figure, _ages(run), [axes], **BELOW)
     axes.plot(profile.s_mm, profile.level_mm, color=theme.AIR, linewidth=3.0)
     label = "profile read from the particles"
     axes.plot(profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.4, label=label)
     top_mm = max(4.0, float(run.position_mm[shown, 2].max(initial=0.0)) + 1.5)
     show_to_scale(axes, (-6, outline.length_mm + 6), (-solid.depth_mm - 2, top_mm))
-    theme.label_axes(axes, theme.ALONG, "z (mm)", "From the side: particles by age")
-    theme.put_legend_under_title(axes, columns=1)
-    return figure
+    return theme.label_axes(axes, theme.ALONG, "z (mm)", "From the side: particles by age", legend=1)
 
 
 @theme.themed()
@@ -87,40 +95,27 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
     face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor=theme.GROUND, edgecolor="none")
     axes.add_artist(face)
     shown = ~run.spilled
-    order = np.argsort(run.position_mm[shown, 2])
-    position_mm = run.position_mm[shown][order]
+    position_mm = run.position_mm[shown][np.argsort(run.position_mm[shown, 2])]
     heights = ColourScale("z (mm)", theme.HEIGHTS, Normalize())
-    discs = draw_discs(axes, position_mm[:, :2], run.radius_mm, position_mm[:, 2], heights)
-    figure.colorbar(discs, ax=axes, label="z (mm)", location="bottom", aspect=40, pad=0.02)
-    for wall_mm in (outline.left_wall_mm, outline.right_wall_mm):
-        (wall,) = axes.plot(*wall_mm.T, color=theme.ON_GROUND, linewidth=0.9)
-        # The stations of an oblique open end continue past the edge of the sample.
-        wall.set_clip_path(face)
+    draw_discs(axes, position_mm[:, :2], run.radius_mm, position_mm[:, 2], heights)
+    add_bar(figure, heights, [axes], **BELOW)
+    draw_walls(axes, outline, face)
     axes.plot(*trajectory.position_mm[:, :2].T, color=theme.MEASURED, linewidth=1.2, label="nozzle path, from its dot")
     axes.plot(*trajectory.position_mm[0, :2], "o", color=theme.MEASURED, markersize=5)
     # The legend shows the line on mortar: it is as dark as a dark page.
     on_mortar = [withStroke(linewidth=5.0, foreground=theme.GROUND)]
     label = f"walls in the {outline.seen_in}"
     axes.plot([], [], color=theme.ON_GROUND, linewidth=0.9, path_effects=on_mortar, label=label)
-    low, high = outline.outline_mm.min(axis=0) - 14, outline.outline_mm.max(axis=0) + 14
-    x_mm = max(low[0], x_min - 4), min(high[0], x_max + 4)
-    show_to_scale(axes, x_mm, (max(low[1], y_min - 4), min(high[1], y_max + 4)))
-    theme.label_axes(axes, "x (mm)", "y (mm)", "From above: particles by height")
-    theme.put_legend_under_title(axes, columns=2)
+    show_from_above(axes, outline, solid, 14, "From above: particles by height", legend=2)
     return figure
 
 
 @theme.themed()
 def draw_sections(run: Run, outline: Outline, solid: Solid) -> FigureBase:
     """Draw sections across the crack at three places, particles by age."""
-    figure = theme.plate(3.6)
+    figure, stays = theme.plate(3.6), ~run.spilled
     row = figure.subplots(1, len(SECTIONS_AT), sharey=True)
-    stays = ~run.spilled
-    position_mm = run.position_mm[stays]
-    for axes, share in zip(row, SECTIONS_AT, strict=True):
-        s_mm = share * outline.length_mm
-        draw_section(axes, outline, solid, s_mm, position_mm, run.radius_mm, run.age_s[stays], _ages(run))
-    row[0].set_ylabel("z (mm)")
+    draw_across(row, outline, solid, run.position_mm[stays], run.radius_mm, run.age_s[stays], _ages(run))
     return figure
 
 

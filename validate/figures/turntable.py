@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from skimage.measure import marching_cubes
 
-from sealtwin.core.drawing.theme import AGES, ON_GROUND
 from sealtwin.core.records import FaceLabel, Floats, Integers, Run, Solid
 from validate.figures.rendering import DARKEST, LIGHT, facet_normals, render, seen_from, unit, view_axes
 from validate.figures.solid_pictures import FACE_COLOURS, square_on
+from validate.figures.theme import AGES, ON_GROUND
 
 BLUR = 0.6
 """Standard deviation of the blur over the particles' spacing: a lattice keeps 0.1 % of its grain, and a layer one

@@ -4,6 +4,7 @@ Both are piecewise linear, so that integrals and quantiles are exact; no library
 differ. The area is checked against similaritymeasures in every comparison.
 """
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from validate.comparison import ErrorBin
+from validate.comparison import Alignment, ErrorBin, ShiftedError
 
 BIN_MM = 10.0
 """Length of a bin of errors along the crack, as in the paper's Fig. 9b; the outer ones are its start and end."""
@@ -172,3 +173,17 @@ def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]
     inner = profile.s_mm[(profile.s_mm > low) & (profile.s_mm < high)]
     s_mm = np.concatenate([[low], inner, [high]])
     return s_mm, np.interp(s_mm, profile.s_mm, profile.level_mm)
+
+
+CHOICE = "s from the first end given, on both curves; neither is shifted to fit the other"
+SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)  # Shifts by which a station set by hand, or the end of a crack, may be off
+
+
+def alignment(simulated: Profile, measured: Profile) -> Alignment:
+    """Return mean error and bias with the readings moved along the crack by each of the shifts."""
+    errors = [level_difference(simulated, replace(measured, s_mm=measured.s_mm + shift_mm)) for shift_mm in SHIFTS_MM]
+    shifts = [
+        ShiftedError(shift_mm, error.mean_error, error.mean())
+        for shift_mm, error in zip(SHIFTS_MM, errors, strict=True)
+    ]
+    return Alignment(choice=CHOICE, shifts=tuple(shifts))

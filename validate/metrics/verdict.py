@@ -29,7 +29,7 @@ SOUND = (0.95, 1.05)
 
 
 def kept_volume(ratio: float) -> bool:
-    """Return True where the settled volume is sound, rounded as it is printed: 1.050 of the dispensed one is."""
+    """Return True if the volume ratio, rounded as it is printed, is within ``SOUND``."""
     low, high = SOUND
     return low <= round(ratio, 3) <= high
 
@@ -81,14 +81,14 @@ def judged(
     passed, outcome = None if gate is None else False, "undecided"
     if m.escaped_particles:
         passed, outcome = False, "failed"
-        told = (f"{leak(m.escaped_particles)}: a mean error of {m.mean_error_mm:.3f} mm means nothing.",)
+        sentences = (f"{leak(m.escaped_particles)}: a mean error of {m.mean_error_mm:.3f} mm means nothing.",)
     elif edited:
-        told = (f"{edited_by_hand(edited)}: no verdict.",)
+        sentences = (f"{edited_by_hand(edited)}: no verdict.",)
     elif screening:
         passed, outcome = None, "open"
         not_judged = "" if gate is None else f" The gate of {gate.mean_error_mm:g} mm is not judged."
         found = f"Mean error {_with_interval(m, uncertainty)}."
-        told = NO_VERDICT + not_judged, found, beside_baselines(m), _use_of_readings(m)
+        sentences = NO_VERDICT + not_judged, found, beside_baselines(m), _use_of_readings(m)
         gate = None
     elif not m.enough_readings:
         outcome = "open" if gate is None else "undecided"
@@ -97,16 +97,16 @@ def judged(
             f"{100 * m.widest_gap_mm / m.length_mm:.0f} % of it apart); at least {100 * LEAST_COVERAGE:.0f} % and "
             f"{FEWEST_STATIONS} stations no more than {100 * WIDEST_GAP:.0f} % apart are needed."
         )
-        told = why, _use_of_readings(m)
+        sentences = why, _use_of_readings(m)
     else:
         passed, outcome, first = _held_against(m, gate, uncertainty)
         first += f" The readings {covers}." if m.coverage < NEARLY_ALL else ""
-        told = first, beside_baselines(m), _use_of_readings(m)
+        sentences = first, beside_baselines(m), _use_of_readings(m)
         findings = () if uncertainty is None else uncertainty.sentences
     # The metrics are checked already.
     return Comparison.model_construct(
         **dict(m),
-        headline=told,
+        headline=sentences,
         outcome=outcome,
         passed=passed,
         gate=gate,
@@ -133,16 +133,16 @@ def _held_against(
     m: LevelMetrics, gate: Gate | None, uncertainty: ErrorUncertainty | None
 ) -> tuple[bool | None, Outcome, str]:
     """Return whether the mean error keeps the gate, the outcome, and the sentence on both."""
-    found = f"mean error {_with_interval(m, uncertainty)}"
+    figures = f"mean error {_with_interval(m, uncertainty)}"
     if gate is None:
-        return None, "open", f"No gate: {found}."
+        return None, "open", f"No gate: {figures}."
     passed = m.mean_error_mm <= gate.mean_error_mm
     reason = f"reason: {gate.reason}" if gate.reason else "no reason is given"
-    found += f", at most {gate.mean_error_mm:g} mm ({reason})"
+    figures += f", at most {gate.mean_error_mm:g} mm ({reason})"
     low_mm, high_mm = (math.inf, 0.0) if uncertainty is None else uncertainty.mean_error_interval_mm
     if low_mm <= gate.mean_error_mm <= high_mm:
-        return passed, "undecided", f"Gate in doubt: {found}; the readings cannot tell whether it is kept."
-    return passed, "passed" if passed else "failed", f"Gate {'kept' if passed else 'missed'}: {found}."
+        return passed, "undecided", f"Gate in doubt: {figures}; the readings cannot tell whether it is kept."
+    return passed, "passed" if passed else "failed", f"Gate {'kept' if passed else 'missed'}: {figures}."
 
 
 def beside_baselines(m: LevelMetrics) -> str:
@@ -153,10 +153,10 @@ def beside_baselines(m: LevelMetrics) -> str:
 
 def _use_of_readings(m: LevelMetrics) -> str:
     """Return the sentence on what the readings were used for before this comparison, and on a sample without origin."""
-    told = _role_sentence(m)
+    sentence = _role_sentence(m)
     if m.readings_data != "measured" or m.photo_data == "measured":
-        return told
-    return f"{told} The sample is {'of undeclared origin' if m.photo_data == 'undeclared' else m.photo_data}."
+        return sentence
+    return f"{sentence} The sample is {'of undeclared origin' if m.photo_data == 'undeclared' else m.photo_data}."
 
 
 def _role_sentence(m: LevelMetrics) -> str:

@@ -31,7 +31,7 @@ class UnitCell(NamedTuple):
 
 
 def units_row(row: SheetRow) -> tuple[dict[int, ColumnUnit], dict[int, str]]:
-    """Return units by column, and the words of such a row that are none of length; both empty where it holds others."""
+    """Return the length units of a row by column, and its other words; both empty if it is no row of units."""
     texts = {index: cell.text for index, cell in enumerate(row.cells) if not is_missing(cell.text)}
     units: dict[int, ColumnUnit] = {index: unit for index, text in texts.items() if (unit := unit_of(text)) is not None}
     others = {index: text for index, text in texts.items() if index not in units}
@@ -42,13 +42,13 @@ def units_row(row: SheetRow) -> tuple[dict[int, ColumnUnit], dict[int, str]]:
 
 
 def units_in_cells(body: Sequence[SheetRow]) -> tuple[list[SheetRow], dict[int, ColumnUnit]]:
-    """Return the rows without units behind their numbers, and these by column where all numbers of it have one."""
-    found: dict[int, set[ColumnUnit | None]] = {}
+    """Return the rows without units behind their numbers, and the unit of each column whose numbers all have it."""
+    by_column: dict[int, set[ColumnUnit | None]] = {}
     for row in body:
         for at, cell in enumerate(row.cells):
             if is_a_number(cell) or (cell.kind == "text" and is_number(_without_unit(cell.text))):
-                found.setdefault(at, set()).add(unit_of(cell.text.rpartition(" ")[2]))
-    units: dict[int, ColumnUnit] = {at: unit for at, (unit, *more) in found.items() if unit is not None and not more}
+                by_column.setdefault(at, set()).add(unit_of(cell.text.rpartition(" ")[2]))
+    units: dict[int, ColumnUnit] = {at: one for at, (one, *more) in by_column.items() if one is not None and not more}
     stripped = [
         SheetRow(
             row.number,
@@ -90,8 +90,8 @@ def unit_cells(
 ) -> Iterator[UnitCell]:
     """Yield the unit that each row has in ``columns`` for its reading, or for its station.
 
-    A column of units is that of the readings at its left, up to the next one; beside the stations alone it may be
-    theirs, or that of the readings that follow ``without`` a unit of their own.
+    A column of units belongs to the readings at its left, up to the next one. With stations alone at its left it
+    belongs to them, or to the readings that follow ``without`` a unit.
     """
     before = -1
     for at in columns:

@@ -1,11 +1,10 @@
 """The header of a sheet: its rows, and the columns with their sign and unit, as it names them or as declared."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, get_args
 
-from validate.readings.body_rows import sorted_rows
 from validate.readings.cell_units import (
     UnitCell,
     columns_of_units,
@@ -23,8 +22,6 @@ from validate.readings.header_words import (
     factor_in,
     is_number,
     meaning,
-    names_factor,
-    names_other_zero,
     quantity_in,
     ten_at_unit,
     unit_in,
@@ -33,8 +30,8 @@ from validate.readings.header_words import (
 from validate.readings.sheet import (
     BLANK,
     FaultList,
-    Place,
     SheetCell,
+    SheetFaults,
     SheetGrid,
     SheetRow,
     clipped,
@@ -42,7 +39,7 @@ from validate.readings.sheet import (
     quoted,
     refuse,
 )
-from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, table_rows
+from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, sorted_rows, table_rows
 from validate.settings import Columns, Declared, Quantity
 
 SAY = (
@@ -51,6 +48,7 @@ SAY = (
 )
 SAY_UNIT = 'Say it: [readings] unit = "mm", or in pairing.csv.'
 SAY_FILL_UNIT = 'Say it in pairing.csv: unit = mm of levels, mass = "A g" of masses.'
+CORRECT = "Correct the one that is wrong."
 Mass = Literal["", "g", "kg"]
 MOST_SHOWN = 12
 
@@ -59,7 +57,7 @@ MOST_SHOWN = 12
 class Column(ColumnMeaning):
     index: int  # Number of the column, from 0
     name: str
-    unit_declared: bool = False  # True where only readings.unit gives the unit
+    unit_declared: bool = False  # True if only readings.unit gives the unit
 
 
 @dataclass(frozen=True)
@@ -74,10 +72,9 @@ class Header:
     sample: Column | None  # Column that names the sample of each row; None in a sheet of one sample
     skipped: tuple[Column, ...]
     quantity: Quantity | None
-    """Direction in which readings count; None, like a column's unit, where it is missing, which is a fault."""
-    remarks: tuple[
-        SheetRow, ...
-    ] = ()  # Rows of words about the sheet: above the header, comments, rows between readings
+    """Direction in which readings count; None, like a column's unit, if it is missing, which is a fault."""
+    remarks: tuple[SheetRow, ...] = ()
+    """Rows of words about the sheet: above the header, comments, rows between readings."""
     passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and those that are declared
     unmet: tuple[str, ...] = ()  # What is declared to be skipped, and is nowhere
     of_units: tuple[int, ...] = ()  # Columns, from 0, that hold the units of rows
@@ -91,92 +88,306 @@ class Header:
 def read_header(grid: SheetGrid, declared: Declared, faults: FaultList, mass: Mass | None = None) -> Header:
     """Return the header of the one table of readings; faults that leave the rest readable are added to ``faults``.
 
-    Where ``mass`` is given the table is a fill, and its "stations" are masses, in that unit where the sheet names none.
-    Raises SheetFaults where no column of stations or none of readings is known.
+    If ``mass`` is given the table is a fill: its "stations" are masses, in that unit if the sheet names none. Raises
+    SheetFaults if no column of stations or none of readings is known.
     """
-    given = declared.columns or Columns()
-    rows, left_out, unmet = table_rows(grid, given)
-    if len(rows) < 2:
-        raise refuse(
-            grid.place(), "no rows of readings.", "Is it this sheet? Name another: [readings] sheet, or range."
+    return _HeaderReader(grid, declared, faults, mass).read()
+
+
+class _HeaderReader:
+    """Reader of the header of one sheet."""
+
+    def __init__(self, grid: SheetGrid, declared: Declared, faults: FaultList, mass: Mass | None) -> None:
+        self.grid, self.declared, self.faults = grid, declared, faults
+        self.mass: Mass | None = mass
+        self.given = declared.columns or Columns()
+        self.rows, self.left_out, self.unmet = table_rows(grid, self.given)
+        if len(self.rows) < 2:
+            remedy = "Is it this sheet? Name another: [readings] sheet, or range."
+            raise refuse(grid.place(), "no rows of readings.", remedy)
+        header = find_header(self.rows, grid.merged, self.given)
+        self.first, self.names = header.first, header.names
+        self.number = self.rows[self.first].number
+        body = self.rows[self.first + header.count :]
+        below, self.other_units = units_row(body[0]) if body else ({}, {})
+        self.body, in_cells = units_in_cells(body[1:] if below else body)
+        self.units = in_cells | below
+
+    def _ask(self, found: str, remedy: str, value: str | None = None, column: Column | None = None) -> None:
+        """Add a fault of the header, or of one of its columns."""
+        at, name = (None, None) if column is None else (column.index, column.name)
+        self.faults.add(self.grid.place(self.number, at, name), found, remedy, value)
+
+    def _refused(self, found: str, remedy: str, value: str | None = None) -> SheetFaults:
+        return refuse(self.grid.place(self.number), found, remedy, value)
+
+    def read(self) -> Header:
+        columns = self._one_table(self._columns())
+        by_role = {role: [column for column in columns if column.role == role] for role in get_args(Role)}
+        stations, readings, counters = by_role["station"], by_role["reading"], by_role["repeat"]
+        # A bare "Messung" numbers the repeats if another column holds the readings, and holds them itself otherwise.
+        repeat = counters[0] if readings and len(counters) == 1 else None
+        if repeat is None:
+            readings += [replace(column, role="reading") for column in counters]
+        if not stations or not readings:
+            raise self._without(stations)
+        for twice, what in ((stations, "station"), (by_role["sample"], "sample")):
+            if len(twice) > 1:
+                self._ask(f"{_names(twice)} both name the {what}.", SAY)
+        if repeat is not None and len(readings) > 1:
+            found = f"column {_names([repeat])} numbers the repeats of one column, and there are {_names(readings)}."
+            self._ask(found, "Name those that are readings of one station: [readings.columns] levels, or repeat.")
+        used = [stations[0], *readings]
+        self._check_numbers(readings)
+        self._check_factors(used)
+        for column in used:
+            if (word := self.other_units.get(column.index)) is not None:
+                found = f"{quoted(word)}, below {quoted(column.name)}, is no unit of length that is known."
+                self._ask(found, "Name the columns that are read: [readings.columns] levels.", word)
+        skipped = by_role["skipped"]
+        taken = {column.index for column in columns} - {column.index for column in skipped}
+        of_units = columns_of_units(self.names, taken, self.body)
+        beside = self._units_beside(of_units, used)
+        used = self._with_units(used, beside)
+        self._check_units_beside(used, beside)
+        place, at = self.grid.place(self.number), [column.index for column in used]
+        body, between, passed = sorted_rows(place, self.body, at[0], at[1:], self.faults)
+        remarks = [*self.rows[: self.first], *self.left_out, *between]
+        self._check_units_of_remarks(remarks, used)
+        cells = tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=-1) + 1))
+        return Header(
+            row=SheetRow(self.number, cells),
+            above=self.first,
+            body=tuple(body),
+            station=used[0],
+            readings=tuple(used[1:]),
+            repeat=repeat,
+            sample=next(iter(by_role["sample"]), None),
+            skipped=tuple(skipped),
+            quantity=self._quantity(used[1:]),
+            remarks=tuple(remarks),
+            passed=tuple(passed),
+            unmet=tuple(self.unmet),
+            of_units=tuple(of_units),
         )
-    found = find_header(rows, grid.merged, given)
-    first = rows[found.first]
-    place = grid.place(first.number)
-    body = rows[found.first + found.count :]
-    units, other_units = units_row(body[0]) if body else ({}, {})
-    body, in_cells = units_in_cells(body[1:] if units else body)
-    units = in_cells | units
-    columns = _meanings(place, found.names, body, given, faults, fill=mass is not None)
-    columns = _one_table(place, columns, faults)
-    stations, readings, counters, samples, skipped = (
-        [column for column in columns if column.role == role]
-        for role in ("station", "reading", "repeat", "sample", "skipped")
-    )
-    # A bare "Messung" numbers the repeats where another column holds the readings, and holds them itself otherwise.
-    repeat = counters[0] if readings and len(counters) == 1 else None
-    if repeat is None:
-        readings += [replace(column, role="reading") for column in counters]
-    if not stations or not readings:
-        along = "places along the crack (s)" if mass is None else "masses"
+
+    def _without(self, stations: Sequence[Column]) -> SheetFaults:
+        """Return the error on a header without a column of stations or of readings."""
+        along = "places along the crack (s)" if self.mass is None else "masses"
         which = f"no column of {along}" if not stations else "no column of readings"
         beside = f" beside {_names(stations)}" if stations else ""
-        seen = _seen(found.names, body)
-        if (line := _line_by_blanks(rows, grid.separator)) is not None:
-            what = f"{which}{beside}: its columns are divided by blanks only, as in {quoted(line)}."
-            raise refuse(place, what, "Save it with semicolons or tabs between the columns, or as XLSX.")
-        raise refuse(place, f"{which}{beside} in {seen}; read as {', '.join(grid.written)}.", SAY)
-    for twice, what in ((stations, "station"), (samples, "sample")):
-        if len(twice) > 1:
-            faults.add(place, f"{_names(twice)} both name the {what}.", SAY)
-    if repeat is not None and len(readings) > 1:
-        found_ = f"column {_names([repeat])} numbers the repeats of one column, and there are {_names(readings)}."
-        faults.add(place, found_, "Name those that are readings of one station: [readings.columns] levels, or repeat.")
-    _check_numbers(place, readings, faults)
-    _check_factors(place, [stations[0], *readings], found.names.values(), declared, faults)
-    for column in (stations[0], *readings):
-        if (word := other_units.get(column.index)) is not None:
-            what = f"{quoted(word)}, below {quoted(column.name)}, is no unit of length that is known."
-            faults.add(place, what, "Name the columns that are read: [readings.columns] levels.", word)
-    taken = {column.index for column in columns} - {column.index for column in skipped}
-    of_units = columns_of_units(found.names, taken, body)
-    used = stations[0].index, [column.index for column in readings]
-    without = [column.index for column in readings if column.unit is None and column.index not in units]
-    beside = [
-        *unit_cells(body, of_units, {used[0]}, used[1], without),
-        *shown_cells(body, grid.shown_units, [used[0], *used[1]]),
-    ]
-    if declared.unit is None:
-        nameless = {column.index for column in (stations[0], *readings) if column.unit is None}
-        units.update({at: unit for at, unit in _common(beside, body).items() if at in nameless and at not in units})
-    if mass is None:
-        station, *readings = _with_units(place, [stations[0], *readings], units, declared.unit, faults)
-    else:
-        (station,) = _with_units(place, stations[:1], units, mass or None, faults)
-        readings = _with_units(place, readings, units, declared.unit, faults)
-    of_kind = [(station, MM if mass is None else GRAMS), *((column, MM) for column in readings)]
-    if nameless := [column for column, known in of_kind if column.unit not in known]:
-        faults.add(place, f"{_names(nameless)}: no unit.", SAY_UNIT if mass is None else SAY_FILL_UNIT)
-    _check_units_beside(grid, [station, *readings], beside, faults)
-    body, remarks, passed = sorted_rows(place, body, *used, faults)
-    remarks = [*rows[: found.first], *left_out, *remarks]
-    _check_units_of_remarks(grid, remarks, [station, *readings], faults)
-    cells = tuple(SheetCell(found.names.get(at, "")) for at in range(max(found.names, default=-1) + 1))
-    return Header(
-        row=SheetRow(first.number, cells),
-        above=found.first,
-        body=tuple(body),
-        station=station,
-        readings=tuple(readings),
-        repeat=repeat,
-        sample=samples[0] if samples else None,
-        skipped=tuple(skipped),
-        quantity=_quantity(place, readings, declared, faults),
-        remarks=tuple(remarks),
-        passed=tuple(passed),
-        unmet=tuple(unmet),
-        of_units=tuple(of_units),
-    )
+        if (line := _line_by_blanks(self.rows, self.grid.separator)) is not None:
+            found = f"{which}{beside}: its columns are divided by blanks only, as in {quoted(line)}."
+            return self._refused(found, "Save it with semicolons or tabs between the columns, or as XLSX.")
+        filled = {at for row in self.body[:3] for at, cell in enumerate(row.cells) if cell != BLANK}
+        shown = []
+        for at in sorted({*self.names, *filled})[:MOST_SHOWN]:
+            value = next((row.cell(at).text for row in self.body if row.cell(at).text), "")
+            shown.append(f"{letters(at)} {quoted(self.names.get(at, ''))} ({clipped(value)})")
+        return self._refused(f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", SAY)
+
+    def _declared_roles(self) -> dict[int, ColumnMeaning]:
+        """Return what the declared columns are. Raises SheetFaults for one that is not there."""
+        given, names = self.given, self.names
+        references: list[tuple[Role, str | None]] = [("station", given.s), ("repeat", given.repeat)]
+        references.extend(("reading", level) for level in given.levels or ())
+        roles: dict[int, ColumnMeaning] = {}
+        for role, reference in references:
+            if reference is None:
+                continue
+            if not (columns := columns_named(names, reference)):
+                known = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
+                found = f"{reference!r:.80} is no column, or both a letter and another's name, among {known}."
+                raise self._refused(found, 'Write a letter as "B:B" where a column has it for a name.', reference)
+            for at in columns:
+                name = names.get(at, "")
+                number = f"{1 + sum(other.role == role for other in roles.values())}" if role == "reading" else None
+                roles[at] = replace(meaning(name) or _by_parts(name), role=role, number=number)
+        return roles
+
+    def _columns(self) -> list[Column]:
+        """Return what each column is, by declaration or by its name; one of numbers that is unknown is a fault."""
+        roles, fill = self._declared_roles(), self.mass is not None
+        declared = {one.role for one in roles.values()}
+        columns, unknown = list[Column](), list[Column]()
+        cells = [(at, cell) for row in self.body for at, cell in enumerate(row.cells)]
+        numeric = {at for at, cell in cells if is_a_number(cell) or cell.kind == "formula"}
+        others = declared | ({"repeat"} if "reading" in declared and self.given.repeat is None else set())
+        taken_as: dict[Role, Role] = {"mass": "station", "station": "skipped"} if fill else {"mass": "skipped"}
+        for at in sorted({*self.names, *roles, *numeric}):
+            name = self.names.get(at, "")
+            what = roles.get(at) or meaning(name)
+            if what is not None and at not in roles:
+                what = replace(what, role=taken_as.get(what.role, what.role))
+                what = ColumnMeaning("skipped", what.unit) if what.role in others else what
+            if what is None and ("reading" in declared or at not in numeric):
+                # Words are no readings, and if these are declared all else is none.
+                what = ColumnMeaning("skipped")
+            column = Column(**vars(what or ColumnMeaning("skipped")), index=at, name=name or letters(at))
+            (unknown if what is None else columns).append(column)
+        if fill and len(unknown) == 1 and not any(column.role in ("reading", "repeat") for column in columns):
+            # What else is beside masses?
+            column = unknown.pop()
+            columns.append(replace(column, **vars(_by_parts(column.name))))
+        self._check_unknown(columns, unknown)
+        return sorted([*columns, *unknown], key=lambda column: column.index)
+
+    def _check_unknown(self, columns: Sequence[Column], unknown: Sequence[Column]) -> None:
+        """Add a fault for each unknown column, unless it is of another table, a blank column between."""
+        own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
+        head = SheetRow(0, tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=0) + 1)))
+        spans = list(blocks([head, *self.body]))
+        for column in unknown:
+            span, lettered = next(span for span in spans if column.index in span), column.name == letters(column.index)
+            if lettered or not own_block or own_block & set(span):
+                found = f"column {quoted(column.name)} is unknown, and holds numbers."
+                found = f"column {column.name} holds numbers and has no name." if lettered else found
+                self._ask(found, SAY, column.name)
+
+    def _one_table(self, columns: list[Column]) -> list[Column]:
+        """Return the first of several tables side by side, each with stations and readings: which is meant is asked."""
+        starts = [at for at, column in enumerate(columns) if column.role == "station"]
+        tables = [columns[start:end] for start, end in pairwise([*starts, len(columns)])]
+        if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
+            return columns
+        spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
+        remedy = f'Say which is meant: [readings.columns] range = "{spans[0]}", or in pairing.csv.'
+        self._ask(f"{len(tables)} tables side by side, in columns {' and '.join(spans)}.", remedy)
+        return tables[0]
+
+    def _check_numbers(self, readings: Sequence[Column]) -> None:
+        """Add a fault for columns of readings without a number, one of which may be the mean, or with the same one."""
+        for label in dict.fromkeys(column.number for column in readings):
+            columns = [column for column in readings if column.number == label]
+            if label is None and len(readings) > 1:
+                found = f"{_names(columns)}: no number, and there are {len(readings)} columns of readings."
+                self._ask(found, f"Is one of them a mean? {SAY}", columns[0].name)
+            elif len(columns) > 1:
+                self._ask(f"repeat {label} occurs twice: {_names(columns)}.", SAY, columns[1].name)
+
+    def _check_factors(self, columns: Sequence[Column]) -> None:
+        """Add a fault for each number beside a unit that may multiply it, or say how finely was read."""
+        if "unit" in (self.declared.as_written or ()):
+            return
+        numbers = {ten_at_unit(name) for name in self.names.values()}
+        labels = {what.number for name in self.names.values() if (what := meaning(name)) is not None}
+        for column in columns:
+            # 10 is the number of a repeat if there is a ninth, and 1/10 if there is 2/10.
+            ten = ten_at_unit(column.name)
+            alone = ten is not None and ten - 1 not in numbers and f"{ten - 1}" not in labels
+            of_many = column.number is not None and f"2-{column.number.partition('-')[2]}" in labels
+            factor = column.factor if not of_many else None
+            if factor is None and alone and column.role == "reading":
+                factor = f"{ten}"
+            if factor is not None:
+                found = f"{quoted(column.name)}: {quoted(factor)} may be their unit, or how finely they were read."
+                remedy = (
+                    "Write [1/10 mm] or [1/100 mm] for tenths or hundredths, and a unit without a number for whole "
+                    'ones; or answer readings.as_written = ["unit"] if the number is none of the unit.'
+                )
+                place = self.grid.place(self.number, column.index)
+                self.faults.add(place, found, remedy, factor)
+
+    def _quantity(self, readings: Sequence[Column]) -> Quantity | None:
+        declared = self.declared.quantity
+        named: dict[Quantity, None] = dict.fromkeys(each.quantity for each in readings if each.quantity is not None)
+        quantity: Quantity | None = next(iter(named)) if named else declared
+        nameless = [column for column in readings if column.quantity is None]
+        if len(named) > 1:
+            self._ask("level and depth columns in one sheet.", "Name those that are read: [readings.columns] levels.")
+        elif declared not in (None, quantity):
+            self._ask(f'the header names {quantity}, and [readings] quantity = "{declared}".', CORRECT)
+        elif nameless and declared is None:
+            self._ask(
+                f"{_names(nameless)}: neither header nor trial file states whether readings count upward or downward.",
+                'Say it: [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or '
+                "down.",
+            )
+        return quantity
+
+    def _units_beside(self, of_units: Sequence[int], used: Sequence[Column]) -> list[UnitCell]:
+        """Return the units of single cells: in the columns ``of_units``, and in the formats of numbers."""
+        station, *readings = (column.index for column in used)
+        without = [column.index for column in used[1:] if column.unit is None and column.index not in self.units]
+        beside = unit_cells(self.body, of_units, {station}, readings, without)
+        return [*beside, *shown_cells(self.body, self.grid.shown_units, [station, *readings])]
+
+    def _with_units(self, used: Sequence[Column], beside: Sequence[UnitCell]) -> list[Column]:
+        """Return stations and readings with their units: of names, rows of units and cells, else the declared one."""
+        declared = self.declared.unit
+        if declared is None:
+            nameless = {column.index for column in used if column.unit is None}
+            self.units = {at: one for at, one in self._common(beside).items() if at in nameless} | self.units
+        if self.mass is None:
+            used = self._in_unit(used, declared)
+        else:
+            used = [*self._in_unit(used[:1], self.mass or None), *self._in_unit(used[1:], declared)]
+        known = [GRAMS if self.mass is not None else MM, *(MM for _ in used[1:])]
+        if nameless := [column for column, units in zip(used, known, strict=True) if column.unit not in units]:
+            self._ask(f"{_names(nameless)}: no unit.", SAY_UNIT if self.mass is None else SAY_FILL_UNIT)
+        return used
+
+    def _in_unit(self, columns: Sequence[Column], declared: ColumnUnit | None) -> list[Column]:
+        whole = all(column.unit or column.index in self.units for column in columns)
+        with_units = []
+        for column in columns:
+            own = [unit for unit in (column.unit, self.units.get(column.index)) if unit is not None]
+            units = [*own, declared] if declared is not None and (whole or not own) else own
+            if len(set(units)) > 1:
+                found = f"{' and '.join(units)}: the header, units below it and readings.unit differ."
+                self._ask(found, CORRECT, column=column)
+            with_units.append(replace(column, unit=units[0] if units else None, unit_declared=bool(units) and not own))
+        return with_units
+
+    def _common(self, beside: Sequence[UnitCell]) -> dict[int, ColumnUnit]:
+        """Return the units of columns of which each number has one beside it, and all the same."""
+        common: dict[int, ColumnUnit] = {}
+        for at in {one.column for one in beside}:
+            units: list[ColumnUnit | None] = [one.unit for one in beside if one.column == at]
+            numbers = sum(is_a_number(row.cell(at)) for row in self.body)
+            if units[0] is not None and len(set(units)) == 1 and len(units) >= numbers:
+                common[at] = units[0]
+        return common
+
+    def _check_units_beside(self, used: Sequence[Column], beside: Sequence[UnitCell]) -> None:
+        """Add a fault for each row whose own unit is not that of its column."""
+        by_index = {column.index: column for column in used}
+        for one in beside:
+            column = by_index[one.column]
+            if one.unit == column.unit and one.unit is not None:
+                continue
+            value, turned = one.row.cell(one.column).text, self.grid.turned
+            remedy = "Write all of the column in one unit, that of its header and of readings.unit."
+            if one.written == "%":
+                found = f"{quoted(value)} has the format of percentages, and shows {float(value) * 100:.12g} %."
+                remedy = "Give the column the format of numbers, and check the readings."
+            else:
+                at = f"column {letters(one.at)}" if turned is None else f"row {turned[one.at]}"
+                by = "the format of the number" if one.at == one.column else at
+                other = f"and the others are in {column.unit}" if column.unit else "and no other unit is given"
+                if one.unit is None:
+                    other = "which is no unit of length that is known"
+                found = f"{quoted(value)} is in {quoted(one.written)} by {by}, {other}."
+            self.faults.add(self.grid.place(one.row.number, one.column, column.name), found, remedy, value)
+
+    def _check_units_of_remarks(self, remarks: Sequence[SheetRow], used: Sequence[Column]) -> None:
+        """Add a fault for a line above or below the table that gives another unit than any of the columns has."""
+        known = {column.unit for column in used}
+        for row in remarks:
+            text = " ".join(cell.text for cell in row.cells if cell.text)
+            named = units_named(text)
+            if named and not named & (known - {None}) and any(known):
+                found = f"{quoted(text)}, and the columns are in {' and '.join(sorted(filter(None, known)))}."
+                self.faults.add(self.grid.place(row.number), found, "Correct this line, a header or readings.unit.")
+
+
+def _names(columns: Sequence[Column]) -> str:
+    return ", ".join(quoted(column.name) for column in columns[:MOST_SHOWN])
+
+
+def _by_parts(name: str) -> ColumnMeaning:
+    """Return what a name says of readings by those of its words that are known."""
+    return ColumnMeaning("reading", unit_in(name), quantity_in(name), factor=factor_in(name))
 
 
 def _line_by_blanks(rows: Sequence[SheetRow], separator: str | None) -> str | None:
@@ -186,230 +397,7 @@ def _line_by_blanks(rows: Sequence[SheetRow], separator: str | None) -> str | No
     return divided[0] if separator is not None and 1 < len(divided) > len(lines) / 2 else None
 
 
-def _names(columns: Sequence[Column]) -> str:
-    return ", ".join(quoted(column.name) for column in columns[:MOST_SHOWN])
-
-
-def _seen(names: Mapping[int, str], body: Sequence[SheetRow]) -> str:
-    """Return the columns by letter and name, each with its first value."""
-    filled = sorted({*names, *(at for row in body[:3] for at, cell in enumerate(row.cells) if cell != BLANK)})
-    told = []
-    for at in filled[:MOST_SHOWN]:
-        value = next((row.cell(at).text for row in body if row.cell(at).text), "")
-        told.append(f"{letters(at)} {quoted(names.get(at, ''))} ({clipped(value)})")
-    return ", ".join(told)
-
-
-def _declared_roles(place: Place, names: Mapping[int, str], given: Columns) -> dict[int, ColumnMeaning]:
-    """Return what the declared columns are. Raises SheetFaults for one that is not there."""
-    roles: dict[int, ColumnMeaning] = {}
-    said: tuple[tuple[Role, tuple[str | None, ...]], ...] = (
-        ("station", (given.s,)),
-        ("repeat", (given.repeat,)),
-        ("reading", given.levels or ()),
-    )
-    each: list[tuple[Role, str]] = [(role, one) for role, references in said for one in references if one is not None]
-    for role, reference in each:
-        if not (found := columns_named(names, reference)):
-            known = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
-            what = f"{reference!r:.80} is no column, or both a letter and another's name, among {known}."
-            raise refuse(place, what, 'Write a letter as "B:B" where a column has it for a name.', reference)
-        for at in found:
-            name = names.get(at, "")
-            by_name = meaning(name) or ColumnMeaning(role, unit_in(name), quantity_in(name), factor=factor_in(name))
-            number = f"{1 + sum(other.role == role for other in roles.values())}" if role == "reading" else None
-            roles[at] = replace(by_name, role=role, number=number)
-    return roles
-
-
-def _meanings(
-    place: Place, names: Mapping[int, str], body: Sequence[SheetRow], given: Columns, faults: FaultList, *, fill: bool
-) -> list[Column]:
-    """Return what each column is, by declaration or by its name; one of numbers that is unknown is a fault."""
-    roles = _declared_roles(place, names, given)
-    declared = {one.role for one in roles.values()}
-    columns, unknown = list[Column](), list[Column]()
-    numeric = {at for row in body for at, cell in enumerate(row.cells) if is_a_number(cell) or cell.kind == "formula"}
-    others = declared | ({"repeat"} if "reading" in declared and given.repeat is None else set())
-    taken_as: dict[Role, Role] = {"mass": "station", "station": "skipped"} if fill else {"mass": "skipped"}
-    for at in sorted({*names, *roles, *numeric}):
-        name = names.get(at, "")
-        found = roles.get(at) or meaning(name)
-        if found is not None and at not in roles:
-            found = replace(found, role=taken_as.get(found.role, found.role))
-            found = ColumnMeaning("skipped", found.unit) if found.role in others else found
-        if found is None and ("reading" in declared or at not in numeric):
-            # Words are no readings, and where these are declared all else is none.
-            found = ColumnMeaning("skipped")
-        if found is None:
-            unknown.append(Column("skipped", index=at, name=name or letters(at)))
-        else:
-            columns.append(Column(**vars(found), index=at, name=name or letters(at)))
-    if fill and len(unknown) == 1 and not any(column.role in ("reading", "repeat") for column in columns):
-        # What else stands beside masses?
-        name = unknown[0].name
-        by_name = ColumnMeaning("reading", unit_in(name), quantity_in(name), factor=factor_in(name))
-        columns.append(replace(unknown.pop(), **vars(by_name)))
-    # A table of other things beside the readings, a blank column between, is none of theirs.
-    own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
-    head = SheetRow(0, tuple(SheetCell(names.get(at, "")) for at in range(max(names, default=0) + 1)))
-    spans = list(blocks([head, *body]))
-    for column in unknown:
-        span, lettered = next(span for span in spans if column.index in span), column.name == letters(column.index)
-        if lettered or not own_block or own_block & set(span):
-            what = f"column {quoted(column.name)} is unknown, and holds numbers."
-            what = f"column {column.name} holds numbers and has no name." if lettered else what
-            faults.add(place, what, SAY, column.name)
-    return sorted([*columns, *unknown], key=lambda column: column.index)
-
-
-def _one_table(place: Place, columns: list[Column], faults: FaultList) -> list[Column]:
-    """Return the first of several tables side by side, each with its stations and readings: which is meant is asked."""
-    starts = [at for at, column in enumerate(columns) if column.role == "station"]
-    tables = [columns[start:end] for start, end in pairwise([*starts, len(columns)])]
-    if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
-        return columns
-    spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
-    found = f"{len(tables)} tables side by side, in columns {' and '.join(spans)}."
-    faults.add(place, found, f'Say which is meant: [readings.columns] range = "{spans[0]}", or in pairing.csv.')
-    return tables[0]
-
-
-def _check_numbers(place: Place, readings: Sequence[Column], faults: FaultList) -> None:
-    """Add a fault for columns of readings without a number, one of which may be the mean, or with the same one."""
-    for label in dict.fromkeys(column.number for column in readings):
-        columns = [column for column in readings if column.number == label]
-        if label is None and len(readings) > 1:
-            found = f"{_names(columns)}: no number, and there are {len(readings)} columns of readings."
-            faults.add(place, found, f"Is one of them a mean? {SAY}", columns[0].name)
-        elif len(columns) > 1:
-            faults.add(place, f"repeat {label} occurs twice: {_names(columns)}.", SAY, columns[1].name)
-
-
-def _check_factors(
-    place: Place, columns: Sequence[Column], names: Collection[str], declared: Declared, faults: FaultList
-) -> None:
-    """Add a fault for each number that stands beside a unit, and may multiply it or say how finely was read."""
-    if "unit" in (declared.as_written or ()):
-        return
-    numbers = {ten_at_unit(name) for name in names}
-    labels = {found.number for name in names if (found := meaning(name)) is not None}
-    for column in columns:
-        # 10 is the number of a repeat where there is a ninth, and 1/10 where there is 2/10.
-        ten = ten_at_unit(column.name)
-        alone = ten is not None and ten - 1 not in numbers and f"{ten - 1}" not in labels
-        of_many = column.number is not None and f"2-{column.number.partition('-')[2]}" in labels
-        factor = column.factor if not of_many else None
-        if factor is None and alone and column.role == "reading":
-            factor = f"{ten}"
-        if factor is not None:
-            found = f"{quoted(column.name)}: {quoted(factor)} may be their unit, or how finely they were read."
-            remedy = (
-                "Write [1/10 mm] or [1/100 mm] for tenths or hundredths, and a unit without a number for whole ones; "
-                'or answer readings.as_written = ["unit"] if the number is none of the unit.'
-            )
-            faults.add(replace(place, column=column.index), found, remedy, factor)
-
-
-def _quantity(place: Place, readings: Sequence[Column], declared: Declared, faults: FaultList) -> Quantity | None:
-    named: dict[Quantity, None] = dict.fromkeys(each.quantity for each in readings if each.quantity is not None)
-    quantity: Quantity | None = declared.quantity if not named else next(iter(named))
-    nameless = [column for column in readings if column.quantity is None]
-    if len(named) > 1:
-        remedy = "Name those that are read: [readings.columns] levels."
-        faults.add(place, "level and depth columns in one sheet.", remedy)
-    elif declared.quantity not in (None, quantity):
-        found = f'the header names {quantity}, and [readings] quantity = "{declared.quantity}".'
-        faults.add(place, found, "Correct the one that is wrong.")
-    elif nameless and declared.quantity is None:
-        faults.add(
-            place,
-            f"{_names(nameless)}: neither header nor trial file states whether readings count upward or downward.",
-            'Say it: [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or down.',
-        )
-    return quantity
-
-
-def _with_units(
-    place: Place,
-    columns: Sequence[Column],
-    below: Mapping[int, ColumnUnit],
-    said: ColumnUnit | None,
-    faults: FaultList,
-) -> list[Column]:
-    """Return the columns with the units of their names, the row of units or their cells, else with the declared one."""
-    whole = all(column.unit or column.index in below for column in columns)
-    found = []
-    for column in columns:
-        own = [unit for unit in (column.unit, below.get(column.index)) if unit is not None]
-        units = [*own, said] if said is not None and (whole or not own) else own
-        if len(set(units)) > 1:
-            what = f"{' and '.join(units)}: the header, units below it and readings.unit differ."
-            in_column = replace(place, column=column.index, name=column.name)
-            faults.add(in_column, what, "Correct the one that is wrong.")
-        found.append(replace(column, unit=units[0] if units else None, unit_declared=bool(units) and not own))
-    return found
-
-
-def _common(beside: Sequence[UnitCell], body: Sequence[SheetRow]) -> dict[int, ColumnUnit]:
-    """Return the units of columns of which each number has one beside it, and all the same."""
-    found: dict[int, list[ColumnUnit | None]] = {}
-    for one in beside:
-        found.setdefault(one.column, []).append(one.unit)
-    numbers = {at: sum(is_a_number(row.cell(at)) for row in body) for at in found}
-    return {
-        at: units[0]
-        for at, units in found.items()
-        if units[0] is not None and len(set(units)) == 1 and len(units) >= numbers[at]
-    }
-
-
-def _check_units_beside(
-    grid: SheetGrid, columns: Sequence[Column], beside: Sequence[UnitCell], faults: FaultList
-) -> None:
-    """Add a fault for each row whose own unit is not that of its column."""
-    by_index = {column.index: column for column in columns}
-    for one in beside:
-        column = by_index[one.column]
-        if one.unit == column.unit and one.unit is not None:
-            continue
-        value, written = one.row.cell(one.column).text, quoted(one.written)
-        place = grid.place(one.row.number, one.column, column.name)
-        if one.written == "%":
-            found = f"{quoted(value)} has the format of percentages, and shows {float(value) * 100:.12g} %."
-            faults.add(place, found, "Give the column the format of numbers, and check the readings.", value)
-            continue
-        at = f"column {letters(one.at)}" if grid.turned is None else f"row {grid.turned[one.at]}"
-        where = "the format of the number" if one.at == one.column else at
-        other = f"and the others are in {column.unit}" if column.unit else "and no other unit is given"
-        if one.unit is None:
-            other = "which is no unit of length that is known"
-        found = f"{quoted(value)} is in {written} by {where}, {other}."
-        faults.add(place, found, "Write all of the column in one unit, that of its header and of readings.unit.", value)
-
-
-def _check_units_of_remarks(
-    grid: SheetGrid, remarks: Sequence[SheetRow], columns: Sequence[Column], faults: FaultList
-) -> None:
-    """Add a fault for a line above or below the table that gives another unit than any of the columns has."""
-    known = {column.unit for column in columns}
-    for row in remarks:
-        text = " ".join(cell.text for cell in row.cells if cell.text)
-        named = units_named(text)
-        if named and not named & (known - {None}) and any(known):
-            found = f"{quoted(text)}, and the columns are in {' and '.join(sorted(filter(None, known)))}."
-            faults.add(grid.place(row.number), found, "Correct this line, a header or readings.unit.")
-
-
-def other_zeros(header: Header) -> list[tuple[SheetRow, str]]:
-    """Return remarks that say what the readings count from, and not in words for the sample's face."""
-    return [(row, text) for row, text in _texts(header) if names_other_zero(text)]
-
-
-def factors(header: Header) -> list[tuple[SheetRow, str]]:
-    """Return remarks that give a factor of the readings."""
-    return [(row, text) for row, text in _texts(header) if names_factor(text)]
-
-
-def _texts(header: Header) -> list[tuple[SheetRow, str]]:
-    return [(row, cell.text) for row in header.remarks for cell in row.cells if cell.kind == "text" and cell.text]
+def remarks_where(header: Header, says: Callable[[str], bool]) -> list[tuple[SheetRow, str]]:
+    """Return the texts of remarks of which ``says`` is true, with their rows."""
+    texts = ((row, cell.text) for row in header.remarks for cell in row.cells if cell.kind == "text" and cell.text)
+    return [(row, text) for row, text in texts if says(text)]

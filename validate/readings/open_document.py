@@ -10,14 +10,13 @@ import re
 import zipfile
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError
 
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
-from validate.readings.sheet import BLANK, MOST_COLUMNS, MOST_ROWS, SAVE_AGAIN, Place, SheetCell, refuse
+from validate.readings.sheet import BLANK, MOST_COLUMNS, MOST_ROWS, SAVE_AGAIN, Place, SheetCell, Worksheet, refuse
 
 CONTENT = "content.xml"
 LARGEST_CONTENT_BYTES = 32_000_000  # 10,000 rows of 32 numbers take 30 million bytes
@@ -34,32 +33,6 @@ ERROR = re.compile(r"#.*[^\W\d_].*|(?:err|fehler|erreur|error)\s?:\s?[0-9]+", re
 """Text of an error: #DIV/0!, #WERT!, Err:503; ### is a number that its column is too narrow for."""
 BEHIND = re.compile(r"[-+]?[0-9][0-9.,' \u00a0\u202f]*(\D+)")
 """A number as it is shown, and what its format shows behind it."""
-
-
-@dataclass
-class Worksheet:
-    """One sheet of a workbook: its cells, and what is known of them."""
-
-    name: str
-    hidden: bool
-    rows: dict[int, dict[int, SheetCell]] = field(default_factory=dict)
-    """Rows by number from 1, their cells by column from 0; blank cells are left out."""
-    merged: list[tuple[int, int, int, int]] = field(default_factory=list)  # Merged ranges as in ``SheetGrid``
-    struck: set[tuple[int, int]] = field(default_factory=set)
-    hidden_rows: set[int] = field(default_factory=set)
-    hidden_columns: set[int] = field(default_factory=set)
-    shown_units: dict[tuple[int, int], str] = field(default_factory=dict)  # As in ``SheetGrid``
-    zeros: set[tuple[int, int]] = field(default_factory=set)  # Formulas whose stored result is 0
-    results: int = 0  # Formulas with another result
-
-    def drop_zeros(self, *, never_calculated: bool) -> None:
-        """Take the results of formulas for never calculated where a writer that calculates nothing stored zeros.
-
-        Without ``never_calculated``, which the file states, that is so where no formula has another result.
-        """
-        if never_calculated or (len(self.zeros) > 1 and not self.results):
-            for row, column in self.zeros:
-                self.rows[row] = self.rows[row] | {column: SheetCell("", "formula")}
 
 
 def is_open_document(content: bytes) -> bool:
@@ -102,27 +75,19 @@ def _sheet(table: Element, hidden: bool, struck: set[str], flat: set[str]) -> Wo
             sheet.hidden_columns |= set(range(column, column + times))
         column += times
     for row in _below(table, "table-row"):
-        times, cells = _count(row, "number-rows-repeated"), dict[int, SheetCell]()
+        times = _count(row, "number-rows-repeated")
         for column, cell in _cells(row):
-            value = _value(cell)
-            if value != BLANK:
-                cells[column] = value
-                if cell.get(f"{TABLE}style-name") in struck:
-                    sheet.struck.add((number + 1, column))
-                if (unit := _shown_unit(cell)) is not None:
-                    sheet.shown_units[number + 1, column] = unit
-                if value.kind == "number" and cell.get(f"{TABLE}formula") is not None:
-                    is_zero = float(value.text) == 0
-                    sheet.zeros |= {(number + 1, column)} if is_zero else set()
-                    sheet.results += not is_zero
+            if (value := _value(cell)) != BLANK:
+                is_struck, formula = cell.get(f"{TABLE}style-name") in struck, cell.get(f"{TABLE}formula") is not None
+                sheet.put(number + 1, column, value, is_struck, _shown_unit(cell), formula)
             down, across = (_count(cell, f"number-{what}-spanned") for what in ("rows", "columns"))
             if (down, across) != (1, 1):
                 sheet.merged.append((number + 1, column, number + down, column + across - 1))
-        if cells:
+        if cells := sheet.rows.get(number + 1):
             if _is_hidden(row, flat):
                 sheet.hidden_rows.add(number + 1)
             # One row too many is enough for a refusal.
-            last = number + min(times, MOST_ROWS + 1 - len(sheet.rows))
+            last = number + min(times, MOST_ROWS + 2 - len(sheet.rows))
             sheet.rows |= dict.fromkeys(range(number + 1, last + 1), cells)
         number += times
     sheet.drop_zeros(never_calculated=False)
@@ -160,7 +125,7 @@ def _cells(row: Element) -> Iterator[tuple[int, Element]]:
 
 def _value(cell: Element) -> SheetCell:
     kind, value = cell.get(f"{OFFICE}value-type"), cell.get(f"{OFFICE}value")
-    text = "\n".join("".join(line.itertext()) for line in cell.findall(f"{TEXT}p")).strip()
+    text = "\n".join(_lines(cell)).strip()
     # Excel, and OpenOffice up to 3, save an error as the number 0 with its text.
     if cell.get(ERROR_TYPE) == "error" or (kind in NUMBERS and ERROR.fullmatch(text)):
         return SheetCell(text or "an error", "error")
@@ -178,9 +143,13 @@ def _value(cell: Element) -> SheetCell:
     return SheetCell(text or cell.get(f"{OFFICE}string-value", "").strip())
 
 
-def _shown_unit(cell: Element) -> str | None:
-    """Return what the format of a number shows behind it, as "cm" or "%"."""
+def _shown_unit(cell: Element) -> str:
+    """Return what the format of a number shows behind it, as "cm" or "%"; "" if nothing."""
     if cell.get(f"{OFFICE}value-type") == "percentage":
         return "%"
-    shown = BEHIND.fullmatch("".join("".join(line.itertext()) for line in cell.findall(f"{TEXT}p")).strip())
-    return shown[1].strip() if shown is not None else None
+    shown = BEHIND.fullmatch("".join(_lines(cell)).strip())
+    return "" if shown is None else shown[1].strip()
+
+
+def _lines(cell: Element) -> Iterator[str]:
+    return ("".join(line.itertext()) for line in cell.findall(f"{TEXT}p"))

@@ -211,7 +211,7 @@ class TableReader:
         header = self.header
         self._check_formulas()
         merged = self._merged_stations()
-        stations = [found for row in header.body if (found := self.station(row, merged)) is not None]
+        stations = [station for row in header.body if (station := self.station(row, merged)) is not None]
         if header.repeat is not None or merged:
             stations = self._gathered(stations)
         stations.sort(key=lambda station: station.s_mm)

@@ -199,3 +199,58 @@ class SheetGrid:
         if self.turned is not None:
             row, column = None if column is None else self.turned[column], None if row is None else row - 1
         return Place(self.path, self.sheet, row, column, name)
+
+
+@dataclass
+class Worksheet:
+    """One sheet of a workbook while it is read; marks are as in ``SheetGrid``."""
+
+    name: str
+    hidden: bool
+    rows: dict[int, dict[int, SheetCell]] = field(default_factory=dict)
+    """Rows by number from 1, their cells by column from 0; blank cells are left out."""
+    merged: list[tuple[int, int, int, int]] = field(default_factory=list)
+    struck: set[tuple[int, int]] = field(default_factory=set)
+    hidden_rows: set[int] = field(default_factory=set)
+    hidden_columns: set[int] = field(default_factory=set)
+    shown_units: dict[tuple[int, int], str] = field(default_factory=dict)
+    zeros: set[tuple[int, int]] = field(default_factory=set)  # Formulas whose stored result is 0
+    results: int = 0  # Number of formulas with another result
+
+    def put(self, row: int, column: int, cell: SheetCell, struck: bool, unit: str, formula: bool) -> None:
+        """Add a cell that is not blank; ``unit`` is what its format shows behind a number."""
+        self.rows.setdefault(row, {})[column] = cell
+        if struck:
+            self.struck.add((row, column))
+        if unit:
+            self.shown_units[row, column] = unit
+        if formula and cell.kind == "number":
+            is_zero = float(cell.text) == 0
+            self.zeros |= {(row, column)} if is_zero else set()
+            self.results += not is_zero
+
+    def drop_zeros(self, *, never_calculated: bool) -> None:
+        """Regard the results of formulas as never calculated if a writer that calculates nothing stored zeros.
+
+        Without ``never_calculated``, which the file states, that is so if no formula has another result.
+        """
+        if never_calculated or (len(self.zeros) > 1 and not self.results):
+            for row, column in self.zeros:
+                self.rows[row] = self.rows[row] | {column: SheetCell("", "formula")}
+
+    def grid(self, path: Path, program: str, remarks: Sequence[str]) -> SheetGrid:
+        return SheetGrid(
+            path,
+            rows=tuple(
+                SheetRow(number, tuple(cells.get(column, BLANK) for column in range(max(cells) + 1)))
+                for number, cells in sorted(self.rows.items())
+            ),
+            written=(program, f"sheet {quoted(self.name)}"),
+            sheet=self.name,
+            merged=tuple(self.merged),
+            remarks=tuple(remarks),
+            struck=frozenset(self.struck),
+            hidden_rows=frozenset(self.hidden_rows),
+            hidden_columns=frozenset(self.hidden_columns),
+            shown_units=self.shown_units,
+        )

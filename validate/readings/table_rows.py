@@ -1,4 +1,4 @@
-"""The part of a sheet that may hold its table: turned upright, the range that is read, and its header's rows."""
+"""The part of a sheet that may hold its table: turned upright, its range, its header's rows, and the rows below."""
 
 import re
 import sys
@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from validate.readings.header_words import is_comment, is_number, meaning, unit_of
-from validate.readings.sheet import BLANK, MOST_COLUMNS, SheetCell, SheetGrid, SheetRow, column_of
-from validate.readings.text_table import is_missing
+from validate.readings.header_words import holds_no_number, is_calculated, is_comment, is_number, meaning, unit_of
+from validate.readings.sheet import BLANK, MOST_COLUMNS, FaultList, Place, SheetCell, SheetGrid, SheetRow, column_of
+from validate.readings.text_table import is_missing, number
 from validate.settings import Columns, Declared
 
 MOST_LINES_ABOVE = 100
@@ -19,7 +19,7 @@ MOST_TURNED = 100
 Merged = Sequence[tuple[int, int, int, int]]  # Ranges of cells, as in ``SheetGrid``
 DATE = re.compile(r"(?<!\d)(\d{1,2}\s?[./-]\s?\d{1,2}\s?[./-]\s?\d{2,4}|\d{4}-\d{2}-\d{2})(?!\d)")
 LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
-CORNER = re.compile(r"([A-Z]*)([0-9]*)")
+SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 
 
 @dataclass(frozen=True)
@@ -103,13 +103,9 @@ def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
     if span is None:
         yield from rows
         return
-    low, high = (CORNER.fullmatch(corner) for corner in span.split(":"))
-    assert low is not None and high is not None, "the settings are checked"  # noqa: PT018
-    columns = range(
-        column_of(low[1]) if low[1] else 0,
-        column_of(high[1]) + 1 if high[1] else MOST_COLUMNS,
-    )
-    numbers = range(int(low[2] or 0), int(high[2] or sys.maxsize - 1) + 1)
+    first, top, last, bottom = SPAN.findall(span)[0]
+    columns = range(column_of(first) if first else 0, column_of(last) + 1 if last else MOST_COLUMNS)
+    numbers = range(int(top or 0), int(bottom or sys.maxsize - 1) + 1)
     for row in rows:
         if row.number in numbers:
             yield SheetRow(row.number, tuple(cell if at in columns else BLANK for at, cell in enumerate(row.cells)))
@@ -262,3 +258,38 @@ def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
     along = "station" in roles or "mass" in roles
     table = along and ("reading" in roles or "repeat" in roles)
     return table, along, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)
+
+
+def sorted_rows(
+    place: Place, body: Sequence[SheetRow], station: int, readings: Sequence[int], faults: FaultList
+) -> tuple[list[SheetRow], list[SheetRow], list[SheetRow]]:
+    """Divide the rows below a header into those of stations, remarks, and means of others.
+
+    Words between readings that begin another table are a fault: which of the two is meant must be declared.
+    """
+    kept, remarks, passed = list[SheetRow](), list[SheetRow](), list[SheetRow]()
+    words_between = None
+    for row in body:
+        first, station_cell = first_cell(row), row.cell(station)
+        cells = [cell for column in readings if not is_missing((cell := row.cell(column)).text) or cell.kind != "text"]
+        is_text = station_cell.kind == "text" and not is_a_number(station_cell)
+        words = is_text and all(cell.kind == "text" and holds_no_number(cell.text) for cell in (station_cell, *cells))
+        if first is not None and first.kind == "text" and is_calculated(first.text):
+            passed.append(row)
+        elif is_text and (again := meaning(station_cell.text)) is not None and again.role in ("station", "mass"):
+            break
+        elif (words and (cells or not is_missing(station_cell.text))) or (is_text and station_cell.text and not cells):
+            remarks.append(row)
+            words_between = row if kept else None
+        else:
+            s, s_before = (number(each.cell(station).text, None) for each in (row, (kept or [row])[-1]))
+            if words_between is not None and s is not None and s_before is not None and s < s_before:
+                break
+            kept.append(row)
+            words_between = None
+    else:
+        return kept, remarks, passed
+    spans = f'"{place.row}:{row.number - 1}" or "{row.number}:{body[-1].number}"'
+    found = f"another table begins in row {row.number}, below the first."
+    faults.add(replace(place, row=row.number), found, f"Say which is meant: [readings.columns] range = {spans}.")
+    return kept, remarks, passed

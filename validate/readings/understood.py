@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 
 from sealtwin.core.records import ReadColumn
-from validate.readings.columns import Header, factors, other_zeros
-from validate.readings.copies import alike_columns, mean_rows
-from validate.readings.screens import Doubt, ReadCells, doubtful_cells, scattered_stations
+from validate.readings.columns import Header, remarks_where
+from validate.readings.header_words import names_factor, names_other_zero
+from validate.readings.screens import Doubt, ReadCells, alike_columns, doubtful_cells, mean_rows, scattered_stations
 from validate.readings.sheet import Place, SheetGrid, letters, quoted, shown
 from validate.readings.text_table import number
 from validate.readings.whole_sheet import Filling, counted_stations, doubts_of_sheet
@@ -135,7 +135,7 @@ def _too_fine(header: Header, cells: ReadCells) -> Iterator[Doubt]:
 
 def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
     """Yield remarks on the zero of readings, and rows, columns and cells that are struck through or hidden."""
-    for row, text in other_zeros(header):
+    for row, text in remarks_where(header, names_other_zero):
         found = f"{quoted(text)} says what the readings count from, and not in words for the sample's face."
         remedy = "Declare [readings] datum and datum_level_mm if it is not the face"
         yield Doubt("datum", row.number, header.station.index, ("datum",), found, remedy)
@@ -145,7 +145,7 @@ def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
         if not any(values) and None not in values[:2] and (number(before.cell(columns[0]).text, None) or 0) > 0:
             found = "place and readings are 0 below another place, as where a formula points at empty cells."
             yield Doubt("zero", row.number, columns[0], (f"{row.number}",), found, "Clear the row")
-    for row, text in factors(header):
+    for row, text in remarks_where(header, names_factor):
         found = f"{quoted(text)} names a factor, by which nothing is multiplied."
         yield Doubt("unit", row.number, header.station.index, ("unit",), found, "Write the readings in their unit")
     read = {column.index for column in (header.station, *header.readings)}

@@ -53,14 +53,14 @@ class Filling:
     simulated: Profile | None = None
 
     def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
-        """Return the volume below a level, which goes on beyond the outer stations as it is there."""
+        """Return the volume below a level, which is constant beyond the outer stations."""
         above_floor_mm = np.maximum(level_mm, -self.solid.depth_at_mm(s_mm))
         profile = Profile(s_mm, above_floor_mm)
         return fill_volumes(profile, self.outline, self.solid, 0.0, self.outline.length_mm)["sealant_mm3"]
 
 
 def doubts_of_sheet(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:
-    """Yield doubts on the sheet as a whole, at most one of each kind; what is not known raises none."""
+    """Yield doubts about the sheet as a whole, at most one of each kind."""
     known = ~np.isnan(cells.levels_mm).all(axis=1)
     if known.sum() < 3:
         return
@@ -92,7 +92,7 @@ def counted_stations(cells: ReadCells, length_mm: float | None) -> Iterator[Doub
 
 
 def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> Iterator[tuple[Kind, str]]:
-    """Yield kinds of doubt that the numbers alone raise, with those of the crack's depth where it is known."""
+    """Yield the doubts that the numbers alone raise, and the depth of the crack if it is known."""
     above_mm, below_mm = float(np.maximum(level_mm, 0).mean()), float(np.maximum(-level_mm, 0).mean())
     highest_mm = float(np.sort(level_mm)[-max(1, len(level_mm) // 4) :].mean())
     everywhere = level_mm.min() > -0.1 and level_mm.mean() > EVERYWHERE_MM
@@ -156,7 +156,7 @@ def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tup
 
 
 def _offset_mm(s_mm: Floats, level_mm: Floats, filling: Filling) -> float | None:
-    """Return the constant that makes the readings hold the dispensed volume; None where none within the depth does."""
+    """Return the constant that makes the readings hold the dispensed volume; None if none within the depth does."""
     from scipy.optimize import root_scalar
 
     def excess_mm3(offset_mm: float) -> float:

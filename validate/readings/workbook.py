@@ -22,7 +22,7 @@ from openpyxl.utils.escape import unescape
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 
 from validate.readings.header_words import is_number
-from validate.readings.open_document import Worksheet, is_open_document, read_worksheets
+from validate.readings.open_document import is_open_document, read_worksheets
 from validate.readings.sheet import (
     BLANK,
     MOST_COLUMNS,
@@ -31,7 +31,7 @@ from validate.readings.sheet import (
     Place,
     SheetCell,
     SheetGrid,
-    SheetRow,
+    Worksheet,
     quoted,
     refuse,
     shown,
@@ -63,7 +63,7 @@ class _CellParser(WorkSheetParser):
 
 def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
     """Return the sheet that is ``wanted``, or the only visible one that holds anything. Raises SheetFaults."""
-    sheets, program = _worksheets(path, content, wanted), _program(content)
+    sheets, program = _worksheets(path, content, wanted)
     filled = [sheet for sheet in sheets if sheet.rows]
     visible = [sheet for sheet in filled if not sheet.hidden]
     chosen = visible if wanted is None else [sheet for sheet in sheets if sheet.name == wanted]
@@ -71,7 +71,7 @@ def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
         # A cover, or a diagram's texts, are none.
         chosen = tables
     if len(chosen) == 1:
-        return _grid(path, chosen[0], sheets, program)
+        return chosen[0].grid(path, program, _remarks(chosen[0], sheets))
     if wanted is not None:
         found, named = f"no sheet {quoted(wanted)} among", sheets
     elif visible:
@@ -79,28 +79,25 @@ def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
     elif filled:
         found, named = "all that holds anything is hidden:", filled
     else:
-        raise refuse(
-            Place(path),
-            "no rows of readings: all sheets are empty, or in the strict form of Open XML.",
-            "Save the workbook with its cells, as an ordinary XLSX.",
-        )
+        found = "no rows of readings: all sheets are empty, or in the strict form of Open XML."
+        raise refuse(Place(path), found, "Save the workbook with its cells, as an ordinary XLSX.")
     names = ", ".join(quoted(sheet.name) for sheet in named[:12]) + (", …" if len(named) > 12 else "")
-    raise refuse(
-        Place(path), f"{found} {names}.", "Name the one with the readings: [readings] sheet, or in pairing.csv.", wanted
-    )
+    remedy = "Name the one with the readings: [readings] sheet, or in pairing.csv."
+    raise refuse(Place(path), f"{found} {names}.", remedy, wanted)
 
 
 def read_sheets(path: Path, content: bytes) -> tuple[SheetGrid, ...]:
     """Return all visible sheets that hold anything. Raises SheetFaults."""
-    sheets = _worksheets(path, content, None)
-    program = _program(content)
-    return tuple(_grid(path, sheet, sheets, program) for sheet in sheets if sheet.rows and not sheet.hidden)
+    sheets, program = _worksheets(path, content, None)
+    return tuple(
+        sheet.grid(path, program, _remarks(sheet, sheets)) for sheet in sheets if sheet.rows and not sheet.hidden
+    )
 
 
-def _worksheets(path: Path, content: bytes, wanted: str | None) -> list[Worksheet]:
-    """Return all worksheets; where one is ``wanted``, only its cells are read."""
+def _worksheets(path: Path, content: bytes, wanted: str | None) -> tuple[list[Worksheet], str]:
+    """Return all worksheets, of which only the ``wanted`` one has cells if there is one, and the format."""
     if is_open_document(content):
-        return read_worksheets(path, content)
+        return read_worksheets(path, content), "ODS"
     with _refused(path):
         entries = zipfile.ZipFile(io.BytesIO(content)).infolist()
     unpacked_bytes = sum(entry.file_size for entry in entries)
@@ -127,7 +124,7 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> list[Workshee
                 parser = _CellParser(part, source._shared_strings, True, book.epoch, dates, durations)
                 _fill(sheet, parser, struck, units)
                 sheet.drop_zeros(never_calculated=never_calculated)
-    return sheets
+    return sheets, "XLSX"
 
 
 def _workbook_part(content: bytes) -> bytes:
@@ -154,16 +151,8 @@ def _fill(sheet: Worksheet, parser: _CellParser, struck: set[int], units: Mappin
             if cell != BLANK:
                 # One column too many is enough for a refusal.
                 column = min(each["column"] - 1, MOST_COLUMNS)
-                sheet.rows.setdefault(each["row"], {})[column] = cell
                 style = int(each["style_id"])
-                if style in struck:
-                    sheet.struck.add((each["row"], column))
-                if style in units:
-                    sheet.shown_units[each["row"], column] = units[style]
-                if each["formula"] and cell.kind == "number":
-                    is_zero = float(cell.text) == 0
-                    sheet.zeros |= {(each["row"], column)} if is_zero else set()
-                    sheet.results += not is_zero
+                sheet.put(each["row"], column, cell, style in struck, units.get(style, ""), each["formula"])
         if len(sheet.rows) > MOST_ROWS:
             break
     for cells in parser.merged_cells.mergeCell if parser.merged_cells else ():
@@ -216,32 +205,11 @@ def _has_table(sheet: Worksheet) -> bool:
     return sum(numbers > 1 for numbers in rows) > 1
 
 
-def _program(content: bytes) -> str:
-    return "ODS" if is_open_document(content) else "XLSX"
-
-
-def _grid(path: Path, chosen: Worksheet, sheets: list[Worksheet], program: str) -> SheetGrid:
-    rows = tuple(
-        SheetRow(number, tuple(cells.get(column, BLANK) for column in range(max(cells) + 1)))
-        for number, cells in sorted(chosen.rows.items())
-    )
+def _remarks(chosen: Worksheet, sheets: Sequence[Worksheet]) -> list[str]:
     remarks = ["this sheet is hidden"] if chosen.hidden else []
     if chosen.hidden_rows or chosen.hidden_columns:
         hidden = counted(len(chosen.hidden_rows), "hidden row"), counted(len(chosen.hidden_columns), "hidden column")
         remarks.append(f"{' and '.join(hidden)} are read too")
     if unread := [sheet for sheet in sheets if sheet.hidden and sheet.rows and sheet is not chosen]:
         remarks.append(f"{counted(len(unread), 'hidden sheet')} not read")
-    written = (program, f"sheet {quoted(chosen.name)}")
-    return SheetGrid(
-        path,
-        rows,
-        written,
-        None,
-        chosen.name,
-        tuple(chosen.merged),
-        tuple(remarks),
-        frozenset(chosen.struck),
-        frozenset(chosen.hidden_rows),
-        frozenset(chosen.hidden_columns),
-        chosen.shown_units,
-    )
+    return remarks

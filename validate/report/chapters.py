@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.figure import FigureBase
 
 from sealtwin.core import files
-from sealtwin.core.drawing.snapshots import FillScene, draw_fill
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Pixels
 from validate.figures.levels import (
@@ -19,10 +18,11 @@ from validate.figures.levels import (
     draw_histogram,
     draw_profile,
     draw_uncertainty,
+    draw_weighed_fill,
 )
+from validate.figures.snapshots import FillScene, draw_fill
 from validate.figures.solid_pictures import draw_sections, draw_side_view, draw_solid, draw_top_view
 from validate.figures.turntable import Turntable, build_turntable
-from validate.figures.weighed_fill import draw_weighed_fill
 from validate.report_input import Evidence
 from validate.units import PageTable
 from validate.wording import sample_and_run

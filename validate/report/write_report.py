@@ -6,7 +6,6 @@ import io
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.resources import files as resources
-from itertools import zip_longest
 from pathlib import Path
 from typing import Literal, Self
 
@@ -16,15 +15,15 @@ import matplotlib
 import numpy as np
 from fpdf import FPDF
 from fpdf.enums import MethodReturnValue
-from fpdf.fonts import TTFFont
+from fpdf.fonts import FontFace, TTFFont
 from markupsafe import Markup
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 from PIL import Image
 
-from sealtwin.core.drawing.theme import AGES, GRID, INK, MUTED, SIMULATED, as_picture, as_svg, in_page, printable
 from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.solid_pictures import draw_still
+from validate.figures.theme import AGES, GRID, INK, MUTED, SIMULATED, as_picture, as_svg, in_page, printable
 from validate.report.chapters import Chapter, CommandLines, Model, Paragraph, PhotoBlock, Picture, Plate, chapters
 from validate.report.live_chapter import live_chapter
 from validate.report.report_data import ReportData, report_data
@@ -43,15 +42,15 @@ REPORT = ("report.html", "report.pdf", "report.json")  # Files of a report
 
 KeyFigures = Sequence[tuple[str, str]]
 MARGIN_IN = 0.7
-WIDTH_IN = 8.27 - 2 * MARGIN_IN  # Width of what is set on an A4 page
 TEXT_PT, CAPTION_PT, FOOT_PT = 8.5, 8.0, 7.5
 LINE_IN = 0.165  # Distance between two lines of text
 FOOT_IN = 0.5  # Distance of the page's number from the lower edge
 FOLIO_IN = 0.6  # Width of the page's number
 LABEL_IN = 2.9  # Width of a table's first column
-LONGEST_ROW = 10  # Most lines that are kept on one page
-LAST_ROWS = 3  # Rows at the end of a table that are kept on one page
-KEPT_SHARE = 0.35  # A table lower than this share of a page is kept on one page: more would leave pages half empty
+CELL_IN = (0.1 * LINE_IN, 0.0, 0.1 * LINE_IN, 0.0)  # Space in a cell: above, right, below, left
+LABEL_CELL_IN = (0.1 * LINE_IN, 0.15, 0.1 * LINE_IN, 0.0)
+TOGETHER = 10  # Most lines of a paragraph that are kept on one page
+LONGEST_ROW = 50  # Most lines of a table's row: fpdf2 refuses a row that is higher than a page
 GUTTER_IN = 0.2  # Space between two pictures side by side
 HIGHEST_SHARE = 0.6  # Height of a picture, at most, as a share of the page
 FONT = "DejaVu Sans"
@@ -126,7 +125,7 @@ def _write_pdf(path: Path, data: ReportData, figures: KeyFigures, content: Seque
             paper.paragraph(sentence, size_pt=11, weight="B", colour=OUTCOME_COLOUR[data.tone])
         for sentence in data.in_short:
             paper.paragraph(sentence, size_pt=10)
-        paper.rows(figures)
+        paper.table_of(figures)
         for before, chapter in zip([None, *content], content, strict=False):
             if before is not None and chapter.appendix and not before.appendix:
                 paper.add_page()
@@ -143,11 +142,10 @@ def _write_chapter(paper: "Typesetter", chapter: Chapter) -> None:
         pictures = [(_picture(item), item.caption) for item in row if isinstance(item, Picture)]
         first = row[0]
         if number == 0:
-            below_in = paper.kept_in(first.rows) if isinstance(first, PageTable) else 0.5
-            paper.chapter(chapter.title, paper.pictures_in(pictures) if pictures else below_in)
+            paper.chapter(chapter.title, paper.pictures_in(pictures) if pictures else 6 * LINE_IN)
         match first:
             case PageTable():
-                paper.titled_table(first.title, first.rows)
+                paper.table_of(first.rows, first.title)
             case Paragraph():
                 for sentence in first.sentences:
                     paper.paragraph(sentence)
@@ -166,7 +164,7 @@ def _picture(item: Picture) -> Image.Image | io.BytesIO:
 
 
 class Typesetter(FPDF):
-    """Pages that are filled from top to bottom; a new one begins where the next line does not fit."""
+    """A4 pages that are filled from top to bottom; fpdf2 breaks lines, tables and pages."""
 
     def __init__(self, title: str) -> None:
         """Begin the first page; ``title`` is set at the foot of each page, beside its number."""
@@ -180,11 +178,9 @@ class Typesetter(FPDF):
         self.set_draw_color(GRID)
         self.c_margin = 0.0
         self.str_alias_nb_pages = "{number of pages}"
-        # No day's own, so that the same report has the same bytes on another day.
+        # A fixed date, so that the same report has the same bytes on another day.
         self.set_creation_date(datetime(1970, 1, 1, tzinfo=UTC))
         self._title = printable(title)
-        # A row's height is asked for before the row is set, and breaking lines is most of setting them.
-        self._broken: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
         self.set_title(self._title)
         self.set_creator("sealtwin")
         self._style(TEXT_PT)
@@ -204,51 +200,47 @@ class Typesetter(FPDF):
         self.set_y(-FOOT_IN)
         self._style(FOOT_PT, colour=MUTED)
         width_in = self.epw - FOLIO_IN
-        self.cell(width_in, LINE_IN, next(iter(self.lines(self._title, width_in - LINE_IN)), ""))
+        self.cell(width_in, LINE_IN, self.lines(self._title, width_in - LINE_IN)[0])
         self.cell(FOLIO_IN, LINE_IN, f"{self.page_no()} of {self.str_alias_nb_pages}")
 
     def chapter(self, title: str, below_in: float) -> None:
         """Set a title on a page that has room for ``below_in`` more."""
-        self._title_line(title, 14, 2 * LINE_IN, INK, below_in)
-
-    def heading(self, text: str) -> None:
-        """Set the title of a table."""
-        self._title_line(text, 11, 1.5 * LINE_IN, SIMULATED)
+        self._keep(4 * LINE_IN + below_in)
+        self.ln(LINE_IN)
+        self._style(14, "B")
+        self.cell(0, 2 * LINE_IN, printable(title), new_x="LMARGIN", new_y="NEXT")
 
     def paragraph(self, text: str, size_pt: float = TEXT_PT, weight: Weight = "", colour: str = INK) -> None:
-        """Set a paragraph, kept on one page unless it is longer than ten lines."""
+        """Set a paragraph, on one page unless it is longer than ten lines."""
         self._style(size_pt, weight, colour)
         line_in = LINE_IN * size_pt / TEXT_PT
-        lines = self.lines(text, self.epw)
-        self._keep(line_in * min(len(lines), LONGEST_ROW))
-        for line in lines:
-            self.cell(0, line_in, line, new_x="LMARGIN", new_y="NEXT")
+        self._keep(line_in * min(len(self.lines(text, self.epw)), TOGETHER))
+        self._flow(text, self.epw, line_in)
         self.ln(0.5 * LINE_IN)
 
-    def titled_table(self, title: str, rows: Sequence[tuple[str, str]]) -> None:
-        """Set a table under its title: on one page where it is short, else with the title again on the next page."""
-        self._keep(self.kept_in(rows))
-        self.heading(title)
-        self.rows(rows, title)
-
-    def kept_in(self, rows: Sequence[tuple[str, str]]) -> float:
-        """Return the height in inches of a table's part that is kept together with its title."""
-        height_in = 4 * LINE_IN + sum(map(self._height_in, rows))
-        return height_in if height_in < KEPT_SHARE * self.h else 4 * LINE_IN
-
-    def rows(self, rows: Sequence[tuple[str, str]], title: str = "") -> None:
-        """Set labels and values side by side, each row and the last rows together on one page."""
-        for number, row in enumerate(rows):
-            kept = rows[number:] if len(rows) - number == LAST_ROWS else [row]
-            if self._keep(sum(map(self._height_in, kept))) and title:
-                self.heading(f"{title}, continued")
-            for label, value in zip_longest(*self._cells(row), fillvalue=""):
-                self._style(TEXT_PT, colour=MUTED)
-                self.cell(LABEL_IN, LINE_IN, label)
-                self._style(TEXT_PT)
-                self.cell(0, LINE_IN, value, new_x="LMARGIN", new_y="NEXT")
-            self.line(self.l_margin, self.y, self.w - self.r_margin, self.y)
-            self.ln(0.2 * LINE_IN)
+    def table_of(self, rows: Sequence[tuple[str, str]], title: str = "") -> None:
+        """Set labels and values side by side, under a title that each page repeats."""
+        self.ln(LINE_IN if title else 0)
+        self._style(TEXT_PT)
+        value_in, label_style = self.epw - LABEL_IN, FontFace(color=MUTED)
+        with self.table(
+            borders_layout="HORIZONTAL_LINES",
+            col_widths=(LABEL_IN, value_in),
+            first_row_as_headings=bool(title),
+            headings_style=FontFace(emphasis="BOLD", color=SIMULATED, size_pt=11),
+            line_height=LINE_IN,
+            padding=CELL_IN,
+            text_align="LEFT",
+            v_align="TOP",
+        ) as table:
+            if title:
+                table.row().cell(printable(title), colspan=2)
+            for label, value in rows:
+                lines = self.lines(value, value_in)
+                for begin in range(0, max(len(lines), 1), LONGEST_ROW):
+                    row = table.row()
+                    row.cell("" if begin else printable(label), style=label_style, padding=LABEL_CELL_IN)
+                    row.cell("\n".join(lines[begin : begin + LONGEST_ROW]))
 
     def pictures(self, pictures: Sequence[tuple[Image.Image | io.BytesIO, str]]) -> None:
         """Set one picture, in pixels or as JPEG, with its caption across the page, or two side by side."""
@@ -257,13 +249,11 @@ class Typesetter(FPDF):
         column_in = self._column_in(pictures)
         for number, (content, caption) in enumerate(pictures):
             left_in = self.l_margin + number * (column_in + GUTTER_IN)
-            width_in, height_in = self._size_in(content, column_in)
-            self.image(content, x=left_in + (column_in - width_in) / 2, y=top_in, w=width_in, h=height_in)
-            self.set_y(top_in + height_in + 0.3 * LINE_IN)
+            height_in = self._height_in(content, column_in)
+            self.image(content, left_in, top_in, column_in, height_in, keep_aspect_ratio=True)
+            self.set_xy(left_in, top_in + height_in + 0.3 * LINE_IN)
             self._style(CAPTION_PT, colour=MUTED)
-            for line in self.lines(caption, column_in):
-                self.set_x(left_in)
-                self.cell(column_in, LINE_IN, line, new_x="LMARGIN", new_y="NEXT")
+            self._flow(caption, column_in, LINE_IN)
             low_in = max(low_in, self.y)
         self.set_y(low_in + LINE_IN)
 
@@ -272,50 +262,35 @@ class Typesetter(FPDF):
         self._style(CAPTION_PT)
         column_in = self._column_in(pictures)
         return max(
-            self._size_in(content, column_in)[1] + LINE_IN * (len(self.lines(caption, column_in)) + 0.3)
+            self._height_in(content, column_in) + LINE_IN * (len(self.lines(caption, column_in)) + 0.3)
             for content, caption in pictures
         )
 
     def _column_in(self, pictures: Sequence[object]) -> float:
         return (self.epw - (len(pictures) - 1) * GUTTER_IN) / len(pictures)
 
-    def _size_in(self, content: Image.Image | io.BytesIO, column_in: float) -> tuple[float, float]:
-        """Return width and height in inches of a picture in a column."""
+    def _height_in(self, content: Image.Image | io.BytesIO, column_in: float) -> float:
+        """Return the height in inches of a picture in a column."""
         width_px, height_px = (content if isinstance(content, Image.Image) else Image.open(content)).size
-        per_px_in = min(column_in / width_px, HIGHEST_SHARE * self.h / height_px)
-        return width_px * per_px_in, height_px * per_px_in
-
-    def _title_line(self, text: str, size_pt: float, height_in: float, colour: str, below_in: float = 0.0) -> None:
-        self._keep(4 * LINE_IN + below_in)
-        self.ln(LINE_IN)
-        self._style(size_pt, "B", colour)
-        self.cell(0, height_in, printable(text), new_x="LMARGIN", new_y="NEXT")
+        return min(column_in * height_px / width_px, HIGHEST_SHARE * self.h)
 
     def _style(self, size_pt: float, weight: Weight = "", colour: str = INK) -> None:
         self.set_font(FONT, weight, size_pt)
         self.set_text_color(colour)
 
-    def _keep(self, height_in: float) -> bool:
-        """Begin a new page where ``height_in`` does not fit, and return True if so."""
-        if breaks := self.will_page_break(height_in):
+    def _keep(self, height_in: float) -> None:
+        """Begin a new page if ``height_in`` does not fit."""
+        if self.will_page_break(height_in):
             self.add_page()
-        return breaks
+
+    def _flow(self, text: str, width_in: float, line_in: float) -> None:
+        self.multi_cell(width_in, line_in, printable(text), align="L", new_x="LMARGIN", new_y="NEXT")
 
     def lines(self, text: str, width_in: float) -> list[str]:
-        """Lines no wider than ``width_in``, broken at blanks, or inside a word that is wider than a line."""
+        """Break a text, in the style that is set, at blanks, or inside a word that is wider than a line."""
         text = printable(text)
-        # Most cells are one line, without a letter at which it could break; fpdf2 sums a longer one letter by letter.
+        # Most texts are one line, and fpdf2 sums a line's width letter by letter.
         if text.isprintable() and self.get_string_width(text) <= width_in:
             return [text]
         lines = self.multi_cell(width_in, text=text, align="L", dry_run=True, output=MethodReturnValue.LINES)
-        return [str(line) for line in lines] if isinstance(lines, list) else []
-
-    def _cells(self, row: tuple[str, str]) -> tuple[list[str], list[str]]:
-        self._style(TEXT_PT)
-        if row not in self._broken:
-            self._broken[row] = self.lines(row[0], LABEL_IN - 0.15), self.lines(row[1], self.epw - LABEL_IN)
-        return self._broken[row]
-
-    def _height_in(self, row: tuple[str, str]) -> float:
-        """Height of a row with its rule; of a longer one, of the part that is kept together."""
-        return LINE_IN * (min(max(len(cell) for cell in self._cells(row)), LONGEST_ROW) + 0.2)
+        return list(map(str, lines)) if isinstance(lines, list) else []

@@ -45,8 +45,15 @@
     const fitness = { ...slot.fitness_of(sections, volume_mm3, paste), above_mm };
     const { full_mm2, step_mm } = filled.sections;
     const above_mm3 = filled.area_mm2.reduce((total, area, i) => total + Math.max(0, area - full_mm2[i]) * step_mm, 0);
-    return { ...filled, above_mm3, fitness, unfit: [...slot.unfit(fitness), ...model.unknown] };
+    return { ...filled, above_mm3, fitness, unfit: [...unfit(fitness), ...model.unknown] };
   };
+
+  // Reasons why the model is unfit, a sentence each.
+  const unfit = (fitness) =>
+    Object.entries(model.limits)
+      .filter(([name, [most]]) => fitness[name] > most)
+      .map(([name, [most, digits, sentence]]) => sentence.replace("{}", fitness[name].toFixed(digits)).replace("{}", most));
+  const [steepest, tallest_mm, fullest] = ["slope", "mound_mm", "fill"].map((name) => model.limits[name][0]);
 
   const first = computed({});
   const floor_at = (s_mm) => -slot.interp(s_mm, model.s_mm, first.sections.depth_mm);
@@ -165,13 +172,13 @@
     const { slope, mound_mm, fill } = now.fitness;
     const { yield_stress_pa, flow_mm3_s } = settings_at(steps);
     // Slope and mound grow with the yield stress, and the fill with the flow.
-    const most_pa = yield_stress_pa * Math.min(slot.bounds.slope / slope, slot.bounds.mound_mm / mound_mm);
-    const most_mm3_s = (flow_mm3_s * slot.bounds.fill) / fill;
+    const most_pa = yield_stress_pa * Math.min(steepest / slope, tallest_mm / mound_mm);
+    const most_mm3_s = (flow_mm3_s * fullest) / fill;
     stage.querySelector(".domain").textContent =
-      `The fast model's domain: held slope ${slope.toFixed(2)}, at most ${slot.bounds.slope}; mound ${mound_mm.toFixed(1)} mm, ` +
-      `at most ${slot.bounds.mound_mm}` +
+      `The fast model's domain: held slope ${slope.toFixed(2)}, at most ${steepest}; mound ${mound_mm.toFixed(1)} mm, ` +
+      `at most ${tallest_mm}` +
       (yield_stress_pa > 0 ? ` (so a yield stress of at most ${rounded_down(most_pa)} Pa)` : "") +
-      `; fill ${fill.toFixed(2)}, at most ${slot.bounds.fill} (a flow of at most ${rounded_down(most_mm3_s)} mm³/s).`;
+      `; fill ${fill.toFixed(2)}, at most ${fullest} (a flow of at most ${rounded_down(most_mm3_s)} mm³/s).`;
     const reasons = now.unfit.join(" ");
     if (warning.dataset.reasons !== reasons) {
       const title = Object.assign(document.createElement("strong"), { textContent: "The fast model is UNFIT here. " });

@@ -311,8 +311,6 @@ const slot = (() => {
 
   // simulate/slot/fitness.py
 
-  const [STEEPEST, TALLEST_MM, FULLEST, HIGHEST_MM] = [0.45, 4.0, 0.95, 2.5];
-
   // The case in three numbers, for a fill of ``dispensed_mm3``.
   const fitness_of = (shape, dispensed_mm3, paste) => {
     const sections = new Trapezoids(shape, 0);
@@ -327,35 +325,5 @@ const slot = (() => {
     return { slope: mean(slope), mound_mm, fill };
   };
 
-  // Reasons why the model is unfit, a sentence each; none where it is fit.
-  const unfit = ({ slope, mound_mm, fill, above_mm }) => {
-    const found = [];
-    if (slope > STEEPEST) {
-      found.push(
-        `The walls hold the paste at a slope of ${slope.toFixed(2)}; above ${STEEPEST} it stacks under the nozzle, which a ` +
-          "section's mean cannot show."
-      );
-    }
-    if (mound_mm > TALLEST_MM) {
-      found.push(
-        `A mound of about ${mound_mm.toFixed(1)} mm stays under the nozzle's last place, held by the walls or by the paste ` +
-          `itself; particles agree with this model on mounds of up to ${TALLEST_MM} mm.`
-      );
-    }
-    if (fill > FULLEST) {
-      found.push(
-        `The sealant is ${fill.toFixed(2)} of the crack's volume; above ${FULLEST} it runs over the face, which this model ` +
-          "does not follow."
-      );
-    }
-    if (above_mm > HIGHEST_MM) {
-      found.push(
-        `The level stands up to ${above_mm.toFixed(1)} mm above the face, and of overspill this model knows a slump beside ` +
-          `the mouth alone; ${HIGHEST_MM} mm are allowed.`
-      );
-    }
-    return found;
-  };
-
-  return { fill, fitness_of, unfit, interp, bounds: { slope: STEEPEST, mound_mm: TALLEST_MM, fill: FULLEST } };
+  return { fill, fitness_of, interp };
 })();

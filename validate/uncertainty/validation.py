@@ -1,18 +1,15 @@
-"""A trial's extra runs, and the conclusions from a difference between simulation and data, after ASME V&V 20 (2009)."""
+"""Conclusions from the errors of a level: beside readings, after ASME V&V 20 (2009), or as the band of a prediction."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Self
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from sealtwin.core.records import Floats, Integers, Numbers
-from sealtwin.core.replicates import require_different
+from sealtwin.core.records import Floats, Profile
 from validate.comparison import BudgetPart, MeanLevelBudget, StationErrors
-from validate.result import Comparison
-from validate.uncertainty.inputs import Effect, InputDraws, Inputs, along
-from validate.uncertainty.numerics import Replicates
+from validate.result import Comparison, PredictedLevel, PredictedPart
+from validate.settings import NO_INPUTS, Uncertainty
+from validate.uncertainty.budget import Budget, Curve, Kind, half_width, rms
+from validate.uncertainty.computed import Spread, numerical_errors
 from validate.units import counted, signed
 
 COVERAGE = 2.0  # Coverage factor k of a 95 % interval of a normal distribution
@@ -127,88 +124,54 @@ def missing_sentence(missing: Sequence[BudgetPart]) -> str:
     return f"In no interval (declare it to include it): {names}."
 
 
-def two_level_design(inputs: int) -> Integers:
-    """Return -1 or 1 for each run and input, (runs, inputs): columns of a Hadamard matrix, balanced and orthogonal.
+PLACES = 101  # At which the band is told; more get fewer draws
+DIGITS = 4  # Of a millimetre
 
-    Up to 1, 3, 7 or 15 inputs take 2, 4, 8 or 16 runs (Plackett & Burman 1946). An effect is a difference of two
-    halves of all runs, which averages out most of the scatter of single runs; the interaction of two inputs is
-    confounded with the effect of a third one.
+
+def predict(
+    simulated: Profile, spread: Spread, declared: Uncertainty, volume_level_mm: float | None = None
+) -> PredictedLevel | None:
+    """Return the band about a simulated level by the results of extra runs, as ``error_uncertainty`` has them.
+
+    None if nothing is known to make a band of: no input was moved, and each particle size was run once.
+    ``volume_level_mm`` is the level that volume gained by the numerics makes, if it is known.
     """
-    return _matrix(inputs)[:, 1 : inputs + 1]
+    # The level is told at the very places that are written, since it may fall steeply between them.
+    s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)
+    level_mm = np.interp(s_mm, simulated.s_mm, simulated.level_mm)
+    sizes, moved = spread.at(s_mm), spread.inputs_at(s_mm)
+    computed = numerical_errors(sizes, volume_level_mm) if sizes is not None else []
+    budget = Budget(PLACES, (*computed, *moved.errors()))
+    if not budget.components:
+        return None
+    weights = Curve.of(s_mm, level_mm, s_mm).weights()
+    mean_mm, half_mm = float(weights[0] @ level_mm), budget.mean_mm(weights)
 
+    def standard_mm(kind: Kind) -> Floats | None:
+        parts = budget.of(kind)
+        return np.round(parts.band_mm / COVERAGE, DIGITS) if parts.components else None
 
-def effects_of(results: Floats, inputs: int) -> tuple[Floats, float | None]:
-    """Return the effect of each input, from its middle to its upper value, (inputs, k), and its scatter by chance.
-
-    ``results``, (runs, k), are in the order of ``two_level_design``. The scatter is a standard deviation, root mean
-    square over k, from the columns without an input; None where every column has one.
-    """
-    contrasts = _matrix(inputs).T @ results / len(results)
-    spare = contrasts[inputs + 1 :]
-    return contrasts[1 : inputs + 1], float(np.sqrt(np.mean(spare**2))) if len(spare) else None
-
-
-def _matrix(inputs: int) -> Integers:
-    from scipy.linalg import hadamard
-
-    return np.asarray(hadamard(2 ** max(1, inputs.bit_length())), dtype=np.int64)
-
-
-@dataclass(frozen=True)
-class SizeRuns:
-    """Levels of runs with particles of one size and the same physics, which differ in seed."""
-
-    radius_mm: float
-    levels_mm: Numbers  # (runs, k)
-
-
-@dataclass(frozen=True)
-class Spread:
-    """Levels of all extra runs at ``s_mm``, (k,)."""
-
-    s_mm: Numbers
-    sizes: tuple[SizeRuns, SizeRuns, SizeRuns] | None
-    """Runs with finer particles, with the trial's own, its run first, and with coarser ones; None of the fast model."""
-    effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared, by particles
-    effect_scatter_mm: float | None
-    """Standard deviation of an effect by the scatter of single runs; None where it is not known."""
-    design_radius_mm: float | None  # Particle radius in the runs of the effects; None where there are none
-    draws: InputDraws | None = None  # Runs of the fast model with moved inputs, in place of effects by particles
-
-    def __post_init__(self) -> None:
-        """Raise InputError if runs of one size are copies of each other."""
-        for size in self.sizes or ():
-            seeds = [f"with seed + {number}" for number in range(len(size.levels_mm))]
-            require_different(size.levels_mm, seeds, f"extra runs at a radius of {size.radius_mm:.4g} mm")
-
-    def at(self, s_mm: Floats) -> Replicates | None:
-        """Return the levels of the runs of each size at other places; None where there are none."""
-        if self.sizes is None:
-            return None
-        levels_mm = [along(s_mm, self.s_mm, size.levels_mm) for size in self.sizes]
-        return Replicates([size.radius_mm for size in self.sizes], levels_mm)
-
-    def inputs_at(self, s_mm: Floats) -> Inputs:
-        """Return the effects of the inputs at other places."""
-        if self.draws is not None:
-            return self.draws.inputs.at(self.draws.s_mm, s_mm)
-        return Inputs("particles", self.effects).at(self.s_mm, s_mm)
-
-    def content(self) -> dict[str, Any]:
-        """Return the content of a JSON file."""
-        return {"version": 2, **asdict(self)}
-
-    @classmethod
-    def of(cls, content: dict[str, Any]) -> Self:
-        """Return the spread from the content of a JSON file. Raises ValueError for others."""
-        if content.get("version") == 1:
-            # Of one run at each size.
-            sizes = [{"radius_mm": one["radius_mm"], "levels_mm": [one["level_mm"]]} for one in content["sizes"]]
-            content = content | {"sizes": sizes}
-        spread = TypeAdapter(cls).validate_python(content)
-        levels_mm = [*(size.levels_mm for size in spread.sizes or ()), *(one.level_mm[None] for one in spread.effects)]
-        if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):
-            raise ValueError("not one level for each s_mm")
-        if (draws := spread.draws) is not None and draws.moved_mm.shape[1:] != draws.s_mm.shape:
-            raise ValueError("not one level of each run with moved inputs for each s_mm")
-        return spread
+    effects, _ = moved.reported(s_mm)
+    return PredictedLevel(
+        s_mm=s_mm,
+        level_mm=np.round(level_mm, DIGITS),
+        band_95_mm=np.round(budget.band_mm, DIGITS),
+        profile_band_95_mm=np.round(budget.profile_band_mm, DIGITS),
+        numerics_mm=standard_mm("numerics"),
+        inputs_mm=standard_mm("inputs"),
+        mean_level_mm=mean_mm,
+        mean_level_95_mm=(mean_mm - half_mm, mean_mm + half_mm),
+        parts=tuple(
+            PredictedPart(
+                name=one.name,
+                kind=one.kind,
+                setting=one.setting,
+                mean_level_mm=Budget(PLACES, (one,)).mean_mm(weights) / COVERAGE,
+                place_mm=rms(half_width(one.draws_mm)) / COVERAGE,
+            )
+            for one in budget.components
+        ),
+        inputs=effects,
+        inputs_left_out=tuple(sorted(name for name, value in declared if value is None and name not in NO_INPUTS)),
+        unfit=() if spread.draws is None else spread.draws.unfit,
+    )

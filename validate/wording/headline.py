@@ -35,7 +35,7 @@ def fast_model(run: Run | Simulation) -> tuple[str, ...]:
         return ()
     if run.bed.unfit:
         return (f"{FAST} It is UNFIT for this case (decision 0151):", *run.bed.unfit)
-    above_mm = round(run.bed.above_mm or 0.0, 1)
+    above_mm = round(run.bed.above_mm, 1)
     over = f", with a level up to {above_mm} mm above the face: of overspill it knows a slump beside the mouth alone"
     return (f"{FAST} The case is within its domain (decision 0151){over if above_mm > 0 else ''}.",)
 

@@ -13,7 +13,17 @@ from digitise.solid.build_solid import build_solid
 from fixtures.generate.fracture import STEP_MM
 from fixtures.generate.recipe import Recipe, SideCrack
 from fixtures.generate.specimen import make_specimen
-from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_crack, write_png
+from tests.pictures import (
+    SMALL_FACE,
+    distance_to,
+    evenly_scaled,
+    how_traced,
+    mortar,
+    photo_of,
+    rms,
+    with_crack,
+    write_png,
+)
 
 FORK = SideCrack(at=0.35, side="left", angle_deg=35, length_mm=14, width_mm=1.8)
 BRANCH = SideCrack(at=0.65, side="right", angle_deg=70, length_mm=12, width_mm=1.4)
@@ -36,7 +46,7 @@ def scene(tmp_path_factory):
 @pytest.fixture(scope="module")
 def kept(scene):
     _, photo, path = scene
-    return trace_outline(photo, path, keep_branches=True)
+    return trace_outline(photo, path, how_traced(branches="keep"))
 
 
 @pytest.fixture(scope="module")
@@ -111,15 +121,15 @@ def test_kept_side_cracks_become_part_of_the_solid(kept, dropped):
 def test_of_a_wide_and_a_narrow_side_crack_the_narrow_one_is_left_out_and_it_is_said(tmp_path):
     """Whether side cracks are kept or not; the main crack's walls pass both."""
     truth, photo, path = scene_of(tmp_path, WIDE, HAIR)
-    for keep in (True, False):
-        outline = trace_outline(photo, path, keep_branches=keep)
+    for branches in ("keep", "drop"):
+        outline = trace_outline(photo, path, how_traced(branches=branches))
         (narrow,) = [warning for warning in outline.warnings if "to measure" in warning]
         assert narrow.startswith("1 side crack (12 mm) is left out: it is ")
         assert narrow.endswith("px wide; need 8 px to measure its width")
         others = [warning for warning in outline.warnings if warning != narrow]
-        assert len(others) == (0 if keep else 1)
+        assert len(others) == (branches == "drop")
         assert all(warning.endswith('is left out; branches = "keep" keeps it') for warning in others)
-        assert outline.branches_kept == keep
+        assert outline.branches_kept == (branches == "keep")
         # The wide one leaves 5 mm without a wall, over which the main crack wanders.
         assert off_at_mouths_mm(outline, truth) == pytest.approx([0, 0], abs=0.2)
 
@@ -129,7 +139,7 @@ def test_ground_closed_in_by_a_side_crack_stands_as_an_island(tmp_path):
     picture = with_crack(with_crack(mortar(), main, width_px=24), loop, width_px=14)
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
     path = find_path(photo, ((60.0, 200.0), (440.0, 200.0)))
-    outline = trace_outline(photo, path, keep_branches=True)
+    outline = trace_outline(photo, path, how_traced(branches="keep"))
     (island,) = outline.islands_mm
     # What OpenCV draws is a pixel wider than it was told: one pixel of its 370 px rim is 3.7 mm².
     inner = CrossSection([np.array([*loop, loop[0]][::-1], dtype=float)], FillRule.NonZero).offset(-7)
@@ -147,7 +157,7 @@ def test_pores_and_broken_edges_are_no_side_cracks(tmp_path):
     areas_mm2 = []
     for name, picture in (("alone", alone), ("spoilt", spoilt)):
         photo = evenly_scaled(write_png(tmp_path / f"{name}.png", picture))
-        outline = trace_outline(photo, find_path(photo, ((40.0, 200.0), (460.0, 200.0))), keep_branches=True)
+        outline = trace_outline(photo, find_path(photo, ((40.0, 200.0), (460.0, 200.0))), how_traced(branches="keep"))
         assert len(outline.branches_mm) == 1
         areas_mm2.append(signed_area(outline.outline_mm))
     # Each pore is 3.8 mm²; the main crack's wall follows a little of the one on it.

@@ -9,7 +9,17 @@ from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
 from fixtures.generate.recipe import Recipe, SideCrack
 from fixtures.generate.specimen import make_specimen
-from tests.pictures import SMALL_FACE, distance_to, evenly_scaled, mortar, photo_of, rms, with_paint, write_png
+from tests.pictures import (
+    SMALL_FACE,
+    distance_to,
+    evenly_scaled,
+    how_traced,
+    mortar,
+    photo_of,
+    rms,
+    with_paint,
+    write_png,
+)
 
 HALF_PIXEL = 0.5
 
@@ -42,14 +52,14 @@ def test_walls_lie_on_the_rim_of_the_paint(scene):
     assert outline.ends == ("open", "open")
     assert outline.path_source == "mask"
     # The share of the contrast that a photo's light asks for says nothing about paint.
-    again = trace_outline(photo, find_path(photo, truth.ends_px), edge_fraction=0.7)
+    again = trace_outline(photo, find_path(photo, truth.ends_px), how_traced(edge_fraction=0.7))
     assert np.array_equal(again.outline_mm, outline.outline_mm)
 
 
 def test_holes_in_the_paint_are_islands_and_its_side_cracks_are_not_lost(scene):
     truth, photo = scene
     photo = painted(photo, [truth.outline_mm, *truth.branch_rings_mm], truth.islands_mm)
-    outline = trace_outline(photo, find_path(photo, truth.ends_px), keep_branches=True)
+    outline = trace_outline(photo, find_path(photo, truth.ends_px), how_traced(branches="keep"))
     assert outline.branches_kept
     assert [signed_area(ring) < 0 for ring in outline.islands_mm] == [True, True]
     net_mm2 = signed_area(outline.outline_mm) + sum(signed_area(ring) for ring in outline.islands_mm)
@@ -68,7 +78,9 @@ def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
     drawn[140:164, 30:470] = True
     drawn[60:140, 250:255] = True
     photo = with_paint(photo, drawn)
-    main, whole = (trace_outline(photo, find_path(photo, None), keep_branches=keep) for keep in (False, True))
+    main, whole = (
+        trace_outline(photo, find_path(photo, None), how_traced(branches=branches)) for branches in ("drop", "keep")
+    )
     assert main.warnings == ('1 side crack (9 mm) is left out; branches = "keep" keeps it',)
     # 80 x 5 px of paint; a pixel of its length for the corners, which the blur of the picture rounds.
     assert signed_area(whole.outline_mm) - signed_area(main.outline_mm) == pytest.approx(4.0, abs=0.1)

@@ -7,7 +7,7 @@ from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
 from digitise.walls.mended import mended
 from sealtwin.core.errors import InputError
-from tests.pictures import evenly_scaled, mortar, with_crack, write_png
+from tests.pictures import evenly_scaled, how_traced, mortar, with_crack, write_png
 
 S_MM = np.linspace(0.0, 40.0, 161)
 LINE = np.column_stack([S_MM, np.zeros_like(S_MM)])
@@ -74,7 +74,7 @@ def test_a_photo_with_a_drawn_wall_has_it_and_says_so(tmp_path):
     part = wall[(wall[:, 0] > 200) & (wall[:, 0] < 260)]
     aside = np.sign(part[0, 1] - 150.0)
     line = part[::8] + np.array([0.0, 6.0 * aside]) * np.sin(np.linspace(0, np.pi, len(part[::8])))[:, None]
-    after = trace_outline(photo, path, walls_px=[line.tolist()])
+    after = trace_outline(photo, path, how_traced(walls_px=[line]))
     assert after.left_wall_mm.shape == before.left_wall_mm.shape
     moved = np.abs(after.left_wall_px - before.left_wall_px).max(axis=1)
     assert moved.max() == pytest.approx(6.0, abs=0.3)
@@ -89,7 +89,7 @@ def test_walls_are_drawn_where_there_are_walls_only(tmp_path, beside):
     path = find_path(photo, ((60.0, 151.0), (440.0, 151.0)))
     line = [(200.0, 140.0), (260.0, 140.0)]
     with pytest.raises(InputError, match="walls_px beside"):
-        trace_outline(photo, path, walls_px=[line], **beside)
+        trace_outline(photo, path, how_traced(walls_px=[line], **beside))
     thin = evenly_scaled(write_png(tmp_path / "thin.png", with_crack(mortar(), [(50, 150), (450, 150)], width_px=4)))
     with pytest.raises(InputError, match="too thin for walls"):
-        trace_outline(thin, find_path(thin, ((60.0, 151.0), (440.0, 151.0))), walls_px=[line])
+        trace_outline(thin, find_path(thin, ((60.0, 151.0), (440.0, 151.0))), how_traced(walls_px=[line]))

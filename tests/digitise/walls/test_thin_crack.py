@@ -16,7 +16,7 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_outline, write_outline
-from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, write_png
+from tests.pictures import distance_to, evenly_scaled, how_traced, mortar, with_crack, write_png
 
 STEP = [(40, 150), (250, 150), (460, 120)]
 
@@ -71,15 +71,15 @@ def test_below_two_pixels_there_is_a_path_alone(tmp_path):
 @pytest.mark.parametrize("width_px", [4, 14])
 def test_a_gauge_and_a_wish_replace_what_the_photo_shows(tmp_path, width_px):
     photo, path = seen(tmp_path, width_px)
-    gauged = trace_outline(photo, path, width_mm=np.array([[0.0, 0.2], [40.0, 0.6]]))
+    gauged = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [40.0, 0.6]]))
     assert gauged.width_source == "gauge"
     assert gauged.width_95_mm is None
     assert np.interp(20.0, gauged.s_mm, gauged.width_mm) == pytest.approx(0.4, abs=0.03)
-    short = trace_outline(photo, path, width_mm=np.array([[0.0, 0.2], [gauged.length_mm / 2, 0.6]]))
+    short = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [gauged.length_mm / 2, 0.6]]))
     assert any("its last width, 0.6 mm, is taken for the rest" in warning for warning in short.warnings)
-    whole = trace_outline(photo, path, width_mm=np.array([[0.0, 0.2], [gauged.length_mm - 1.0, 0.6]]))
+    whole = trace_outline(photo, path, how_traced(width_mm=[[0.0, 0.2], [gauged.length_mm - 1.0, 0.6]]))
     assert not any("its last width" in warning for warning in whole.warnings)
-    alone = trace_outline(photo, path, path_only=True)
+    alone = trace_outline(photo, path, how_traced(path_only=True))
     assert alone.width_source == "none"
     assert alone.length_mm == pytest.approx(gauged.length_mm)
 

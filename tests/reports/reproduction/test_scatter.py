@@ -12,7 +12,7 @@ from reports.reproduction.redrawn import redraw
 from reports.reproduction.scatter import SEEDS, Replicates, deciding_pairs, draws_of, join
 from reports.reproduction.surface import CHOSEN, Along, Surface, planes
 from tests.charts import BEST, make_chart
-from validate.study_figures.chart import Chart, Finished
+from validate.figures.chart import Chart, Finished
 
 NO_RUN = Along(np.nan, np.nan, np.nan, np.nan, (np.nan,))
 U, D_CM = (np.ravel(each) for each in np.meshgrid(10.0 ** np.linspace(-2, 4, 12), 10.0 ** np.linspace(-4, 0.5, 11)))

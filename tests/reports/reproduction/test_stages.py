@@ -48,7 +48,7 @@ from sealtwin.trial.trial_file import load_trial
 from tests.charts import make_chart
 from tests.places import FIXTURE, ROOT
 from tests.studies import tiny_lab
-from validate.study_figures.figure_sheet import FigureSheet
+from validate.figures.figure_sheet import FigureSheet
 
 HOME = ROOT / "reports" / "reproduction"
 

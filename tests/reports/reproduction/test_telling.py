@@ -14,7 +14,7 @@ from reports.reproduction.surface import CHOSEN, surface_of
 from reports.reproduction.telling import Feeding, Study, Told, page, tell, tell_feeding
 from reports.reproduction.unequal import by_sampling, of_all
 from tests.charts import make_chart
-from validate.study_figures.chart import HeldRun
+from validate.figures.chart import HeldRun
 
 
 @cache

@@ -6,8 +6,7 @@ import pytest
 from sealtwin.calibration import search as searching
 from sealtwin.calibration.search import FEWEST, FIRST, Source, search
 from sealtwin.core.errors import InputError, NumericalError
-from validate.calibration.free import Free
-from validate.calibration.identified import marginals_of
+from validate.calibration.free import Free, marginals_of
 from validate.calibration.posterior import ReadLevels
 
 S_MM = np.linspace(0.0, 40.0, 12)

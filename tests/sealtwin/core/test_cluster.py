@@ -3,15 +3,17 @@
 import os
 import signal
 import socket
+import sys
 import threading
 import time
+from concurrent.futures import Future
 from contextlib import suppress
-from types import SimpleNamespace
-from typing import Any
+from multiprocessing.connection import Connection
 
+import psutil
 import pytest
 
-from sealtwin.core.cluster import Lost, run_tasks
+from sealtwin.core.cluster import Lost, _outcome, run_tasks
 from sealtwin.core.errors import InputError
 
 
@@ -20,16 +22,24 @@ def _square(number):
         os.kill(os.getpid(), signal.SIGKILL)
     if number == 4:
         raise ValueError("on purpose")
+    if number == 5:
+        Connection._send = _half_of_it  # pyright: ignore[reportAttributeAccessIssue]
     time.sleep(0.05)
     return number**2, os.getpid(), os.environ["OMP_NUM_THREADS"]
 
 
-def test_tasks_are_computed_by_other_processes_and_only_the_deadly_one_is_lost():
-    """Also one that raises costs no other its result."""
+def _half_of_it(self, message, *_):
+    os.write(self.fileno(), bytes(message)[:2])
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_tasks_are_computed_by_other_processes_and_only_the_deadly_ones_are_lost():
+    """Also one that raises, and one whose process is killed in the middle of its answer, cost no other its result."""
     found = dict(run_tasks(_square, ((number, (number,)) for number in range(8)), 2))
     lost = {number: outcome.reason for number, outcome in found.items() if isinstance(outcome, Lost)}
-    assert sorted(lost) == [3, 4]
+    assert sorted(lost) == [3, 4, 5]
     assert "3 worker processes were killed" in lost[3]
+    assert lost[3] == lost[5]
     assert "ValueError: on purpose" in lost[4]
     assert {number: outcome[0] for number, outcome in found.items() if not isinstance(outcome, Lost)} == {
         number: number**2 for number in range(8) if number not in lost
@@ -75,20 +85,6 @@ def _called(function, *arguments):
     return function(*arguments)
 
 
-def test_ended_while_a_killed_worker_is_not_yet_replaced_it_ends_no_process(monkeypatch):
-    """Such a worker has no number, and psutil takes None for the process that asks."""
-    from distributed import Nanny
-
-    asked = []
-    results = run_tasks(pow, [(0, (2, 2)), (1, (2, 3))], 1)
-    assert next(results) == (0, 4)
-    with monkeypatch.context() as patch:
-        patch.setattr(Nanny, "pid", property(lambda _: None))
-        patch.setattr("sealtwin.core.cluster.psutil", SimpleNamespace(Process=asked.append))
-        results.close()  # pyright: ignore[reportAttributeAccessIssue]
-    assert asked == []
-
-
 def test_without_processes_tasks_are_computed_here_and_read_one_by_one():
     read = []
 
@@ -103,36 +99,34 @@ def test_without_processes_tasks_are_computed_here_and_read_one_by_one():
     assert list(results) == [(1, 1), (2, 4)]
 
 
-def _listening():
-    """Addresses on which this process accepts connections."""
-    import psutil
-
-    return {one.laddr.ip for one in psutil.Process().net_connections("tcp") if one.status == psutil.CONN_LISTEN}
-
-
-def test_a_local_cluster_listens_on_the_loopback_interface_alone_and_refuses_strangers():
-    from distributed import Client
-    from distributed.client import default_client
-
-    refused = []
+def test_workers_of_this_machine_listen_on_no_address_and_end_in_the_middle_of_a_task():
+    """Whoever reached such an address could run code."""
 
     def tasks():
-        scheduler: Any = default_client().scheduler
-        address = scheduler.address
-        assert address.startswith("tls://127.0.0.1:")
-        assert _listening() == {"127.0.0.1"}
-        with pytest.raises((OSError, TypeError)) as caught:
-            Client(address.replace("tls://", "tcp://"), timeout=1, set_as_default=False)
-        refused.append(caught.value)
-        yield 0, (2, 2)
+        yield 0, (0.0,)
+        yield 1, (600.0,)
 
-    with socket.socket() as dashboard:
-        # Two sweeps at a time must not ask for the port of Dask's dashboard, and warn that it is taken.
-        with suppress(OSError):
-            dashboard.bind(("127.0.0.1", 8787))
-            dashboard.listen()
-        assert list(run_tasks(pow, tasks(), 1)) == [(0, 4)]
-    assert len(refused) == 1
+    results = run_tasks(_slept, tasks(), 2)
+    _, listening = next(results)
+    assert listening == set()
+    began = time.monotonic()
+    results.close()  # pyright: ignore[reportAttributeAccessIssue]
+    assert time.monotonic() - began < 30
+
+
+def _slept(seconds):
+    time.sleep(seconds)
+    parent = psutil.Process().parent()
+    assert parent is not None
+    return {
+        one.laddr for each in (parent, *parent.children()) for one in each.net_connections() if one.status == "LISTEN"
+    }
+
+
+def test_without_dask_a_scheduler_is_refused_with_the_extra_that_brings_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"pip install sealtwin\[cluster\]"):
+        next(run_tasks(pow, [(0, (1, 1))], 0, "tls://node7:8786"))
 
 
 @pytest.mark.parametrize("address", ["tcp://10.1.2.3:8786", "node7:8786", "ws://node7:80", "ucx://10.1.2.3:1"])
@@ -179,3 +173,11 @@ def test_dasks_own_setting_allows_an_unencrypted_scheduler(monkeypatch):
         pytest.raises(InputError, match="no scheduler answers there"),
     ):
         next(run_tasks(pow, [(0, (1, 1))], 0, "tcp://0.0.0.0:9"))
+
+
+def test_a_scheduler_that_ends_is_named():
+    """Dask then cancels what it had taken, as its process was killed to see."""
+    task = Future()
+    task.cancel()
+    with pytest.raises(InputError, match=r"tcp://127\.0\.0\.1:9: the connection to the scheduler was lost"):
+        _outcome(task, "tcp://127.0.0.1:9")

@@ -4,17 +4,18 @@ import csv
 import errno
 import io
 import json
-import shutil
 
 import numpy as np
 import pytest
 
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_table, sheet_text, write_table
 from sealtwin.core.records import Profile, Run, RunHealth, Trajectory
 from tests.evidence import make_evidence
-from tests.places import ROOT
+from tests.shapes import straight_slot
 from validate.result import COMPARISON, read_comparison
 
 
@@ -291,9 +292,9 @@ def test_no_text_of_an_exported_table_can_run_in_a_spreadsheet(start):
     ],
 )
 def test_an_edited_value_is_named_by_its_file_its_key_and_itself(tmp_path, file, keys, value, said):
-    folder = ROOT / "fixtures" / "written-by-0.1" / "run"
-    for name in ("outline.json", "solid.json", "crack.ply"):
-        shutil.copy(folder / name, tmp_path)
+    outline = straight_slot()
+    record_files.write_outline(tmp_path, outline)
+    record_files.write_solid(tmp_path, build_solid(outline, CrackShape(depth_mm=8.0)))
     content = json.loads((tmp_path / file).read_text())
     place = content
     for key in keys[:-1]:

@@ -28,4 +28,4 @@ def _outcome(load):
 
 def test_an_interrupt_waits_for_trimesh_and_is_not_lost():
     assert _outcome("import trimesh") == "swallowed", "trimesh keeps interrupts no more: load_trimesh can go"
-    assert _outcome("from sealtwin.core.interrupts import load_trimesh; load_trimesh()") == "interrupted True"
+    assert _outcome("from sealtwin.core.mesh_file import load_trimesh; load_trimesh()") == "interrupted True"

@@ -5,8 +5,8 @@ import csv
 import pytest
 
 from sealtwin.cli.folder_answer import ingest_answer
-from sealtwin.lab.free_text import kind_of_text
 from sealtwin.lab.ingest import ingest
+from sealtwin.lab.sheets import kind_of_text
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import QUIET, hashes_of, sealtwin
 from validate.readings.read_readings import read_readings

@@ -10,11 +10,10 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
-from sealtwin.lab.fill_sheet import read_fill
 from sealtwin.lab.found_files import read_names
-from sealtwin.lab.free_text import kind_of_text
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.pairing import as_columns
+from sealtwin.lab.sheets import kind_of_text, read_fill
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import QUIET, sealtwin
 from validate.settings import Declared

@@ -107,7 +107,7 @@ def test_a_map_against_a_sheet_of_the_lab_is_a_use_of_it(lab, tmp_path):
     sheet = lab / "P01" / trial.readings.file
     note_use(sheet, read_readings(sheet, trial.readings), "map of the study 'x'")
     note_use(tmp_path / sheet.name, read_readings(sheet, trial.readings), "map of the study 'y'")
-    uses = Catalogue.of(lab).uses
+    uses = Catalogue.of(lab).content.uses
     assert uses == {readings_hash(read_readings(sheet, trial.readings)): ["map of the study 'x'"]}
     with pytest.raises(InputError, match="map of the study 'x'"):
         facts_of(lab / "P01")

@@ -94,7 +94,7 @@ def test_a_catalogue_that_is_none_is_told_of(small, tmp_path):
     for damage in (b"no JSON", b'{"version": 99}', b"[]"):
         (lab / CATALOGUE).write_bytes(damage)
         for use in (lambda: ingest(small, lab, QUIET), lambda: latest_trials(lab)):
-            with pytest.raises(InputError, match=r"no catalogue that can be read .* Move it away and ingest the same"):
+            with pytest.raises(InputError, match=r"catalogue.json: .* Move it away and ingest the same"):
                 use()
     (lab / CATALOGUE).unlink()
     assert [outcome.fate for outcome in ingest(small, lab, QUIET).outcomes] == ["unchanged"] * 2  # as the remedy says

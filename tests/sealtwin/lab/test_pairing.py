@@ -4,7 +4,7 @@ from pathlib import PurePath
 
 import pytest
 
-from sealtwin.lab.found_files import Piece, Said, read_names
+from sealtwin.lab.found_files import FilePlace, Piece, read_names
 from sealtwin.lab.pairing import pair, place_files
 
 
@@ -100,8 +100,8 @@ def test_a_name_that_says_no_sample_is_asked_about():
 
 def test_a_decision_of_the_user_counts_before_the_name():
     decided = {
-        (PurePath("P0l.csv"), ""): Said("P01", "readings"),
-        (PurePath("P01_side.jpg"), ""): Said("P01", "ignore"),
+        (PurePath("P0l.csv"), ""): FilePlace("P01", "readings"),
+        (PurePath("P01_side.jpg"), ""): FilePlace("P01", "ignore"),
     }
     samples = _paired("P01_top.jpg", "P01_side.jpg", "P0l.csv", decided=decided)
     assert list(samples) == ["p01"]

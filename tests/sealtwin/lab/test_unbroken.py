@@ -34,7 +34,7 @@ def test_stopped_at_any_step_the_same_command_completes_the_lab(small, tmp_path,
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        place = {"keep": (steps, "keep"), "state": (Catalogue, "state"), "rename": (Path, "rename")}[step]
+        place = {"keep": (steps.SampleIntake, "keep"), "state": (Catalogue, "state"), "rename": (Path, "rename")}[step]
         patched.setattr(*place, stop)
         with pytest.raises(KeyboardInterrupt):
             ingest(small, lab, QUIET)
@@ -128,13 +128,13 @@ def test_a_file_that_cannot_be_read_is_its_samples_fault_and_a_full_disk_is_nobo
 
 
 def test_a_file_that_changes_while_it_is_taken_in_is_not_kept(small, tmp_path, monkeypatch):
-    real = steps.keep
+    real = steps.SampleIntake.keep
 
     def changing(*arguments):
         (small / "P01.csv").write_text("s_mm,level_1_mm\n1,-1\n2,-1\n")
         return real(*arguments)
 
-    monkeypatch.setattr(steps, "keep", changing)
+    monkeypatch.setattr(steps.SampleIntake, "keep", changing)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     assert "P01.csv: changed while it was taken in" in ingested.outcomes[0].faults[0]
     assert not (tmp_path / "lab" / "P01").exists()

@@ -1,5 +1,6 @@
 """A plan as numbers, its bounds, and its search on the fast model."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,11 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
-from sealtwin.plan.make_plan import Options, case_of, low_stretches, plan_on
-from sealtwin.plan.plan_page import chance_rows
+from sealtwin.plan.make_plan import Options, case_of, plan_on
+from sealtwin.plan.pages import chance_rows
 from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
 from sealtwin.plan.shape import Knots, Limits, limits_of, require_possible
-from sealtwin.plan.verify import Verifier, misfit
+from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit
 from sealtwin.study.runner import Bench
 from sealtwin.trial.trial_file import load_trial
 from simulate.slot.flux import HerschelBulkley
@@ -162,6 +163,9 @@ def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():
     """The last 20 mm of a plan were 2.5 mm low, and its sentence gave volumes alone."""
     s_mm = np.linspace(0.0, 100.0, 101)
     level_mm = np.where(s_mm > 80, -2.5, -0.5) - np.where((s_mm > 10) & (s_mm < 14), 3.0, 0.0)
-    (low,) = low_stretches(s_mm, level_mm, 0.0)
+    none = Misfit(0.0, 0.0, 0.0)
+    best = Round("round 1", NozzlePath(), Profile(s_mm, level_mm), none)
+    planned = Planned(best, (best,), (), OWN, 0.0, s_mm, level_mm, None, (none,), None)
+    (low,) = planned.low_stretches
     assert (low["from_mm"], low["to_mm"], low["mean_mm"]) == (81.0, 100.0, 2.5)
-    assert not low_stretches(s_mm, level_mm, 2.0)[1:], "a plan that aims lower is not low there"
+    assert not replace(planned, margin_mm=2.0).low_stretches[1:], "a plan that aims lower is not low there"

@@ -22,9 +22,9 @@ from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import load_trial
 from tests.studies import tiny_lab
 from validate.compare import compare
+from validate.figures.compare_sheet import MOST
 from validate.readings.read_readings import read_readings
 from validate.result import COMPARISON
-from validate.study_figures.compare_sheet import MOST
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import chart_of
 from sealtwin.study.sweep import SweepOptions, sweep
 from tests.studies import tiny_lab
-from validate.study_figures.map_sheet import map_sheet
+from validate.figures.map_sheet import map_sheet
 
 FAST = """
 [fixed]

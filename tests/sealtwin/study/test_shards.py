@@ -1,13 +1,10 @@
-"""Studies in parts and on other machines: shards and their merge, batch scripts, schedulers, earlier versions."""
+"""Studies in parts and on other machines: shards and their merge, and schedulers."""
 
 import csv
 import os
 import shutil
 import signal
-import sqlite3
-import subprocess
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -19,14 +16,12 @@ from sealtwin.core.cluster import KILLED, Lost, run_tasks
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study import runner
-from sealtwin.study.study_folder import LEDGER, PLAN, profile_path, read_plan
-from sealtwin.study.sweep import DIRECTIVES, SweepOptions, merge, sweep
+from sealtwin.study.study_folder import PLAN, profile_path, read_plan
+from sealtwin.study.sweep import SweepOptions, merge, sweep
 from sealtwin.trial.stage_numbers import NUMBERS, own_numbers
 from tests.studies import results_of, tiny_lab
 
 HERE = SweepOptions(device="cpu", jobs=0, batch=1)
-EARLIER = Path(__file__).parent / "earlier_study"
-"""The folder of 'sealtwin sweep' with the study of ``tiny_lab``, written by commit 7065196; without its pictures."""
 
 
 @pytest.fixture(scope="module")
@@ -107,25 +102,6 @@ def test_more_shards_than_runs_are_refused(lab, tmp_path):
     with pytest.raises(InputError, match="--shard 5/5: the study has 4 runs"):
         sweep(lab, tmp_path / "out", replace(HERE, shard=(5, 5)), Progress())
     assert not (tmp_path / "out").exists()
-    assert _sweep(lab, "--batch-script", "slurm", "--shards", 5).exit_code == 3
-
-
-def test_a_batch_script_computes_its_shard(lab, tmp_path):
-    """Run as the batch system runs it, with the number of its job in the environment."""
-    (tmp_path / "bin").mkdir()
-    (tmp_path / "bin" / "sealtwin").write_text('#!/bin/bash\nprintf "%s\\n" "$@"\n')
-    (tmp_path / "bin" / "sealtwin").chmod(0o755)
-    for system, (_, task, folder) in DIRECTIVES.items():
-        printed = _sweep(lab, "--batch-script", system, "--shards", 3, "--jobs", 2, "--out", "my runs")
-        assert printed.exit_code == 0, printed.output
-        assert "1-3" in printed.stdout
-        environment = {"PATH": f"{tmp_path / 'bin'}:{os.environ['PATH']}", task: "2", folder: str(tmp_path)}
-        job = subprocess.run(
-            ["bash"], input=printed.stdout, env=environment, capture_output=True, text=True, check=True
-        )
-        given = job.stdout.splitlines()
-        assert given == ["sweep", str(lab), "--shard", "2/3", "--out", "my runs-2-of-3", "--jobs", "2", "--quiet"]
-    assert _sweep(lab, "--batch-script", "cron").exit_code == 2
 
 
 def _killed_at_300(bench, trials, device, keep_runs):
@@ -195,29 +171,3 @@ def test_a_scheduler_that_is_not_there_is_bad_input(lab, tmp_path, monkeypatch):
     answer = _sweep(lab, "--out", tmp_path / "out", "--device", "cpu", "--scheduler", "tcp://127.0.0.1:9")
     assert answer.exit_code == 3
     assert "--scheduler tcp://127.0.0.1:9: " in answer.stderr
-
-
-def test_a_study_of_an_earlier_version_is_read_and_continued(lab, unbroken, tmp_path):
-    out = tmp_path / "out"
-    shutil.copytree(EARLIER, out)
-    runs = read_plan(out).runs
-    assert [run.state for run in runs] == ["done"] * 4
-    for run, row in zip(runs, _rows(EARLIER), strict=True):
-        assert run.figures is not None
-        assert run.figures["mean_error_mm"] == pytest.approx(float(row["mean_error_mm"]), rel=1e-9)
-    assert _sweep("status", out).exit_code == 0
-    assert sweep(lab, out, HERE, Progress())["states"]["done"] == 4
-
-
-def test_a_ledger_that_cannot_be_read_is_refused_with_the_command_that_computes_it_again(tmp_path):
-    shutil.copytree(EARLIER, tmp_path / "out")
-    with sqlite3.connect(tmp_path / "out" / LEDGER) as base:
-        base.execute("UPDATE facts SET value = '2' WHERE name = 'version'")
-    base.close()
-    (tmp_path / "damaged").mkdir()
-    (tmp_path / "damaged" / LEDGER).write_text("This is no database." * 40)
-    for folder in ("out", "damaged"):
-        answer = _sweep("status", tmp_path / folder)
-        assert answer.exit_code == 3
-        assert f"{tmp_path / folder / LEDGER}: " in answer.stderr
-        assert "'sealtwin sweep STUDY.toml'" in answer.stderr

@@ -136,6 +136,15 @@ def test_a_study_that_grows_keeps_what_is_done(unbroken, tmp_path, lab):
     assert [run.state for run in read_plan(out).runs] == ["done"] * 4
 
 
+def test_a_setting_that_is_a_list_can_vary(tmp_path):
+    """Its values are read again from the plan, and stand in the table."""
+    lab, out = tiny_lab(tmp_path / "lab", '[grid]\n"path.trim_mm" = [[1, 1], [1, 2]]\n'), tmp_path / "out"
+    for _ in range(2):
+        sweep(lab, out, replace(HERE, dry_run=True), Progress())
+    assert [run.settings["path.trim_mm"] for run in read_plan(out).runs] == [[1, 1], [1, 2]]
+    assert '"[1, 2]"' in (out / "runs.csv").read_text()
+
+
 def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
     """Of two radii, so that no run may stand in the walls of another one's particles."""
     lab = tiny_lab(tmp_path, '[grid]\n"solver.radius_mm" = [0.45, 0.5]\n')

@@ -371,10 +371,10 @@ def test_an_interrupt_ends_with_130_and_lets_go_of_the_folder(unbroken, tmp_path
 
 KEEPING_EVERY_FRAME = """
 import time
-import simulate.output.checkpoint as c
+import simulate.output as c
 from sealtwin.cli.app import main
 kept = c.Checkpoint.after_frame
-c.EVERY_S = 0
+c.CHECKPOINT_EVERY_S = 0
 c.Checkpoint.after_frame = lambda self, injection: (kept(self, injection), time.sleep(0.1))
 main()
 """

@@ -1,6 +1,5 @@
 """A run goes on with a sheet that is in doubt, and says so on terminal and report until the trial answers."""
 
-import shutil
 from dataclasses import replace
 
 import pytest
@@ -9,11 +8,13 @@ from typer.testing import CliRunner
 from sealtwin.cli.app import app
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
-from sealtwin.trial.job import resume_job
+from sealtwin.trial.job import STAGES, resume_job
+from sealtwin.trial.pipeline import run_trial
+from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import readings_of
 from tests.evidence import make_evidence
 from tests.pages import leave_out_pages
-from tests.places import ROOT
+from tests.studies import tiny_lab
 from validate.wording.comparison import readings_table
 
 SHEET = """s_mm,level_1_mm,level_2_mm,level_3_mm
@@ -28,7 +29,8 @@ SHEET = """s_mm,level_1_mm,level_2_mm,level_3_mm
 def run(tmp_path, monkeypatch):
     """A finished run folder whose readings have a 0 for a missing one in cell C3."""
     leave_out_pages(monkeypatch)
-    shutil.copytree(ROOT / "fixtures" / "written-by-0.1" / "run", tmp_path / "run")
+    tiny_lab(tmp_path)
+    run_trial(load_trial(tmp_path / "trial.toml"), tmp_path, tmp_path / "run", STAGES, "cpu", Progress())
     (tmp_path / "run" / "inputs" / "readings.csv").write_text(SHEET)
     return tmp_path / "run"
 

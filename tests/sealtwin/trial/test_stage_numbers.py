@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,6 @@ from sealtwin.cli.app import app
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.run_folder import open_folder
-from sealtwin.core.stage_keys import content_key
 from sealtwin.study.extra_runs import vary
 from sealtwin.trial import pipeline, validate_stage
 from sealtwin.trial.job import STAGES, resume_job, shown, start_job
@@ -69,9 +67,13 @@ def test_a_raised_number_makes_its_stage_and_those_after_it_anew(run, lab, monke
     assert {stage: one["stage_numbers"] for stage, one in by.items()} == {one: numbers_up_to(one) for one in STAGES}
 
 
-def test_a_run_of_a_version_without_numbers_is_made_anew(run, lab):
-    forget_numbers(run)
-    assert redone_in(run, lab) == STAGES
+def test_a_run_of_a_version_without_numbers_is_refused(run, lab):
+    manifest = files.read_json(run / "manifest.json")
+    for entry in manifest["stages"].values():
+        del entry["stage_numbers"]
+    files.write_json(run / "manifest.json", manifest)
+    with pytest.raises(InputError, match=r"manifest\.json: .* another version\. .*sealtwin run TRIAL"):
+        redone_in(run, lab)
 
 
 def test_a_stage_that_goes_on_from_files_of_another_number_says_so_and_records_it(run, monkeypatch):
@@ -143,12 +145,3 @@ def test_the_report_and_the_doctor_show_the_numbers_beside_the_version(run, lab,
     assert facts["stage numbers"] == f"digitise {NUMBERS['digitise']}, simulate {NUMBERS['simulate']}, validate 999"
     answer = CliRunner().invoke(app, ["doctor"])
     assert "validate 999" in next(line for line in answer.stdout.splitlines() if line.startswith("sealtwin "))
-
-
-def forget_numbers(run: Path) -> None:
-    """Make a manifest what a version without stage numbers wrote."""
-    manifest = files.read_json(run / "manifest.json")
-    for entry in manifest["stages"].values():
-        del entry["stage_numbers"]
-        entry["key"] = content_key({**entry["inputs"], **entry["settings"], "version": version("sealtwin")})
-    files.write_json(run / "manifest.json", manifest)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sealtwin.core.drawing.snapshots import draw_health
 from tests.evidence import axes_of
+from validate.figures.snapshots import draw_health
 
 
 def test_health_shows_per_cent_and_the_zero_of_what_must_stay_zero(health):

@@ -9,11 +9,11 @@ from matplotlib import rcParams
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from sealtwin.core.drawing import theme
 from sealtwin.core.records import Sections
 from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
 from tests.shapes import level_floor
 from validate.comparison import ErrorBin
+from validate.figures import theme
 from validate.figures.levels import draw_distribution, draw_error, draw_histogram, draw_levels, draw_profile
 from validate.settings import Gate
 
@@ -191,7 +191,7 @@ def test_drawing_leaves_no_trace_in_matplotlib(evidence):
 def test_a_part_of_a_page_can_be_drawn_on(evidence):
     page = Figure(layout="constrained")
     lower = page.subfigures(2, 1, squeeze=False)[1, 0]
-    assert draw_histogram(evidence.comparison, lower) is lower
+    assert draw_profile(evidence.profile, level_floor(10.0), None, None, on=lower) is lower
     assert len(axes_of(lower)) == 1
 
 
@@ -212,8 +212,7 @@ def test_a_legend_stays_within_its_figure(label):
         axes = figure.add_subplot()
         for name in ("95 % band, all stations together", "bias +12.34 mm", "simulated - measured", label):
             axes.plot([0, 1], [0, 1], label=name)
-        theme.label_axes(axes, "s (mm)", "error (mm)", "Error")
-        theme.put_legend_under_title(axes, columns=2)
+        theme.label_axes(axes, "s (mm)", "error (mm)", "Error", legend=2)
         figure.canvas.draw()
         legend = axes.get_legend()
         assert legend is not None

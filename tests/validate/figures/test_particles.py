@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sealtwin.core.drawing.particles import AlongCrack
+from validate.figures.particles import AlongCrack
 
 
 def test_places_along_a_crack_run_on_past_its_ends_and_left_is_above_zero(evidence):

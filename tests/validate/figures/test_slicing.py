@@ -6,8 +6,8 @@ import trimesh
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from sealtwin.core.drawing.particles import cut_rings
 from tests.shapes import straight_slot
+from validate.figures.particles import cut_rings
 
 
 def area(ring) -> float:

@@ -6,9 +6,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 
-from sealtwin.core.drawing.particles import SPEED, age_scale, draw_discs, not_hidden
-from sealtwin.core.drawing.snapshots import draw_fill, draw_snapshot
 from tests.evidence import axes_of
+from validate.figures.particles import SPEED, age_scale, draw_discs, not_hidden
+from validate.figures.snapshots import draw_fill, draw_snapshot
 
 
 def test_the_fill_shows_every_moment_by_speed_and_by_age_on_common_scales(scene, frames):

@@ -10,9 +10,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from PIL import Image
 
-from sealtwin.core.drawing.snapshots import draw_fill, draw_snapshot
-from sealtwin.core.drawing.theme import AGES, AIR, NO_METADATA, SPEEDS, as_picture, as_svg, in_page, plate, save, themed
+from validate.figures.snapshots import draw_fill, draw_snapshot
 from validate.figures.solid_pictures import draw_sections, draw_side_view
+from validate.figures.theme import AGES, AIR, NO_METADATA, SPEEDS, as_picture, as_svg, in_page, plate, save, themed
 
 EASY = 7.0
 """Contrast that WCAG 2.2 calls enhanced."""

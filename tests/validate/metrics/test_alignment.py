@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import Profile
-from validate.metrics.alignment import alignment
+from validate.metrics.curve_distances import alignment
 
 FINE_MM = np.linspace(0, 80, 401)
 SLOPE = 0.25

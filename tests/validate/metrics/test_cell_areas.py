@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from manifold3d import CrossSection
 
-from validate.metrics.cell_areas import cell_areas
+from validate.metrics.cavity import cell_areas
 
 
 @pytest.mark.parametrize("kind", ["ring", "sliver", "on the borders", "nothing"])

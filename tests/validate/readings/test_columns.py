@@ -5,8 +5,8 @@ import json
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
+from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from validate.readings.read_readings import read_readings
 from validate.readings.sheet import SheetFaults, column_of, letters
@@ -60,7 +60,7 @@ def test_a_letter_that_is_another_columns_name_is_not_guessed(read):
 def test_what_columns_say_of_the_sheet_is_said_of_the_readings(read):
     columns = {"levels": ["B"], "unit": "cm", "sign": "down", "datum": "caliper_base", "datum_level_mm": 4.0}
     assert read(WIDE, columns).level_mm.tolist() == [-11.0, -16.0]
-    with pytest.raises(ValidationError, match="columns says"):
+    with pytest.raises(InputError, match="columns says"):
         Declared(unit="mm", columns=Columns(unit="cm"))
 
 

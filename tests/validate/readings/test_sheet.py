@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
@@ -239,14 +238,14 @@ def test_the_separator_may_be_declared_or_announced(read):
     ],
 )
 def test_half_a_declaration_is_refused(table):
-    with pytest.raises(ValidationError):
+    with pytest.raises(InputError):
         Declared(**table)
 
 
 def test_only_cured_sealant_has_shrunk():
     given = {"file": Path("a.csv"), "data": "measured", "role": "held-out", "shrinkage_percent": 3.0}
     assert Readings(**given, state="cured").shrinkage_percent == 3.0
-    with pytest.raises(ValidationError, match="cured"):
+    with pytest.raises(InputError, match="cured"):
         Readings(**given)
 
 

@@ -12,9 +12,8 @@ from validate.compare import assess
 from validate.report.chapters import Chapter, Model, Paragraph, PhotoBlock, Plate, chapters
 from validate.report.report_data import report_data
 from validate.settings import Readings, Uncertainty
-from validate.uncertainty.inputs import Effect
-from validate.uncertainty.prediction import predict
-from validate.uncertainty.validation import Spread
+from validate.uncertainty.computed import Effect, Spread
+from validate.uncertainty.validation import predict
 from validate.units import PageTable
 from validate.wording.headline import key_figures
 

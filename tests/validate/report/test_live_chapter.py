@@ -29,6 +29,7 @@ LIVE = LiveModel(
     path={"t_s": [0.0, 7.0], "s_mm": [5.0, 35.0], "z_mm": [3.0, 3.0]},
     after_s=0.0,
     sliders={"flow_mm3_s": LiveSlider(as_run=85.7, step=1.0, low=-50, high=50)},
+    limits={"slope": (0.45, 2, HOSTILE)},
     unknown=(HOSTILE,),
     trial=HOSTILE,
 )

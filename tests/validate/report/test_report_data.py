@@ -22,7 +22,7 @@ from validate.report.write_report import write_report
 from validate.report_input import ReadingsSheet
 from validate.result import Comparison
 from validate.settings import Gate, Readings, Uncertainty
-from validate.uncertainty.validation import Effect, SizeRuns, Spread
+from validate.uncertainty.computed import Effect, SizeRuns, Spread
 from validate.units import PageTable
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from validate.uncertainty.validation import effects_of, two_level_design
+from validate.uncertainty.computed import effects_of, two_level_design
 
 
 @pytest.mark.parametrize(("inputs", "runs"), [(1, 2), (2, 4), (3, 4), (4, 8), (5, 8), (7, 8), (8, 16)])

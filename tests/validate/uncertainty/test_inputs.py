@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from validate.uncertainty.budget import Budget
-from validate.uncertainty.inputs import RUNS, Effect, InputDraws, Inputs, drawn_inputs
+from validate.uncertainty.computed import RUNS, Effect, InputDraws, Inputs, drawn_inputs
 
 S_MM = np.linspace(0.0, 60.0, 7)
 STANDARDS = {"volume_ml": 0.1, "depth_mm": 0.5, "width_mm": 0.1}

@@ -10,9 +10,8 @@ from scipy import stats
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from validate.settings import Uncertainty
-from validate.uncertainty.numerics import ORDERS, Replicates, numerical_errors, size_series
-from validate.uncertainty.prediction import predict
-from validate.uncertainty.validation import SizeRuns, Spread
+from validate.uncertainty.computed import ORDERS, Replicates, SizeRuns, Spread, numerical_errors, size_series
+from validate.uncertainty.validation import predict
 
 RADII_MM = (1 / 1.3, 1.0, 1.3)
 APART_MM = np.array([-0.05, 0.0, 0.05])
@@ -42,7 +41,7 @@ def test_a_power_law_without_scatter_has_its_order_and_error(order):
 @pytest.mark.parametrize("order", [0.5, 2.0])
 def test_for_a_known_order_it_is_the_text_books_regression(order, monkeypatch):
     """Slope, its standard error and Student's t of seven degrees of freedom, by scipy's linregress."""
-    monkeypatch.setattr("validate.uncertainty.numerics.ORDERS", np.array([order, order + 1e-9]))
+    monkeypatch.setattr("validate.uncertainty.computed.ORDERS", np.array([order, order + 1e-9]))
     random = np.random.default_rng(3)
     runs_mm = 0.3 * np.array(RADII_MM)[:, None] ** order + 0.1 * random.standard_normal((3, 3))
     draws = Replicates(RADII_MM, list(runs_mm[:, :, None])).size_errors(40_000)[:, 0]

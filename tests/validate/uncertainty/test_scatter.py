@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from validate.uncertainty.budget import DRAWS
-from validate.uncertainty.scatter import possible_scatter_mm, rounded_errors_mm
+from validate.uncertainty.reading_errors import possible_scatter_mm, rounded_errors_mm
 
 
 def test_a_station_alone_has_its_own_repeats_and_nothing_else():

@@ -1,1 +1,0 @@
-"""Pictures of records that more than one stage shows."""

@@ -1,0 +1,156 @@
+"""Say what a setting allows, for reference pages and for help(); read off the fields of its table."""
+
+import ast
+import inspect
+import json
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from textwrap import fill, indent
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+Table = type[BaseModel]
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+KINDS: dict[Any, tuple[str, str]] = {
+    int: ("whole number", "whole numbers"),
+    float: ("number", "numbers"),
+    str: ("text", "texts"),
+    bool: ("true or false", "true or false"),
+    Path: ("path of a file", "paths of files"),
+    Any: ("any value", "any values"),
+}
+"""Names of types, for one and for several."""
+BOUNDS = {"gt": "above", "ge": "from", "lt": "below", "le": "up to"}
+WIDTH = 100  # Letters of a line of help()
+REFUSED = "Raises\n------\nInputError\n    A keyword is unknown, or its value is not allowed."
+
+
+@cache
+def described(kind: Table) -> dict[str, str]:
+    """Return the docstring of each field by its name, those of base classes included.
+
+    Read from the source when first needed: pydantic's own ``use_attribute_docstrings`` costs each start 45 ms.
+    """
+    texts: dict[str, str] = {}
+    for base in reversed(kind.__mro__):
+        if issubclass(base, BaseModel) and base is not BaseModel:
+            for statement, below in pairwise(_body_of(base)):
+                match statement, below:
+                    case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
+                        texts[name] = inspect.cleandoc(text)
+    return texts
+
+
+def _body_of(kind: Table) -> list[ast.stmt]:
+    """Return the statements of a class at the top of its module. Only they are parsed, since help waits for it."""
+    module = inspect.getsource(sys.modules[kind.__module__])
+    found = re.search(rf"^class {kind.__name__}\b.*?(?=^[\w@]|\Z)", module, re.MULTILINE | re.DOTALL)
+    match ast.parse(found[0] if found else "").body:
+        case [ast.ClassDef(body=body), *_]:
+            return body
+    return []
+
+
+def allowed(field: FieldInfo) -> str:
+    """Return the values that a field takes, in words: kind, choices, bounds."""
+    return _in_words(field.annotation, field.metadata)
+
+
+def _in_words(annotation: Any, constraints: Sequence[Any] = (), *, several: bool = False) -> str:
+    origin, parts = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _in_words(parts[0], [*constraints, *annotation.__metadata__], several=several)
+    if origin in (Union, UnionType):
+        words = [_in_words(part, constraints, several=several) for part in parts if part is not NoneType]
+        return ", or ".join(dict.fromkeys(words))
+    if origin is Literal:
+        return " or ".join(map(json.dumps, parts))
+    if origin is tuple:
+        return _of_tuple(list(parts), several)
+    singular, plural = KINDS.get(annotation, ("table", "tables"))
+    return " ".join(filter(None, [plural if several else singular, *_bounds(annotation, constraints)]))
+
+
+def _of_tuple(parts: list[Any], several: bool) -> str:
+    lists = "lists" if several else "list"
+    if parts[-1] is Ellipsis:
+        return f"{lists} of {_in_words(parts[0], several=True)}"
+    if any(part != parts[0] for part in parts):
+        return f"{lists} of {len(parts)}: {'; '.join(map(_in_words, parts))}"
+    words = _in_words(parts[0], several=True)
+    if len(parts) > 2:
+        return f"{lists} of {len(parts)} {words}"
+    if get_origin(parts[0]) is tuple and not several:
+        return f"2 {words}"
+    return f"{'pairs' if several else 'pair'} of {words}"
+
+
+def _bounds(kind: Any, constraints: Sequence[Any]) -> Iterator[str]:
+    # A Field inside of an annotation holds constraints of its own.
+    flat = [one for given in constraints for one in (given.metadata if isinstance(given, FieldInfo) else [given])]
+    for one in flat:
+        if kind is str and getattr(one, "max_length", None) is not None:
+            yield f"of up to {one.max_length:,} letters"
+    limits = {word: getattr(one, name) for name, word in BOUNDS.items() for one in flat if hasattr(one, name)}
+    shown = {word: f"{int(limit) if float(limit).is_integer() else limit:,}" for word, limit in limits.items()}
+    if shown.keys() == {"from", "up to"}:
+        yield f"from {shown['from']} to {shown['up to']}"
+    else:
+        yield ", ".join(f"{word} {limit}" for word, limit in shown.items())
+
+
+def meaning(kind: Table) -> str:
+    """Return the docstring of a table, or of the one that it inherits from, without its fields."""
+    return inspect.cleandoc(next(filter(None, (vars(base).get("__doc__") for base in kind.__mro__)), ""))
+
+
+def text_of_table(kind: Table) -> str:
+    """Return the docstring of a table with a parameter for each of its fields."""
+    text = meaning(kind)
+    entries = "\n".join(_entry(kind, name) for name in kind.model_fields)
+    return f"{text}\n\nParameters\n----------\n{entries}\n\n{REFUSED}\n"
+
+
+def _entry(kind: Table, name: str, default: Any = None) -> str:
+    field = kind.model_fields[name]
+    default = default if field.is_required() else field.default
+    shown = json.dumps(default) if isinstance(default, str) else repr(default)
+    traits = allowed(field) + ("" if default is None else f"; default: {shown}")
+    return f"{name} : {traits}\n{indent(fill(described(kind).get(name, ''), WIDTH), '    ')}"
+
+
+def keywords_of(*kinds: Table) -> Callable[[Function], Function]:
+    """Document a function's arguments that are settings by the fields of their tables.
+
+    Their defaults, None in the code, are the fields' own in the signature that help() shows. An argument that the
+    docstring describes keeps that text.
+    """
+
+    def documented(function: Function) -> Function:
+        signature, (head, rest) = (
+            inspect.signature(function),
+            inspect.cleandoc(function.__doc__ or "").split("\n\nReturns\n"),
+        )
+        written = {name for line in head.splitlines() for name in line.split(", ")}
+        parameters, entries = [], []
+        for name, parameter in signature.parameters.items():
+            kind = next((kind for kind in kinds if name in kind.model_fields), None)
+            if kind is not None:
+                if name not in written:
+                    entries.append(_entry(kind, name, parameter.default))
+                if not kind.model_fields[name].is_required():
+                    parameter = parameter.replace(default=kind.model_fields[name].default)
+            parameters.append(parameter)
+        function.__doc__ = "\n\nReturns\n".join(["\n".join([head, *entries]), rest])
+        vars(function)["__signature__"] = signature.replace(parameters=parameters)
+        return function
+
+    return documented

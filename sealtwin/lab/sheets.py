@@ -1,0 +1,96 @@
+"""Tables and texts of a lab: which kind each is, and the masses and levels of a fill."""
+
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from digitise.weighing.fill import WeighedFill
+from sealtwin.core.errors import InputError, naming
+from sealtwin.core.plain_files import opened
+from sealtwin.core.records import ReadColumn
+from sealtwin.core.settings import checked
+from sealtwin.lab.note_words import meaning_of
+from validate.readings.columns import Mass, read_header
+from validate.readings.header_words import meaning
+from validate.readings.read_readings import TableReader
+from validate.readings.samples import read_cells
+from validate.readings.sheet import FaultList, SheetGrid, SheetRow
+from validate.readings.table_rows import find_header, is_a_number, upright
+from validate.readings.text_table import decoded
+from validate.readings.understood import WAYS, understood
+from validate.settings import Columns, Declared
+
+LEAST_STEPS = 2
+LARGEST_READ_BYTES = 200_000
+
+
+def kind_of_text(path: Path) -> Literal["readings", "fill", "note", "text"]:
+    """Return whether a file is a table of readings or of a fill, a table of words and values, or free text."""
+    try:
+        grid = read_cells(path, Declared())
+    except InputError:
+        return "text"
+    if _is_fill(grid):
+        return "fill"
+    numbers = sum(sum(map(is_a_number, row.cells)) > 1 for row in grid.rows)
+    if numbers > 1:
+        return "text" if path.suffix.lower() == ".md" else "readings"
+    return "note" if grid.rows and any(map(_is_setting, grid.rows)) and all(map(_is_pair, grid.rows)) else "text"
+
+
+def text_of(path: Path) -> str:
+    """Return the first part of a text in whatever encoding it is. Raises InputError if it is no text."""
+    with naming(path), opened(path) as file:
+        content = file.read(LARGEST_READ_BYTES)
+    return decoded(path, content)[0]
+
+
+def _is_fill(grid: SheetGrid) -> bool:
+    """Return whether a sheet can only be a fill: a mass over numbers, at most one other column, and no place."""
+    header = find_header(grid.rows, grid.merged, Columns())
+    roles = {at: known.role for at, name in header.names.items() if (known := meaning(name)) is not None}
+    body = grid.rows[header.first + header.count :]
+    masses = [sum(is_a_number(row.cell(at)) for row in body) for at, role in roles.items() if role == "mass"]
+    numeric = {at for row in body for at, cell in enumerate(row.cells) if is_a_number(cell)}
+    others = [at for at in numeric if roles.get(at) not in ("mass", "skipped")]
+    return max(masses, default=0) >= LEAST_STEPS and len(others) <= 1 and "station" not in roles.values()
+
+
+def _is_pair(row: SheetRow) -> bool:
+    return sum(bool(cell.text) for cell in row.cells) in (2, 3)
+
+
+def _is_setting(row: SheetRow) -> bool:
+    word, value = row.cell(0).text.rstrip(": "), row.cell(1).text
+    setting = meaning_of(word, word.partition("[")[0].partition("(")[0], {})
+    # "Tiefe" above "Ort" is a header.
+    return setting is not None and (not setting.unit or any(map(str.isdigit, value)))
+
+
+def read_fill(path: Path, declared: Declared, mass: Mass = "") -> tuple[dict[str, Any], str, tuple[ReadColumn, ...]]:
+    """Read a liquid weighed into a crack as readings are read, with masses in place of places.
+
+    Returns the columns of [crack.fill] of a trial, and how the sheet was understood, as a sentence and as columns.
+    ``mass`` is the unit of the masses if the sheet names none. Raises InputError: file, row, column and value, and
+    what to answer.
+    """
+    grid, faults = upright(read_cells(path, declared), declared), FaultList()
+    header = read_header(grid, declared, faults, mass)
+    faults.columns = understood(grid, header, "mass")
+    table = TableReader(grid, header, declared, None, faults)
+    steps = [step for row in header.body if (step := table.station(row, {})) is not None]
+    faults.raise_if_any()
+    read = [(step.s_mm, [one.value_mm for one in step.readings.values()]) for step in steps]
+    # A step without a level is left out: masses are those of all steps so far.
+    levels = [(grams, float(np.nanmean(each))) for grams, each in read if not np.isnan(each).all()]
+    way = -1.0 if header.quantity == "depth" else 1.0
+    if not levels:
+        raise InputError(f"{path}: no step with a mass and a level.")
+    content = {
+        "mass_g": [round(grams, 6) for grams, _ in levels],
+        "level_mm": [round(way * each_mm, 6) + 0.0 for _, each_mm in levels],
+    }
+    checked(WeighedFill, path, content)
+    last = f"{content['mass_g'][-1]:g} g at {content['level_mm'][-1]:g} mm"
+    return content, f"{path}: a fill of {len(levels)} steps, up to {last}; {WAYS[header.quantity]}.", faults.columns

@@ -1,0 +1,90 @@
+"""Parts that all ways of measuring a paste share: a value with its interval, and material.toml."""
+
+import json
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from sealtwin.core.records import DataKind
+from sealtwin.core.settings import Settings, checked
+from simulate.material_file import Material
+
+EDGE_N_M = 0.005
+"""Weight of R^2 / V that surface tension takes off the yield stress, for cement pastes (Roussel et al. 2005)."""
+EDGE_ERROR_N_M = 0.0015  # Its standard uncertainty for a paste that nobody measured: it is known to one digit
+DENSITY_ERROR = 0.01  # Relative standard uncertainty of a density by a weighed syringe
+MEASURED = "A paste as it was measured, written by 'sealtwin material'. Errors are standard uncertainties."
+CALIBRATED = "A paste as the levels of trials determine it, by 'sealtwin calibrate'. Errors are standard uncertainties."
+USE = "In a trial file: [fluid] material = the name of this file; not_for says what these numbers must not be used for."
+
+
+class PasteOnPlate(Settings):
+    """Density of a paste, and its surface tension. Errors are standard uncertainties."""
+
+    density_kg_m3: float = Field(ge=100, le=2e4)
+    density_error_kg_m3: float | None = Field(default=None, gt=0, le=2e4)
+    edge_n_m: float = Field(default=EDGE_N_M, ge=0, le=0.1)
+    edge_error_n_m: float = Field(default=EDGE_ERROR_N_M, ge=0, le=0.1)
+
+    @property
+    def spread_of_density(self) -> float:
+        """Standard uncertainty of the density in kg/m3, given or usual."""
+        return self.density_error_kg_m3 or DENSITY_ERROR * self.density_kg_m3
+
+
+@dataclass(frozen=True)
+class PasteValue:
+    """A value with its standard uncertainty and its 95 % interval."""
+
+    value: float
+    error: float
+    interval: tuple[float, float]
+
+
+def four_digits(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def measured_material(
+    path: Path,
+    day: date,
+    data: DataKind,
+    stress_pa: PasteValue,
+    viscosity: tuple[float, float] | None = None,
+    **rest: Any,
+) -> Material:
+    """Return a paste as it was measured, its numbers to four digits; ``rest`` are the other fields of the file.
+
+    ``viscosity`` is in Pa s, with its standard uncertainty in percent. Raises InputError, naming ``path``, for a number
+    out of range.
+    """
+    thick, percent = (None, None) if viscosity is None else map(four_digits, viscosity)
+    content = {
+        "date": day.isoformat(),
+        "data": data,
+        "yield_stress_pa": four_digits(stress_pa.value),
+        "yield_stress_error_pa": four_digits(stress_pa.error),
+        "yield_stress_95_pa": [*map(four_digits, stress_pa.interval)],
+        "viscosity_pa_s": thick,
+        "viscosity_error_percent": percent,
+        **rest,
+    }
+    return checked(Material, path, content)
+
+
+def material_text(material: Material) -> str:
+    import tomlkit
+    from tomlkit.items import Array
+
+    document = tomlkit.document()
+    for line in (MEASURED if material.radius_mm is None else CALIBRATED, USE):
+        document.add(tomlkit.comment(line))
+    for key, value in json.loads(material.model_dump_json(exclude_none=True)).items():
+        item = tomlkit.item(value)
+        if isinstance(item, Array) and key in ("basis", "not_for"):
+            item.multiline(True)
+        document.add(key, item)
+    return tomlkit.dumps(document)

@@ -1,1 +1,0 @@
-"""Many photos at once."""

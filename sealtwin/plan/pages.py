@@ -1,0 +1,198 @@
+"""The pages of a plan and of an emulated loop, and their sentences. Loads Matplotlib."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from sealtwin.plan.emulation import Emulated
+from sealtwin.plan.verify import Planned
+from validate.figures.figure_sheet import (
+    FigureSheet,
+    FigureTable,
+    Numbers,
+    Plot,
+    SheetSection,
+    wide_axes,
+    write_sheet_of_figures,
+)
+from validate.figures.theme import ALONG, MEASURED, MUTED, SIMULATED, label_axes
+
+AGREES_MM = 0.4  # Mean difference of prediction and particles up to which the page does not mention it
+BASELINES = {"constant flow": "--", "flow by local area": ":"}
+SHOWN = 6  # Moments whose level is drawn
+CHANCES = {
+    "over": "draws of the posterior with more than {} over the face",
+    "level": "draws that stand above {}",
+}
+LEVEL_AXIS = "level from the face (mm)"
+
+
+def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Sequence[str]) -> None:
+    judged = [("the plan, mean of its seeds", planned.misfit)]
+    judged += [(one.name, one.misfit) for one in (*planned.baselines, *planned.rounds)]
+    figures = [[of, it.under_mm3, it.over_mm3, it.total_mm3, it.highest_mm] for of, it in judged]
+    head = ("path", "under (mm3)", "over (mm3)", "in all (mm3)", "highest (mm)")
+    table = FigureTable(
+        title="Judged by particles",
+        head=head,
+        rows=[[of, *(f"{value:.0f}" for value in volumes), f"{high:+.2f}"] for of, *volumes, high in figures],
+        name="judged",
+        numbers=Numbers(head, figures),
+    )
+    it, band = planned.trajectory, []
+    columns = ("s_mm", "speed_mm_s", "flow_mm3_s")
+    flow = Numbers(columns, np.column_stack([getattr(it, column) for column in columns]).tolist())
+    if (band_mm := planned.band_95_mm) is not None:
+        band = [(f"95 % band of a run, half-width, by {len(planned.misfits)} runs", f"{band_mm:.2f} mm")]
+    sheet = FigureSheet(
+        title=f"Plan: {name}",
+        lead="Flow and speed along the path, chosen on the fast model and judged by particles. No number is measured.",
+        cautions=plan_cautions(planned, fluid_warnings),
+        finding=plan_finding(planned),
+        key_figures=[
+            ("sealant", f"{it.dispensed_mm3 / 1000:.3g} ml"),
+            ("duration", f"{it.duration_s:.1f} s"),
+            *band,
+            *chance_rows(planned.chances or {}),
+        ],
+        parts=[
+            SheetSection(
+                "Level",
+                [],
+                [
+                    Plot("levels", "Level by particles along the crack; 0 is the face.", lambda: _plan_levels(planned)),
+                    table,
+                ],
+            ),
+            SheetSection("Path", [], [Plot("flow", "Flow and speed of the plan.", lambda: _flow(planned), flow)]),
+        ],
+    )
+    write_sheet_of_figures(path.parent, path.name, sheet)
+
+
+def chance_rows(chances: Mapping[str, float]) -> list[tuple[str, str]]:
+    """Return how many draws of the posterior overspill, and how many stand too high; none without a posterior."""
+    limits = [(name.partition("_above_"), share) for name, share in chances.items() if "_above_" in name]
+    return [
+        (CHANCES[what].format(limit.replace("_", " ")), f"{share * chances['draws']:.0f} of {chances['draws']:.0f}")
+        for (what, _, limit), share in limits
+    ]
+
+
+def plan_finding(planned: Planned) -> str:
+    it, better = planned.misfit, min(planned.baselines, key=lambda one: one.misfit.total_mm3)
+    low = "; ".join(
+        f"from {one['from_mm']:.0f} to {one['to_mm']:.0f} mm the level is {one['mean_mm']:.1f} mm too low on average"
+        for one in planned.low_stretches
+    )
+    return (
+        f"{it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 stand above it, by particles; "
+        f"with {better.name}, the better baseline, {better.misfit.under_mm3:.0f} and {better.misfit.over_mm3:.0f}."
+        + (f" {low[0].upper()}{low[1:]}." if low else "")
+    )
+
+
+def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
+    """Return cautions on the fluid, and on a plan without a band, worse than a baseline or far off the fast model."""
+    cautions = [*fluid_warnings]
+    if planned.band_95_mm is None:
+        cautions.append(
+            "One run of particles judged this plan, so that the scatter of single runs is not known and its level has "
+            "no band. Use --seeds 3."
+        )
+    if planned.best.off_mm is None:
+        not_verified = f"NOT VERIFIED: no plan was better than {planned.best.name}, which is kept."
+        return [f"{not_verified} No robot program is written.", *cautions]
+    if planned.best.off_mm > AGREES_MM:
+        cautions.append(
+            f"Fast model and particles still differ by {planned.best.off_mm:.2f} mm on average. The level is "
+            "that of the particles; another round (--verify) may find a better plan."
+        )
+    return cautions
+
+
+def _plan_levels(planned: Planned) -> Figure:
+    figure, axes = wide_axes(3.2, face=True)
+    if (half_mm := planned.half_width_mm) is not None:
+        ends_mm = planned.level_mm - half_mm, planned.level_mm + half_mm
+        axes.fill_between(planned.s_mm, *ends_mm, color=SIMULATED, alpha=0.2, linewidth=0, label="95 % band")
+    axes.plot(planned.s_mm, planned.level_mm, color=SIMULATED, label="the plan")
+    for one in planned.baselines:
+        axes.plot(one.level.s_mm, one.level.level_mm, BASELINES[one.name], color=MUTED, label=one.name)
+    axes.legend(fontsize=8, ncols=4)
+    label_axes(axes, ALONG, LEVEL_AXIS, "")
+    return figure
+
+
+def _flow(planned: Planned) -> Figure:
+    figure, axes = wide_axes(2.6)
+    it = planned.trajectory
+    axes.stairs(it.flow_mm3_s[:-1], it.s_mm, color=SIMULATED, baseline=None)
+    label_axes(axes, ALONG, "flow (mm3/s)", "")
+    other = axes.twinx()
+    other.stairs(it.speed_mm_s[:-1], it.s_mm, color=MEASURED, baseline=None, linestyle="--")
+    other.set_ylabel("speed (mm/s), dashed")
+    return figure
+
+
+def write_loop_page(path: Path, poured: Emulated, content: Mapping[str, Any]) -> None:
+    """Write the page of an emulated loop, with the figures of its JSON answer."""
+    rows = [
+        (line.t_s, line.state.flow, line.state.material_factor, (line.plan.flow_mm3_s or (0.0,))[0])
+        for line in poured.lines
+    ]
+    columns = ("t_s", "flow estimate", "material estimate", "flow now (mm3/s)")
+    caption, numbers = "Flow and material over the plan's.", Numbers(columns, rows)
+    stopped = [f"It stopped: {content['stopped']}."] if content["stopped"] else []
+    sheet = FigureSheet(
+        title="The fill, corrected on its way: EMULATED",
+        lead="Reality is particles with hidden faults, and the sensor is emulated: no number here is measured.",
+        cautions=[*content["other_versions"], *content["fluid_warnings"], *stopped],
+        finding=loop_finding(content),
+        key_figures=[
+            ("updates", f"{content['updates']}"),
+            ("sealant given", f"{content['given_mm3'] / 1000:.3g} ml"),
+            ("tables off the fast model", f"{content['tables_off_mm']:.2f} mm"),
+        ],
+        parts=[
+            SheetSection(
+                "Level over time, EMULATED",
+                ["Levels that the sensor saw, of which each is later than the one before, and the level at the end."],
+                [Plot("levels-over-time", "Levels along the crack; 0 is the face.", lambda: _loop_levels(poured))],
+            ),
+            SheetSection("Estimates, EMULATED", [], [Plot("estimates", caption, lambda: _estimates(rows), numbers)]),
+        ],
+    )
+    write_sheet_of_figures(path.parent, path.name, sheet)
+
+
+def loop_finding(content: Mapping[str, Any]) -> str:
+    return (
+        f"EMULATED: {content['under_mm3']:.0f} mm3 are missing below the face and {content['over_mm3']:.0f} mm3 stand "
+        f"above it; after the first pass it was {content['after_first_pass_mm3']:.0f} mm3 in all."
+    )
+
+
+def _loop_levels(poured: Emulated) -> Figure:
+    figure, axes = wide_axes(3.2, face=True)
+    frames = [line.level for line in poured.lines if line.level is not None]
+    for number in np.unique(np.linspace(0, len(frames) - 1, min(SHOWN, len(frames))).astype(int)).tolist():
+        frame, shade = frames[number], 0.25 + 0.5 * number / max(1, len(frames) - 1)
+        how: dict[str, Any] = {"color": SIMULATED, "alpha": shade, "label": f"{frame.t_s:.1f} s"}
+        axes.plot(frame.s_mm, frame.level_mm, ".", markersize=3, **how)
+    axes.plot(poured.level.s_mm, poured.level.level_mm, color=SIMULATED, label="at the end")
+    axes.legend(fontsize=8, ncols=4)
+    label_axes(axes, ALONG, LEVEL_AXIS, "")
+    return figure
+
+
+def _estimates(rows: Sequence[tuple[float, float, float, float]]) -> Figure:
+    figure, axes = wide_axes(2.4)
+    for column, (name, colour) in enumerate((("flow", SIMULATED), ("material", MEASURED)), start=1):
+        axes.plot([row[0] for row in rows], [row[column] for row in rows], color=colour, label=name)
+    axes.legend(fontsize=8)
+    label_axes(axes, "t (s)", "over the plan's", "")
+    return figure

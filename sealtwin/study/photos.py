@@ -1,0 +1,341 @@
+"""Many photos in one command: each in a run folder of its own, a table and a contact sheet of all."""
+
+import base64
+import glob
+import traceback
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, fields, replace
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from digitise.image.decoding import PHOTO_SUFFIXES
+from digitise.settings import CHOICE
+from sealtwin.core import files
+from sealtwin.core.cluster import Lost, run_tasks
+from sealtwin.core.errors import InputError, SealtwinError, as_text
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import MANIFEST, holding, open_folder
+from sealtwin.trial.digitise_stage import REFUSED
+from sealtwin.trial.job import sample_files, start_job
+from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
+from validate.readings.samples import named_cells, read_table
+
+BUG, SOME_FAILED = 1, 6
+REMEDY = "the same command digitises what is left; give it fewer --jobs."
+LISTING = "batch.json"  # Marks a folder as a batch's own, and lists it for programs
+CSV, SHEET = "photos.csv", "index.html"
+FAULT = "fault.txt"
+THUMBNAIL_PX = 720  # Wide enough to see the walls, small enough for a page of a hundred
+OWN = {LISTING, CSV, SHEET}
+
+Tables = Mapping[str, Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class PlannedPhoto:
+    file: Path  # The photo, or a trial file that names one
+    name: str  # Name of its run folder
+    tables: Tables  # Tables of a trial from the command line's options, for a photo without a trial file
+
+    @property
+    def crack(self) -> int | str | None:
+        """Number of the crack to take, of those that are found."""
+        return self.tables.get("photo", {}).get("crack")
+
+    def trial(self) -> Trial:
+        """Return its trial. Raises InputError if its settings cannot be used."""
+        return load_trial(self.file) if _is_trial(self.file) else sample_trial("photo", self.file, self.tables)
+
+
+@dataclass(frozen=True)
+class BatchRow:
+    """Result of one photo; lengths and volumes are None if it failed, and all but the length for a path alone."""
+
+    file: str
+    folder: str
+    status: str  # "ok", "failed", or "bug"
+    mean_width_mm: float | None = None
+    length_mm: float | None = None
+    depth_mm: float | None = None
+    cavity_ml: float | None = None
+    sealant_ml: float | None = None
+    mm_per_px: float | None = None
+    scale_source: str = ""
+    path_source: str = ""
+    data: str = ""  # Origin of the photo
+    crack: int | str | None = None  # Number of the crack that the user chose in the table
+    warnings: tuple[str, ...] = ()
+    reason: str = ""
+
+    @property
+    def fault(self) -> str:
+        """The reason with the photo's name, with which most reasons begin."""
+        return self.reason if self.reason.startswith(self.file) else f"{self.file}: {self.reason}"
+
+
+@dataclass(frozen=True)
+class Batch:
+    out: Path
+    rows: Sequence[BatchRow] = ()  # Photos that were digitised, or could not be
+    held_back: Sequence[BatchRow] = ()  # Photos that were not tried, for an earlier fault
+
+    @property
+    def listed(self) -> list[BatchRow]:
+        return [*self.rows, *self.held_back]
+
+    @property
+    def done(self) -> list[BatchRow]:
+        return [row for row in self.rows if row.status == "ok"]
+
+    @property
+    def failed(self) -> list[BatchRow]:
+        return [row for row in self.rows if row.status != "ok"]
+
+    @property
+    def exit_code(self) -> int:
+        if any(row.status == "bug" for row in self.rows):
+            return BUG
+        return SOME_FAILED if self.failed or self.held_back else 0
+
+    def content(self) -> dict[str, Any]:
+        """Return the object of batch.json and --json."""
+        return {
+            "version": 1,
+            "photos": [vars(row) for row in self.listed],
+            "failed": len(self.failed) + len(self.held_back),
+            "exit_code": self.exit_code,
+        }
+
+
+def are_several(targets: Sequence[Path]) -> bool:
+    """Return whether these are several photos: also a folder, or a pattern that no shell has expanded."""
+    return len(targets) > 1 or targets[0].is_dir() or _is_pattern(targets[0])
+
+
+def plan(targets: Sequence[Path], tables: Tables) -> list[PlannedPhoto]:
+    """Return an entry for each photo, in the order given. A trial file of its name beside it replaces ``tables``.
+
+    Raises InputError if a folder or a pattern holds no photo.
+    """
+    named = [file for target in targets for file in _photos(target)]
+    own = [beside if (beside := file.with_suffix(".toml")).is_file() else file for file in named]
+    # A mask or a second photo is part of another photo's trial.
+    parts = {part for file in set(own) if _is_trial(file) for part in _parts(file)}
+    kept = list(dict.fromkeys(file for photo, file in zip(named, own, strict=True) if photo.absolute() not in parts))
+    return [PlannedPhoto(file, name, tables) for file, name in zip(kept, _names(kept), strict=True)]
+
+
+def digitise_many(
+    planned: Sequence[PlannedPhoto],
+    out: Path,
+    progress: Progress,
+    jobs: int = 1,
+    held_back: Sequence[BatchRow] = (),
+    *,
+    held: bool = False,
+) -> Batch:
+    """Digitise every photo into a folder below ``out``, whatever happens to the others.
+
+    Finished photos are not digitised again. The table of an earlier call may name the crack of a photo without a trial
+    file, by its number. Photos ``held_back`` for an earlier fault are listed and counted as failed. ``held`` means that
+    the caller holds ``out`` already. Raises InputError if ``out`` has files of something else.
+    """
+    _refuse_foreign(out)
+    with nullcontext() if held else holding(out), progress:
+        files.write_json(out / LISTING, {"version": 1, "photos": []})
+        progress.start(f"Digitising {len(planned)} photos", len(planned))
+        planned = _chosen(planned, out / CSV)
+        rows: dict[str, BatchRow] = {}
+        # One photo at a time needs no other process.
+        processes = min(jobs, len(planned)) if jobs > 1 else 0
+        try:
+            outcomes = run_tasks(_digitise_one, ((item, (item, out)) for item in planned), processes)
+            for done, (item, outcome) in enumerate(outcomes, start=1):
+                row = _failed(item, f"{outcome.reason}: {REMEDY}") if isinstance(outcome, Lost) else outcome
+                rows[row.folder] = row
+                if row.status != "ok":
+                    progress.note(row.fault)
+                progress.advance(done, row.folder)
+        finally:
+            # Interrupted, it still lists what is finished.
+            batch = Batch(out, [rows[item.name] for item in planned if item.name in rows], held_back)
+            files.write_json(out / LISTING, batch.content())
+            write_csv(out / CSV, batch.listed)
+            write_contact_sheet(out / SHEET, out, batch.listed)
+    return batch
+
+
+def _chosen(planned: Sequence[PlannedPhoto], table: Path) -> list[PlannedPhoto]:
+    """Return the photos with the cracks that the user chose in the table. Raises InputError if that is none."""
+    if not table.is_file():
+        return [*planned]
+    cells = [row for _, row in named_cells(read_table(table, "a batch writes it"), ("file",), ("crack",))]
+    cracks = {row["file"]: int(text) if text.isdecimal() else text for row in cells if (text := row.get("crack"))}
+    chosen = {item.file: number for item in planned if (number := cracks.get(files.as_text_cell(as_text(item.file))))}
+
+    def with_choice(item: PlannedPhoto) -> PlannedPhoto:
+        photo = {**item.tables.get("photo", {}), "crack": chosen[item.file]}
+        return replace(item, tables={**item.tables, "photo": photo})
+
+    return [with_choice(item) if item.file in chosen and not _is_trial(item.file) else item for item in planned]
+
+
+def _photos(target: Path) -> list[Path]:
+    if target.is_dir():
+        # As a shell's patterns, without hidden files: a Mac leaves a ._photo.jpg beside each photo that it copies.
+        visible = [file for file in target.iterdir() if not file.name.startswith(".")]
+        photos = [file for file in visible if file.suffix.lower() in PHOTO_SUFFIXES]
+    else:
+        photos = [Path(file) for file in glob.glob(str(target))] if _is_pattern(target) else [target]  # noqa: PTH207
+    if not photos:
+        raise InputError(f"{target}: no photos there; expected files ending in {', '.join(sorted(PHOTO_SUFFIXES))}.")
+    return sorted(photos)
+
+
+def _is_trial(file: Path) -> bool:
+    return file.suffix.lower() == ".toml"
+
+
+def _is_pattern(target: Path) -> bool:
+    return glob.has_magic(str(target)) and not target.exists()
+
+
+def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
+    folder = out / item.name
+    try:
+        with open_folder(folder, create=True) as opened:
+            trial = item.trial()
+            run_stages(start_job(trial, item.file.parent, opened, "cpu", Progress()), ("digitise",))
+        (folder / FAULT).unlink(missing_ok=True)
+        return _done(item, folder, trial.shown_by.data)
+    except SealtwinError as fault:
+        where = CHOICE if _is_trial(item.file) else f"a 2 in the column crack of {out / CSV}"
+        return _failed(item, str(fault).replace(CHOICE, where))
+    except OSError as fault:
+        return _failed(item, f"{fault.filename or item.file}: {fault.strerror}.")
+    except Exception as fault:
+        # A bug that one photo reveals must not cost the others their result; the command ends with code 1.
+        return _failed(item, f"{type(fault).__name__}: {fault}. A bug: please report {_traced(folder)}.", "bug")
+
+
+def _failed(item: PlannedPhoto, reason: str, status: str = "failed") -> BatchRow:
+    return BatchRow(as_text(item.file), item.name, status, crack=item.crack, reason=reason)
+
+
+def _traced(folder: Path) -> str:
+    """Write the current traceback to a file and return its path, or itself on a full disk."""
+    try:
+        files.write_text(folder / FAULT, traceback.format_exc())
+    except OSError:
+        return f"it with this: {traceback.format_exc()}"
+    return str(folder / FAULT)
+
+
+def _done(item: PlannedPhoto, folder: Path, data: str) -> BatchRow:
+    with files.understood(folder):
+        outline = files.read_json(folder / "outline.json")
+        path_alone = outline["width_source"] == "none"
+        solid: dict[str, Any] = {"warnings": []} if path_alone else files.read_json(folder / "solid.json")
+        return BatchRow(
+            file=as_text(item.file),
+            folder=item.name,
+            status="ok",
+            mean_width_mm=None if path_alone else round(outline["mean_width_mm"], 3),
+            length_mm=round(outline["length_mm"], 2),
+            depth_mm=solid.get("depth_mm"),
+            cavity_ml=None if path_alone else round(solid["cavity_volume_mm3"] / 1000, 3),
+            sealant_ml=None if path_alone else round(solid["sealant_mm3"] / 1000, 3),
+            mm_per_px=round(outline["mm_per_px"], 5),
+            scale_source=outline["scale_source"],
+            path_source=outline["path_source"],
+            data=data,
+            crack=item.crack,
+            warnings=(*outline["warnings"], *solid["warnings"]),
+        )
+
+
+def _parts(trial_file: Path) -> set[Path]:
+    """Return the pictures that a trial needs beside its photo; none if it cannot be read, which is reported later."""
+    try:
+        named = sample_files(load_trial(trial_file))
+    except InputError:
+        return set()
+    return {(trial_file.parent / file).absolute() for role, file in named.items() if role != "file"}
+
+
+def _names(kept: Sequence[Path]) -> list[str]:
+    """Name a folder for each photo: unique on any file system, not hidden, and not a file of the batch."""
+    names = [_whole(file) if file.stem.startswith(".") or file.stem.casefold() in OWN else _stem(file) for file in kept]
+    for longer in (_whole, lambda file: f"{file.absolute().parent.name.lstrip('.')}-{_stem(file)}"):
+        times = Counter(name.casefold() for name in names)
+        names = [longer(file) if times[name.casefold()] > 1 else name for file, name in zip(kept, names, strict=True)]
+    taken = {name.casefold() for name in names}
+    seen: set[str] = set()
+    for place, name in enumerate(names):
+        if name.casefold() in seen:
+            names[place] = next(longer for number in count(2) if (longer := f"{name}-{number}").casefold() not in taken)
+        seen.add(name.casefold())
+        taken.add(names[place].casefold())
+    return names
+
+
+def _stem(file: Path) -> str:
+    return as_text(Path(file.stem))
+
+
+def _whole(file: Path) -> str:
+    return as_text(Path(file.name)).replace(".", "-")
+
+
+def _refuse_foreign(out: Path) -> None:
+    try:
+        if files.read_json(out / LISTING)["version"] == 1:
+            return
+    except (InputError, OSError, KeyError, TypeError):
+        pass  # No listing, or another program's.
+    foreign = [name for name in (LISTING, MANIFEST, CSV, SHEET) if (out / name).exists()]
+    if foreign:
+        raise InputError(f"{out}: holds {foreign[0]}, which no batch wrote; give --out another folder.")
+
+
+def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
+    columns = [field.name for field in fields(BatchRow) if field.name != "folder"]
+    cells = [vars(row) | {"warnings": "; ".join(row.warnings)} for row in rows]
+    files.write_sheet(path, columns, ([row[column] for column in columns] for row in cells))
+
+
+def write_contact_sheet(path: Path, folder: Path, rows: Sequence[BatchRow]) -> None:
+    """Write one page that needs no other file, though its pictures lead to the run folders beside it."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("sealtwin"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
+    )
+    refused = [row.folder for row in rows if REFUSED in row.reason and (folder / row.folder / REFUSED).is_file()]
+    done = [row for row in rows if row.status == "ok"]
+    page = environment.get_template("contact_sheet.html.j2").render(
+        photos=rows,
+        thumbnails={row.folder: _thumbnail(folder / row.folder / "overlay.png") for row in done},
+        refused={name: _thumbnail(folder / name / REFUSED) for name in refused},
+        done=done,
+        sealant_ml=sum(row.sealant_ml or 0.0 for row in done),
+    )
+    files.write_text(path, page)
+
+
+def _thumbnail(overlay: Path) -> str:
+    """Return a small copy of the picture as a data URI."""
+    import cv2
+    import numpy as np
+
+    picture = cv2.imdecode(np.frombuffer(files.read_bytes(overlay), dtype=np.uint8), cv2.IMREAD_COLOR)
+    if picture is None:
+        raise InputError(f"{overlay}: not a picture that can be read. Digitise again.")
+    shrink = min(1.0, THUMBNAIL_PX / max(picture.shape))
+    small = cv2.resize(picture, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
+    _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 82])
+    return "data:image/jpeg;base64," + base64.b64encode(jpeg.tobytes()).decode()

@@ -1,1 +1,0 @@
-"""Files of a fluid run: checkpoints, frames, health and statistics."""

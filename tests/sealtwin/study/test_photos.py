@@ -1,0 +1,364 @@
+"""Many photos in one command: nothing stops it, nothing is done twice, every failure is named."""
+
+import csv
+import json
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import psutil
+import pytest
+from typer.testing import CliRunner
+
+from sealtwin.cli.app import app
+from sealtwin.core.errors import InputError
+from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import holding
+from sealtwin.study import photos as batch
+from sealtwin.study.photos import PlannedPhoto, digitise_many, plan
+from tests.pictures import mortar, with_crack, write_png
+from tests.places import FIXTURE
+
+TABLES = {"photo": {"mm_per_px": 0.1}, "crack": {"depth_mm": 16.0}, "path": {}}
+
+
+def _digitise(*arguments):
+    return CliRunner().invoke(app, ["digitise", *(str(argument) for argument in arguments), "--quiet"])
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """Two photos with a crack, a mortar face without one, and a text file that calls itself a photo."""
+    folder = tmp_path_factory.mktemp("lab")
+    # Straight ones would pass for joints.
+    first = [(40, 150), (110, 162), (190, 140), (280, 157), (370, 136), (460, 148)]
+    second = [(40, 120), (120, 131), (200, 118), (290, 146), (380, 139), (460, 170)]
+    write_png(folder / "first.png", with_crack(mortar(), first))
+    write_png(folder / "second.png", with_crack(mortar(), second))
+    write_png(folder / "plain.png", mortar())
+    (folder / "note.jpg").write_text("This is no photo.")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def done(lab, tmp_path_factory):
+    out = tmp_path_factory.mktemp("batch") / "out"
+    return out, _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out)
+
+
+def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
+    out, answer = done
+    assert answer.exit_code == 6, answer.output
+    last = answer.stdout.splitlines()[-2:]
+    assert "failed: " in last[0]
+    assert "note.jpg: not a readable photo" in last[0]
+    assert "plain.png: no crack found" in last[1]
+    with (out / "photos.csv").open(newline="") as opened:
+        rows = {Path(row["file"]).name: row for row in csv.DictReader(opened)}
+    assert [rows[name]["status"] for name in ("first.png", "note.jpg", "plain.png", "second.png")] == [
+        "ok", "failed", "failed", "ok",
+    ]  # fmt: skip
+    assert 42 < float(rows["first.png"]["length_mm"]) < 46  # 41.9 mm were drawn, and a round end of 0.7 at each side
+    assert float(rows["first.png"]["cavity_ml"]) == pytest.approx(float(rows["first.png"]["sealant_ml"]), rel=1e-3)
+    assert rows["first.png"]["path_source"] == "automatic"
+
+
+def test_a_second_call_redoes_nothing_and_tells_the_same(done, lab):
+    out, first = done
+    before = {path: path.stat().st_mtime_ns for path in out.glob("*/crack.ply")}
+    again = _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out)
+    assert len(before) == 2
+    assert {path: path.stat().st_mtime_ns for path in out.glob("*/crack.ply")} == before
+    assert again.stdout == first.stdout
+
+
+def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
+    """Of two alike none is taken; a picture numbers them, and a number in the table is asked for no second time."""
+    upper = [(30, 60), (120, 40), (200, 75), (300, 50), (390, 90), (470, 70)]
+    lower = [(30, 240), (110, 262), (210, 225), (290, 250), (380, 215), (470, 230)]
+    (tmp_path / "photos").mkdir()
+    write_png(tmp_path / "photos" / "two.png", with_crack(with_crack(mortar(), upper), lower))
+    out = tmp_path / "out"
+    arguments = (tmp_path / "photos", "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out)
+    asked = _digitise(*arguments)
+    assert asked.exit_code == 6
+    assert "2 cracks compete, best first" in asked.stdout
+    assert f"a 2 in the column crack of {out / 'photos.csv'}" in asked.stdout
+    assert (out / "two" / "refused.png").is_file()
+    assert "two/refused.png" in (out / "index.html").read_text()
+    starts = set()
+    for number in ("1", "2"):
+        table = (out / "photos.csv").read_text().splitlines()
+        row = dict(zip(table[0].split(","), next(csv.reader(table[1:])), strict=True)) | {"crack": number}
+        with (out / "photos.csv").open("w", newline="") as opened:
+            csv.writer(opened).writerows([row.keys(), row.values()])
+        assert _digitise(*arguments).exit_code == 0
+        starts.add(round(json.loads((out / "two" / "outline.json").read_text())["outline_px"][0][1], -2))
+        with (out / "photos.csv").open(newline="") as opened:
+            assert [row["crack"] for row in csv.DictReader(opened)] == [number]
+    assert len(starts) == 2
+    assert not (out / "two" / "refused.png").exists()
+
+
+def test_the_contact_sheet_shows_every_photo_and_loads_nothing(done):
+    page = (done[0] / "index.html").read_text()
+    assert page.count("data:image/jpeg;base64,") == 2
+    assert "2 of 4 photos digitised" in page
+    assert "was found automatically" in page
+    assert "Found automatically: <strong>2 of 2</strong>" in page
+    assert "Up to 16.0 mm deep, as given" in page
+    assert "http" not in page.replace("http-equiv", "")
+
+
+def test_the_contact_sheet_shows_what_was_found_of_a_photo_that_was_refused(tmp_path):
+    """Of this refusal: one that names no picture may have left an older one."""
+    for folder in ("narrow", "gone"):
+        (tmp_path / folder).mkdir()
+        write_png(tmp_path / folder / "refused.png", mortar())
+    reasons = {"narrow": "too narrow. Look at narrow/refused.png.", "gone": "not found."}
+    rows = [batch.BatchRow(f"{name}.jpg", name, "failed", reason=reason) for name, reason in reasons.items()]
+    batch.write_contact_sheet(tmp_path / "index.html", tmp_path, rows)
+    page = (tmp_path / "index.html").read_text()
+    assert page.count("data:image/jpeg;base64,") == 1
+    assert '<a href="narrow/refused.png">' in page
+
+
+def test_names_with_markup_or_formulas_stay_text(tmp_path, lab):
+    name = "=cmd&<b>x.png"
+    shutil.copy(lab / "first.png", tmp_path / name)
+    report = digitise_many(plan([tmp_path], TABLES), tmp_path / "out", Progress())
+    assert report.exit_code == 0
+    assert "<b>" not in (tmp_path / "out" / "index.html").read_text()
+    row = replace(report.rows[0], file="=cmd()", warnings=("+1", "x"))
+    batch.write_csv(tmp_path / "photos.csv", [row])
+    row = (tmp_path / "photos.csv").read_text().splitlines()[1]
+    assert row.startswith("'=cmd()")
+    assert "'+1; x" in row
+
+
+def test_photos_of_one_name_do_not_share_a_folder(tmp_path):
+    for name in ("a/x.jpg", "a/x.png", "b/X.jpg", "b/y.jpg"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    names = [item.name for item in plan([tmp_path / "a", tmp_path / "b"], TABLES)]
+    assert len({name.casefold() for name in names}) == 4
+    assert names[3] == "y"
+
+
+def test_a_photo_with_a_trial_beside_it_is_digitised_by_that(tmp_path):
+    for name in ("trial.toml", "photo.jpg", "caliper.csv"):
+        shutil.copy(FIXTURE / name, tmp_path / name)
+    (tmp_path / "trial.toml").rename(tmp_path / "photo.toml")
+    report = digitise_many(plan([tmp_path], {"photo": {}, "crack": {}, "path": {}}), tmp_path / "out", Progress())
+    assert report.exit_code == 0, report.rows
+    assert "markers" in report.rows[0].scale_source
+    assert report.rows[0].path_source == "ends"
+
+
+def test_a_mask_named_by_a_trial_is_no_photo_of_its_own(tmp_path):
+    for name in ("a.png", "a_mask.png"):
+        (tmp_path / name).touch()
+    (tmp_path / "a.toml").write_text(
+        'name = "a"\n[photo]\nfile = "a.png"\ndata = "measured"\nmm_per_px = 0.1\nmask = "a_mask.png"\n'
+        "[crack]\ndepth_mm = 16\n"
+    )
+    assert [item.file.name for item in plan([tmp_path], TABLES)] == ["a.toml"]
+
+
+def test_a_bug_in_one_photo_is_told_of_and_costs_no_other_one(tmp_path, lab, monkeypatch):
+    real = batch.run_stages
+
+    def burst(job, stages):
+        if job.trial.name == "first":
+            raise ZeroDivisionError("on purpose")
+        return real(job, stages)
+
+    monkeypatch.setattr(batch, "run_stages", burst)
+    report = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
+    assert report.exit_code == 1
+    assert [row.status for row in report.rows] == ["bug", "ok"]
+    assert "ZeroDivisionError: on purpose" in (tmp_path / "first" / "fault.txt").read_text()
+
+
+def test_an_interrupted_batch_tells_of_what_is_done(tmp_path, lab, monkeypatch):
+    real = batch.run_stages
+
+    def interrupted(job, stages):
+        if job.trial.name == "second":
+            raise KeyboardInterrupt
+        return real(job, stages)
+
+    monkeypatch.setattr(batch, "run_stages", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
+    assert [row["folder"] for row in json.loads((tmp_path / "batch.json").read_text())["photos"]] == ["first"]
+
+
+def test_two_batches_cannot_share_a_folder(tmp_path, lab):
+    with holding(tmp_path / "out"):
+        refusals = []
+
+        def other():
+            try:
+                digitise_many(plan([lab / "first.png"], TABLES), tmp_path / "out", Progress())
+            except InputError as fault:
+                refusals.append(str(fault))
+
+        thread = threading.Thread(target=other)
+        thread.start()
+        thread.join()
+    assert len(refusals) == 1
+    assert "in use by process" in refusals[0]
+
+
+def test_nothing_of_the_users_is_overwritten(tmp_path, lab):
+    (tmp_path / "index.html").write_text("mine")
+    answer = _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", tmp_path)
+    assert answer.exit_code == 3
+    assert "which no batch wrote" in answer.stderr
+    assert (tmp_path / "index.html").read_text() == "mine"
+
+
+def test_a_listing_of_somebody_else_is_not_overwritten(tmp_path, lab):
+    (tmp_path / "batch.json").write_text("mine")
+    answer = _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", tmp_path)
+    assert answer.exit_code == 3
+    assert "batch.json, which no batch wrote" in answer.stderr
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("batch.json", "mine")]
+
+
+@pytest.mark.parametrize(
+    "name", ["...jpg", "..jpg", ".png", ".hidden.png", ".lock.png", "photos.csv.png", "INDEX.html.png"]
+)
+def test_no_photos_name_is_a_way_out_or_a_file_of_the_batch(tmp_path, name):
+    """The stem of "...jpg" is "..": its run folder would be the folder above."""
+    (tmp_path / name).touch()
+    folder = plan([tmp_path / name], TABLES)[0].name
+    assert not folder.startswith(".")
+    assert "." not in folder
+
+
+def test_numbers_for_photos_of_one_name_are_not_other_photos_names(tmp_path):
+    places = ("p/a/x.png", "q/a/x.png", "r/a/x.png", "s/a-x-2.png")
+    names = [item.name for item in plan([tmp_path / place for place in places], TABLES)]
+    assert len({name.casefold() for name in names}) == 4
+    assert names[3] == "a-x-2"
+
+
+def test_a_name_that_is_not_utf8_fails_alone(tmp_path, lab):
+    shutil.copy(lab / "first.png", tmp_path / "caf\udce9.png")
+    report = digitise_many(plan([tmp_path, lab / "first.png"], TABLES), tmp_path / "out", Progress())
+    assert [row.status for row in report.rows] == ["failed", "ok"]
+    assert "caf\\xe9.png: a name that is not UTF-8" in report.rows[0].reason
+    assert json.loads((tmp_path / "out" / "batch.json").read_text())["failed"] == 1
+
+
+def test_a_full_disk_is_told_for_each_photo_and_is_no_bug(tmp_path, lab):
+    """Each photo's STL takes some 200 kB; no file may have more than 30."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, hard))
+    try:
+        report = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert report.exit_code == 6
+    for row in report.rows:
+        assert row.reason.startswith(str(tmp_path / row.folder))
+        assert "File too large" in row.reason
+    assert digitise_many(plan([lab / "first.png"], TABLES), tmp_path, Progress()).exit_code == 0
+
+
+def test_a_bug_on_a_full_disk_stops_nothing(tmp_path, lab, monkeypatch):
+    def burst(job, stages):
+        (job.path / "fault.txt").mkdir()  # nothing can be written over it
+        raise ZeroDivisionError("on purpose")
+
+    monkeypatch.setattr(batch, "run_stages", burst)
+    report = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
+    assert [row.status for row in report.rows] == ["bug", "bug"]
+    assert "Traceback" in report.rows[0].reason
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (("--mm-per-px", 0.1, "--depth-mm", 16, "--ends", "1,2", "3,4", "--out", "x"), "--ends for several photos"),
+        (("--mm-per-px", 0.1, "--depth-mm", 16), "--out"),
+    ],
+)
+def test_what_only_one_photo_can_have_is_refused_for_several(lab, arguments, named):
+    answer = _digitise(lab, *arguments)
+    assert answer.exit_code == 2
+    assert named in answer.stderr.replace("\n", " ")
+
+
+def test_what_a_mac_leaves_beside_a_photo_is_no_photo(tmp_path):
+    """Named by itself a hidden file is taken, as by any command."""
+    for name in ("crack.jpg", "._crack.jpg", ".hidden.jpg"):
+        (tmp_path / name).touch()
+    assert [item.file.name for item in plan([tmp_path], TABLES)] == ["crack.jpg"]
+    assert [item.file.name for item in plan([tmp_path / ".hidden.jpg"], TABLES)] == [".hidden.jpg"]
+
+
+def test_a_folder_without_photos_is_named(tmp_path):
+    answer = _digitise(tmp_path, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", tmp_path / "out")
+    assert answer.exit_code == 3
+    assert "no photos there" in answer.stderr
+
+
+class _Deadly(PlannedPhoto):
+    """A photo at which the machine runs out of memory, and kills the process."""
+
+    def trial(self):
+        os.kill(os.getpid(), signal.SIGKILL)
+        raise AssertionError
+
+
+@pytest.mark.slow
+def test_killed_processes_cost_no_photo_that_is_done(tmp_path, lab):
+    """Both photos of the broken pool are told of; a later call makes up for it."""
+    good = plan([lab / "first.png"], TABLES)
+    report = digitise_many([*good, _Deadly(lab / "second.png", "second", TABLES)], tmp_path, Progress(), jobs=2)
+    assert report.exit_code == 6
+    assert "killed" in report.rows[1].reason
+    assert (tmp_path / "index.html").is_file()
+    again = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress(), jobs=2)
+    assert again.exit_code == 0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="looks for processes as Linux lists them")
+def test_a_killed_batch_leaves_no_process_behind(tmp_path, lab):
+    command = [sys.executable, "-m", "sealtwin", "digitise", str(lab), "--depth-mm", "16", "--mm-per-px", "0.1"]
+    batch_process = subprocess.Popen([*command, "--jobs", "2", "--out", str(tmp_path / "out"), "--quiet"])
+    within(60, lambda: list(tmp_path.glob("out/*/manifest.json")))
+    children = [child.pid for child in psutil.Process(batch_process.pid).children(recursive=True)]
+    batch_process.kill()
+    batch_process.wait()
+    assert len(children) >= 2
+    assert within(20, lambda: not any(Path(f"/proc/{child}").exists() for child in children))
+
+
+def within(seconds, happens):
+    """Whether it happens in that time."""
+    until = time.monotonic() + seconds
+    while not (happened := happens()) and time.monotonic() < until:
+        time.sleep(0.05)
+    return bool(happened)
+
+
+@pytest.mark.slow
+def test_two_processes_make_what_one_makes(lab, tmp_path):
+    for jobs in ("1", "2"):
+        command = [sys.executable, "-m", "sealtwin", "digitise", str(lab), "--depth-mm", "16", "--mm-per-px", "0.1"]
+        subprocess.run([*command, "--jobs", jobs, "--out", str(tmp_path / jobs), "--quiet"], check=False, timeout=120)
+    one, two = ((tmp_path / jobs / "photos.csv").read_text() for jobs in ("1", "2"))
+    assert one == two
+    assert (tmp_path / "1/first/crack.stl").read_bytes() == (tmp_path / "2/first/crack.stl").read_bytes()

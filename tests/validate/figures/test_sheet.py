@@ -1,0 +1,75 @@
+"""The page of a study: whole in itself, escaped, its numbers beside it."""
+
+import csv
+import re
+from dataclasses import replace
+
+from tests.charts import make_chart
+from validate.figures.chart import Excluded
+from validate.figures.figure_sheet import FigureTable, write_sheet_of_figures
+from validate.figures.map_sheet import map_sheet
+from validate.figures.side_by_side import volume_words
+
+HOSTILE = "<script>alert(1)</script> $\\frac{a}{b}$ =1+1"
+
+
+def test_a_map_is_one_page_with_a_file_for_each_figure(tmp_path):
+    """Nothing is loaded from anywhere; every figure has words for who does not see it."""
+    written = write_sheet_of_figures(tmp_path, "map.html", map_sheet(make_chart(), ()))
+    page = (tmp_path / "map.html").read_text(encoding="utf-8")
+    assert "default-src 'none'" in page
+    assert not re.search(r"(?:src|href)=\"(?!data:|#)", page)
+    names = {"levels", "heat", "influence-U", "influence-D", "cost"}
+    assert {f"figures/{name}.svg" for name in names} <= set(written)
+    assert page.count("<svg") == len(names) == page.count('role="img" aria-label=')
+    assert all((tmp_path / name).is_file() for name in written)
+    with (tmp_path / "figures" / "runs.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 35
+    assert min(rows, key=lambda row: float(row["mean_error_mm"]))["fluid.U"] == "30"
+
+
+def test_the_same_study_leaves_the_same_files(tmp_path):
+    for name in ("a", "b"):
+        written = write_sheet_of_figures(tmp_path / name, "map.html", map_sheet(make_chart(), ()))
+    for name in written:
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
+
+
+def test_names_and_reasons_are_text_and_nothing_else(tmp_path):
+    """In the page, in SVGs and in the CSV that a spreadsheet opens."""
+    chart = make_chart((Excluded(36, {"fluid.U": "=2+2"}, HOSTILE),), name=HOSTILE)
+    write_sheet_of_figures(tmp_path, "map.html", map_sheet(chart, ()))
+    page = (tmp_path / "map.html").read_text(encoding="utf-8")
+    assert "<script" not in page
+    assert "&lt;script&gt;alert(1)" in page
+    assert "=1+1" in page
+    with (tmp_path / "figures" / "left-out.csv").open(encoding="utf-8", newline="") as file:
+        for row in csv.reader(file):
+            assert not any(cell.startswith(("=", "+", "-", "@")) for cell in row)
+
+
+def test_a_map_names_the_runs_that_do_not_hold_their_volume():
+    """By number; more than stand side by side are counted."""
+    chart = make_chart()
+    runs = [replace(held, volume_ratio=1.5 if held.number in (2, 30) else 1.0) for held in chart.runs]
+    _, told = map_sheet(replace(chart, runs=tuple(runs)), ()).cautions
+    assert "runs 2 and 30 " in told
+    assert "1.500" in told
+    (many,) = volume_words({number: 1.5 if number > 5 else 1.0 for number in range(1, 36)})
+    assert " 30 of 35 runs " in many
+    assert volume_words({1: 0.95, 2: 1.05}) == []
+
+
+def test_numbers_of_a_map_are_written_as_in_a_report():
+    """Short runs are no 0 min together, a bias that rounds to nothing has no minus, and percent stands apart."""
+    chart = make_chart()
+    runs = tuple(replace(held, bias_mm=-1e-6, wall_s=1.4) for held in chart.runs)
+    sheet = map_sheet(replace(chart, runs=runs), ())
+    assert ("its bias", "+0.00 mm") in sheet.key_figures
+    assert ("of the length under 1 mm", "100 %") in sheet.key_figures
+    (cost,) = [part for part in sheet.parts if part.title == "Cost"]
+    assert "is 1.4 s, the shortest 1.4 s, the longest 1.4 s; all together took 49 s" in cost.words[0]
+    (table,) = [part.items[0] for part in sheet.parts if part.title == "Runs"]
+    assert isinstance(table, FigureTable)
+    assert (table.rows[0][4], table.rows[0][7]) == ("+0.000", "100 %")

@@ -1,0 +1,103 @@
+"""Runs side by side: what differs, whose readings are the same, and when replicates may be compared."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sides import compared, side
+from validate.figures.side_by_side import (
+    SAME_MM,
+    differing,
+    first_with_readings,
+    nearest,
+    numbered,
+    replicate_words,
+    setting_words,
+)
+
+NEAR = compared(mean_error_mm=0.2)
+
+
+def test_only_settings_that_differ_are_told():
+    first, second = side("a", 0.1), side("b", 0.2, settings={"fluid.U": 3.0, "solver.settle_s": 1.0})
+    assert differing([first, second]) == {"fluid.U": [30.0, 3.0], "solver.settle_s": [None, 1.0]}
+    assert differing([first, first]) == {}
+
+
+def test_the_same_numbers_are_the_same_readings_whatever_sheet_holds_them():
+    """Copied in inches and back they move by rounding; taken again, by more than a caliper's last digit."""
+    one = side("a", 0.1)
+    assert one.readings is not None
+    in_inches_mm = np.round(one.readings.level_mm / 25.4, 4) * 25.4
+    copied = replace(one, readings=replace(one.readings, level_mm=in_inches_mm, source="inches.xlsx", repeats_mm=None))
+    again = side("b", 0.1, lowered_mm=2 * SAME_MM)
+    fewer = replace(one, readings=replace(one.readings, s_mm=one.readings.s_mm[1:], level_mm=one.readings.level_mm[1:]))
+    bare = replace(one, readings=None, comparison=None)
+    assert first_with_readings([one, bare, copied, again, fewer, one]) == [0, None, 0, 3, 4, 0]
+
+
+def test_replicates_give_the_distance_of_their_mean_levels():
+    """Measured means 0 and -1 mm apart, simulated 0.5 mm above each: the distributions are 0.5 mm apart, exactly."""
+    (told,) = replicate_words([side("a", 0.5), side("b", 0.5, lowered_mm=1.0)])
+    assert told == "Area validation metric of the mean level over 2 replicates (runs 1 and 2): 0.500 mm."
+
+
+def test_copied_readings_are_no_replicates():
+    """Alone they make none; beside a real one they count once.
+
+    Broken on purpose with every run counted, the copies weigh twice and the metric is 0.333 mm.
+    """
+    copied = side("b", 0.5)
+    copies, none = replicate_words([side("a", 0.5), copied])
+    assert copies.startswith("Runs 1 and 2 hold the same readings, to 0.01 mm")
+    assert none.startswith("No area validation metric")
+    copies, metric = replicate_words([side("a", 0.0), copied, side("c", 1.0, lowered_mm=1.0)])
+    assert copies.startswith("Runs 1 and 2")
+    assert metric.endswith("over 2 replicates (runs 1 and 3): 0.500 mm.")
+
+
+@pytest.mark.parametrize("others", [[], [replace(side("b", 0.5, lowered_mm=1.0), replicate_of="two")]])
+def test_one_run_or_other_settings_are_no_replicates(others):
+    (told,) = replicate_words([side("a", 0.5), *others])
+    assert told.startswith("No area validation metric")
+
+
+def test_no_run_is_called_nearest_over_different_readings():
+    near = replace(side("b", 0.2), comparison=NEAR)
+    bare = replace(near, readings=None, comparison=None)
+    assert nearest([bare, side("a", 0.5), near]) == 2
+    assert nearest([side("a", 0.5), side("b", 0.2, lowered_mm=1.0)]) is None
+    assert nearest([bare, bare]) is None
+
+
+@pytest.mark.parametrize("marred", [{"edited": ["profile.csv"]}, {"escaped_particles": 1}])
+def test_a_run_that_is_not_its_own_any_more_is_neither_nearest_nor_a_replicate(marred):
+    """Nor do its readings keep the others from being compared."""
+    near = replace(side("b", 0.2, lowered_mm=1.0), comparison=NEAR, **marred)
+    assert nearest([near, side("a", 0.5), side("c", 0.5)]) == 1
+    assert nearest([near]) is None
+    (told,) = replicate_words([side("a", 0.5), near])
+    assert told.startswith("No area validation metric")
+
+
+def test_runs_go_by_their_numbers():
+    assert [numbered(indices) for indices in ([2], [0, 1], [0, 1, 4])] == ["run 3", "runs 1 and 2", "runs 1, 2 and 5"]
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (None, "-"),
+        (True, "yes"),
+        (30.0, "30"),
+        (0.1 + 0.2, "0.3"),
+        (2_147_483_647, "2147483647"),
+        ([20.0, 12.5], "20, 12.5"),
+        ([[0.0, 5.0], [1.0, 6.0]], "2: (0, 5) (1, 6)"),
+        ([{"id": 3, "x_mm": 2.5}], "1: (id 3, x_mm 2.5)"),
+    ],
+)
+def test_a_setting_is_said_as_a_person_writes_it(value, words):
+    assert setting_words(value) == words
+    assert len(setting_words([value] * 1000)) < 130

@@ -1,0 +1,365 @@
+"""A study's runs over two settings, compared with the same readings: the nearest pair, and the pairs as near as it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from sealtwin.core.errors import InputError
+from sealtwin.core.records import Floats, Profile
+from sealtwin.core.replicates import require_different
+from validate.comparison import Baseline
+from validate.metrics.baselines import ALWAYS, against_baselines, are_compared, best_curves
+from validate.metrics.curve_distances import CLOSE_MM, best_flat_line, level_difference
+from validate.uncertainty.budget import Budget, hats, mean_absolute
+from validate.units import counted, words
+
+DECADES = 100.0  # Ratio of the largest to the smallest value from which an axis is logarithmic: two decades
+LEVELS = 16  # Largest number of values of a setting that are drawn as a line each
+NEIGHBOURS = 8  # Number of a run's neighbours on the map: all around it on a grid
+NORMAL_QUARTILE = 0.6745  # Median of |x| of the standard normal distribution
+DRAWS = 2_000  # Number of random sets of readings, from which a share of 2.5 % is known to 0.35 %
+CANNOT_TELL = 0.025
+"""Share of the random sets of readings in which a run must be as near as the best one for the two to be equally near:
+both tails of 95 %.
+"""
+FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean error of a run that is as near as the best one to that one's
+REPEATED = "seed"  # Setting of replicates, which is no axis
+NAMED = 8  # Runs that a sentence names
+UNFIT = "the fast model is unfit for it, which bars it from every ranking."
+VOLUME_OFF = "its volume is off by over 5 %, which bars it from every ranking."
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A setting that varies among the runs, as an axis of a map."""
+
+    setting: str  # Dotted name, for example "fluid.D_cm"
+    values: tuple[float, ...]  # Values among the runs, increasing
+
+    @property
+    def label(self) -> str:
+        """Name with its unit: "D (cm)"."""
+        return words(self.setting.rpartition(".")[2])
+
+    @property
+    def name(self) -> str:
+        """Name without table and unit: D."""
+        return self.label.partition(" (")[0]
+
+    @property
+    def unit(self) -> str:
+        """Unit; empty for a pure number."""
+        return self.label.partition(" (")[2].removesuffix(")")
+
+    @property
+    def logarithmic(self) -> bool:
+        return self.values[0] > 0 and self.values[-1] >= DECADES * self.values[0]
+
+    def is_graded(self, runs: int) -> bool:
+        """Return True if the runs share few enough values for a line each, as on a grid."""
+        return len(self.values) <= min(LEVELS, runs // 2)
+
+    def spaced(self, values: Floats) -> Floats:
+        """Return values as they are spaced on the axis: their logarithms on a logarithmic one."""
+        return np.log10(values) if self.logarithmic else np.asarray(values, dtype=float)
+
+    def said(self, value: float) -> str:
+        """Return a value for a sentence: "D = 0.3 cm"."""
+        return f"{self.name} = {self.rounded(value)} {self.unit}".rstrip()
+
+    def span(self, values: Floats) -> str:
+        """Return a range for a sentence: "D from 0.03 to 0.3 cm"."""
+        low, high = float(values.min()), float(values.max())
+        if low == high:
+            return self.said(low)
+        return f"{self.name} from {self.rounded(low)} to {self.rounded(high)} {self.unit}".rstrip()
+
+    def rounded(self, value: float) -> str:
+        """Return a value with four digits."""
+        return f"{float(f'{value:.4g}'):g}"
+
+
+def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
+    """Return the two settings that vary among the runs, the first one for the horizontal axis; the seed is none.
+
+    Raises InputError unless exactly two vary, both are numbers, and the runs do not lie on a line.
+    """
+    values = {name: [each[name] for each in settings] for name in settings[0] if name != REPEATED}
+    varying = [name for name, each in values.items() if len({str(value) for value in each}) > 1]
+    if len(varying) != 2:
+        these = "none does" if not varying else f"{len(varying)} do: {', '.join(varying)}"
+        raise InputError(f"A map needs two settings that vary among the runs that are done; here {these}.")
+    for name in varying:
+        if odd := [value for value in values[name] if isinstance(value, bool) or not isinstance(value, int | float)]:
+            raise InputError(f"{name} = {odd[0]!r:.40}: no number; only settings that are numbers can be mapped.")
+    across, up = (Axis(name, tuple(sorted({float(value) for value in values[name]}))) for name in varying)
+    points = np.column_stack([axis.spaced(np.array(values[axis.setting], float)) for axis in (across, up)])
+    reach = np.ptp(points, axis=0)
+    if np.linalg.matrix_rank((points - points.mean(axis=0)) / reach, tol=1e-6) < 2:
+        raise InputError(f"{across.setting} and {up.setting} vary as one: all runs lie on a line. Vary them apart.")
+    return across, up
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A finished run of a study."""
+
+    number: int
+    settings: Mapping[str, Any]  # Settings that vary, by dotted name
+    profile: Profile
+    wall_s: float
+    volume_ratio: float  # Volume of the settled sealant over the dispensed volume
+
+
+@dataclass(frozen=True)
+class Excluded:
+    """A run without a result, or with one that counts in no ranking."""
+
+    number: int
+    settings: Mapping[str, Any]
+    reason: str
+    volume_ratio: float | None = None  # Volume of the settled sealant over the dispensed volume; None without a result
+
+
+@dataclass(frozen=True)
+class HeldRun(Finished):
+    """A finished run with its errors, simulated minus measured level, exact over the common stretch of s."""
+
+    at: tuple[float, float]  # Values of the two settings of the map
+    mean_error_mm: float
+    bias_mm: float
+    worst_error_mm: float
+    worst_at_mm: float
+    share_under_1_mm: float
+    flat_level_error_mm: float  # Mean error of the best flat line over the same stretch
+
+
+@dataclass(frozen=True)
+class RepeatedPairs:
+    """Runs that repeat a pair with another seed."""
+
+    runs: int
+    pairs: int  # Number of pairs that they repeat
+    scatter_mm: float | None
+    """Standard deviation of a single run's mean error, pooled over the pairs; None of the fast model, which has no
+    scatter."""
+
+
+def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
+    """Compare a run with the readings. Raises InputError if the two have no stretch of s in common."""
+    error = level_difference(run.profile, readings)
+    worst = int(np.argmax(error.size.value))
+    across, up = (float(run.settings[axis.setting]) for axis in axes)
+    return HeldRun(
+        **vars(run),
+        at=(across, up),
+        mean_error_mm=error.mean_error,
+        bias_mm=error.mean(),
+        worst_error_mm=float(error.size.value[worst]),
+        worst_at_mm=float(error.x[worst]),
+        share_under_1_mm=error.size.share_below(CLOSE_MM),
+        flat_level_error_mm=best_flat_line(error, readings)[1],
+    )
+
+
+def first_of_each_pair(
+    runs: Sequence[HeldRun], where: str = "study", *, fast: bool = False
+) -> tuple[tuple[HeldRun, ...], RepeatedPairs | None]:
+    """Return the first run of each pair, and the scatter by the others; None if no pair was run again.
+
+    ``where`` begins a message; ``fast`` is True for the fast model, whose runs do not depend on the seed. Raises
+    InputError if particles gave the same level twice.
+    """
+    pairs: dict[tuple[float, float], list[HeldRun]] = {}
+    for run in runs:
+        pairs.setdefault(run.at, []).append(run)
+    repeated = [alike for alike in pairs.values() if len(alike) > 1]
+    errors_mm = [np.array([run.mean_error_mm for run in alike]) for alike in repeated]
+    replicates = None
+    if freedom := sum(len(each) - 1 for each in errors_mm):
+        for alike in () if fast else repeated:
+            names = [f"{run.number} (seed {run.settings.get(REPEATED, 0)})" for run in alike]
+            require_different([run.profile.level_mm for run in alike], names, where)
+        squares_mm2 = sum(float(((each - each.mean()) ** 2).sum()) for each in errors_mm)
+        scatter_mm = None if fast else float(np.sqrt(squares_mm2 / freedom))
+        replicates = RepeatedPairs(freedom, len(errors_mm), scatter_mm)
+    return tuple(alike[0] for alike in pairs.values()), replicates
+
+
+def errors_on_grid(runs: Sequence[Finished], readings: Profile) -> tuple[Floats, Floats]:
+    """Return the stations of all profiles and readings in their common stretch, (k,), and the errors there, (r, k)."""
+    low = max(readings.s_mm[0], *(run.profile.s_mm[0] for run in runs))
+    high = min(readings.s_mm[-1], *(run.profile.s_mm[-1] for run in runs))
+    s_mm = np.unique(np.concatenate([readings.s_mm, *(run.profile.s_mm for run in runs)]))
+    s_mm = s_mm[(s_mm >= low) & (s_mm <= high)]
+    measured_mm = np.interp(s_mm, readings.s_mm, readings.level_mm)
+    return s_mm, np.array([np.interp(s_mm, run.profile.s_mm, run.profile.level_mm) - measured_mm for run in runs])
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Runs of a study over two settings, compared with the same readings."""
+
+    name: str
+    axes: tuple[Axis, Axis]
+    runs: tuple[HeldRun, ...]
+    excluded: tuple[Excluded, ...]
+    readings: Profile
+    band_mm: Floats  # Half the 95 % band of all readings' levels together, (n,)
+    scatter_mm: float  # Standard deviation of a single run's mean error, at most, from its neighbours on the map
+    as_near: tuple[bool, ...]
+    """True for each run that cannot be distinguished from the best; without replicates only for the best."""
+    replicates: RepeatedPairs | None = None
+    screening: str = ""  # Sentence on the runs of the fast model, if there are any
+    unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict
+    fluid_warnings: tuple[str, ...] = ()  # Sentences on what is not sound of the runs' fluids
+    fitted: int = 2  # Number of settings that these readings chose: those of the map, and what the trial declares
+
+    @property
+    def errors_mm(self) -> Floats:
+        return np.array([run.mean_error_mm for run in self.runs])
+
+    @property
+    def best(self) -> HeldRun:
+        return self.runs[int(np.argmin(self.errors_mm))]
+
+    @cached_property
+    def baselines(self) -> tuple[Baseline, ...]:
+        """Best curves through the readings, over the stretch of the nearest run."""
+        x = level_difference(self.best.profile, self.readings).x
+        return best_curves(self.readings, float(x[0]), float(x[-1]), (*ALWAYS, self.fitted))
+
+    @property
+    def beside_baselines(self) -> str:
+        """Statement about the nearest run, which these readings chose whatever their role, beside the baselines."""
+        x = level_difference(self.best.profile, self.readings).x
+        stations = int(are_compared(self.readings, float(x[0]), float(x[-1])).sum())
+        return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted, stations)
+
+    @property
+    def places(self) -> Floats:
+        """Places of the runs on the map, from 0 to 1 along each axis, (n, 2)."""
+        return _places(self.runs, self.axes)
+
+    def said(self, run: HeldRun) -> str:
+        """Return the two settings of a run, for a sentence."""
+        return ", ".join(axis.said(value) for axis, value in zip(self.axes, run.at, strict=True))
+
+    @property
+    def scatter_of_replicates_mm(self) -> float | None:
+        """Standard deviation of a single run's mean error by replicates; None without any, and of the fast model."""
+        return None if self.replicates is None else self.replicates.scatter_mm
+
+    @property
+    def flatness(self) -> str:
+        """Statement about the pairs as near as the nearest one."""
+        scatter_mm = self.scatter_of_replicates_mm
+        if scatter_mm is None and self.screening:
+            return "The fast model's runs do not scatter; how far particles would be from them is not known here."
+        if self.replicates is None or scatter_mm is None:
+            return (
+                "No pair was run again with another seed: how far single runs scatter is not known, and no other pair "
+                "is called as near."
+            )
+        near = [run for run, alike in zip(self.runs, self.as_near, strict=True) if alike]
+        pairs = f"{counted(self.replicates.pairs, 'pair')} run again"
+        freedom = f"{counted(self.replicates.runs, 'degree')} of freedom"
+        first = f"Single runs scatter by {scatter_mm:.2f} mm (one standard deviation, {pairs}, {freedom})"
+        if len(near) == 1:
+            return f"{first}; with that and the doubt about the readings no other pair comes as near."
+        values = np.array([run.at for run in near]).T
+        spans = [axis.span(along) for axis, along in zip(self.axes, values, strict=True)]
+        return (
+            f"{first}; with that and the doubt about the readings {len(near)} of {len(self.runs)} pairs come as near: "
+            f"{' and '.join(spans)}, with mean errors up to {max(run.mean_error_mm for run in near):.2f} mm."
+        )
+
+    @property
+    def exclusion(self) -> str:
+        """Statement about the excluded runs and the reasons."""
+        total = len(self.runs) + len(self.excluded) + (self.replicates.runs if self.replicates else 0)
+        if not self.excluded:
+            return f"All {total} runs of the study are in it."
+        runs: dict[str, list[str]] = {}
+        for each in self.excluded:
+            runs.setdefault(each.reason, []).append(str(each.number))
+        reasons = " ".join(f"{_named(numbers)}: {reason}" for reason, numbers in runs.items())
+        are = "is" if len(self.excluded) == 1 else "are"
+        return f"{len(self.excluded)} of {total} runs {are} not in it. {reasons}"
+
+
+def _named(numbers: Sequence[str]) -> str:
+    """Return some numbers of runs in words; the table of the runs that are left out has all."""
+    if len(numbers) == 1:
+        return f"Run {numbers[0]}"
+    more = f" and {len(numbers) - NAMED} others" if len(numbers) > NAMED else ""
+    return f"Runs {', '.join(numbers[:NAMED])}{more}"
+
+
+def as_near_as_the_best(
+    runs: Sequence[HeldRun], readings: Profile, budget: Budget, scatter_mm: float
+) -> tuple[bool, ...]:
+    """Return a flag for each run whose mean error cannot be distinguished from the least one.
+
+    All runs are compared with random readings, drawn from their budget: an error of the readings changes the errors of
+    similar runs alike, so their difference is known far better than either. ``scatter_mm`` is added to each run
+    independently. A run whose mean error is over a third larger is never as near.
+    """
+    s_mm, error_mm = errors_on_grid(runs, readings)
+    off_mm = budget.at_stations_mm[:DRAWS] @ hats(s_mm, readings.s_mm).T
+    random = np.random.default_rng(0)
+    best = int(np.argmin([run.mean_error_mm for run in runs]))
+    least_mm = mean_absolute(s_mm, error_mm[best] + off_mm) + scatter_mm * random.standard_normal(len(off_mm))
+    near = []
+    for number, each_mm in enumerate(error_mm):
+        here_mm = mean_absolute(s_mm, each_mm + off_mm) + scatter_mm * random.standard_normal(len(off_mm))
+        close = runs[number].mean_error_mm <= FARTHEST_NEAR * runs[best].mean_error_mm
+        near.append(number == best or (close and float((here_mm <= least_mm).mean()) > CANNOT_TELL))
+    return tuple(near)
+
+
+def scatter_of_runs(runs: Sequence[HeldRun], axes: tuple[Axis, Axis]) -> float:
+    """Return the standard deviation of a single run's mean error, from its distance to a plane through its neighbours.
+
+    It is estimated from the median over the runs, so that a ridge or a step counts little. Curvature between neighbours
+    is included, so the estimate is an upper bound.
+    """
+    from scipy.spatial import KDTree
+
+    places, values = _places(runs, axes), np.array([run.mean_error_mm for run in runs])
+    _, nearest = KDTree(places).query(places, k=min(NEIGHBOURS + 1, len(places)))
+    distances = []
+    for index, around in enumerate(np.asarray(nearest)):
+        others = around[around != index][:NEIGHBOURS]
+        plane = np.column_stack([np.ones(len(others)), places[others] - places[index]])
+        # The plane's height at the run is a weighted sum of its neighbours' values.
+        weight = np.linalg.pinv(plane)[0]
+        distances.append(abs(values[index] - weight @ values[others]) / np.sqrt(1 + weight @ weight))
+    return float(np.median(distances)) / NORMAL_QUARTILE
+
+
+def chosen_few(chart: Chart) -> list[HeldRun]:
+    """Return about nine runs with low, high and the best run's values of the two settings.
+
+    If the best run has the lowest or highest value, the middle one replaces it.
+    """
+    places = chart.places
+    best = places[int(np.argmin(chart.errors_mm))]
+    chosen: list[int] = []
+    between = np.where((best > 0.1) & (best < 0.9), best, 0.5)
+    for up in (1.0, between[1], 0.0):
+        for across in (0.0, between[0], 1.0):
+            nearest = int(np.argmin(((places - [across, up]) ** 2).sum(axis=1)))
+            if nearest not in chosen:
+                chosen.append(nearest)
+    runs = [chart.runs[index] for index in chosen]
+    return runs if chart.best in runs else [chart.best, *runs]
+
+
+def _places(runs: Sequence[HeldRun], axes: tuple[Axis, Axis]) -> Floats:
+    values = np.array([run.at for run in runs]).T
+    places = np.column_stack([axis.spaced(each) for axis, each in zip(axes, values, strict=True)])
+    return (places - places.min(axis=0)) / np.ptp(places, axis=0)

@@ -1,0 +1,190 @@
+"""Page of a mapped study: the paper's Figs 7, 8, 10, 6 and 11, and every run in a table."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from validate.figures import map_figures
+from validate.figures.chart import Chart
+from validate.figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
+from validate.figures.side_by_side import setting_words, volume_words
+from validate.units import percent, signed
+
+MOST_ROWS = 200  # Largest number of rows on the page, the nearest runs first; the CSV has all
+MOST_COLUMNS = 1_000  # Largest number of levels in a CSV; of larger studies each run's folder has its profile
+SAME_MM = 1e-6  # Precision of a profile's file
+ERRORS = {
+    "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
+    "bias (mm)": ("bias_mm", partial(signed, decimals=3)),
+    "worst error (mm)": ("worst_error_mm", "{:.2f}".format),
+    "at s (mm)": ("worst_at_mm", "{:.1f}".format),
+    "of the length under 1 mm": ("share_under_1_mm", partial(percent, decimals=0)),
+}
+"""Names and forms of a run's errors, by label."""
+
+
+def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequence[str] = ()) -> FigureSheet:
+    """Return the page of a study's map; ``cautions`` come before those that its runs themselves show."""
+    best = chart.best
+    as_near = "not known: no pair was run again"
+    if chart.scatter_of_replicates_mm is not None:
+        as_near = f"{sum(chart.as_near)} of {len(chart.runs)}"
+    first, second = chart.axes
+    sections = [_levels(chart), _map(chart, fills), _influences(chart)]
+    if fills:
+        caption = "Sections along the crack as chosen runs fill it, particles by age, as in the paper's Fig. 6."
+        sections.append(
+            SheetSection("Fills", [_again(fills)], [Plot("fills", caption, lambda: map_figures.draw_fills(fills))])
+        )
+    sections += [_cost(chart, fills), SheetSection("Runs", [], [_runs(chart)])]
+    if chart.excluded:
+        sections.append(SheetSection("Left out", [chart.exclusion], [_left_out(chart)]))
+    return FigureSheet(
+        title=f"{chart.name}: {first.name} and {second.name} against {chart.readings.source}",
+        lead=f"{len(chart.runs)} runs, each compared with the same readings along the crack.",
+        cautions=[*cautions, *_cautions(chart)],
+        finding=(
+            f"Nearest to the readings: {chart.said(best)}, {best.mean_error_mm:.2f} mm off on average. "
+            f"{chart.beside_baselines} {chart.flatness} {chart.exclusion}"
+        ),
+        key_figures=[
+            ("nearest pair", chart.said(best)),
+            ("its mean error", f"{best.mean_error_mm:.2f} mm"),
+            *((f"{one.name}, as a baseline", f"{one.mean_error_mm:.2f} mm") for one in chart.baselines),
+            ("its bias", f"{signed(best.bias_mm, 2)} mm"),
+            ("of the length under 1 mm", percent(best.share_under_1_mm, 0)),
+            ("pairs as near as that", as_near),
+            ("farthest pair", f"{chart.errors_mm.max():.2f} mm"),
+        ],
+        parts=sections,
+    )
+
+
+def _cautions(chart: Chart) -> list[str]:
+    sentences = [chart.screening] if chart.screening else []
+    sentences += [
+        f"The nearest of {len(chart.runs)} pairs was chosen with these readings: that is a calibration. Its error is a "
+        "residual, and predicts nothing until the pair is compared with other readings."
+    ]
+    sentences += [
+        *volume_words({run.number: run.volume_ratio for run in chart.runs}),
+        *chart.fluid_warnings,
+        *chart.unused,
+    ]
+    if chart.readings.data == "undeclared":
+        sentences.append("Nobody declared whether the readings are measured: how close runs come to them says no more.")
+    elif chart.readings.data != "measured":
+        sentences.append(
+            f"The readings are {chart.readings.data}: this shows how close runs come to what they were made "
+            "from, and no more."
+        )
+    return sentences
+
+
+def _levels(chart: Chart) -> SheetSection:
+    s_mm, numbers = chart.best.profile.s_mm, None
+    if len(chart.runs) < MOST_COLUMNS:
+        levels_mm = [np.interp(s_mm, run.profile.s_mm, run.profile.level_mm) for run in chart.runs]
+        columns = ["s_mm", *(f"level_of_run_{run.number}_mm" for run in chart.runs)]
+        numbers = Numbers(columns, np.column_stack([s_mm, *levels_mm]).tolist())
+    caption = (
+        "The level along the crack of every run, the nearest one in bold, and the readings with their 95 % band, as in "
+        "the paper's Fig. 7."
+    )
+    return SheetSection(
+        "Levels", [], [Plot("levels", caption, lambda: map_figures.draw_levels_of_study(chart), numbers)]
+    )
+
+
+def _map(chart: Chart, fills: Sequence[map_figures.Fill]) -> SheetSection:
+    first, second = chart.axes
+    across, up, error_mm = (values[..., ::8] for values in map_figures.heat(chart))
+    cells = [
+        [float(x), float(y), None if np.isnan(error) else float(error)]
+        for y, row in zip(up, error_mm[::8], strict=True)
+        for x, error in zip(across, row, strict=True)
+    ]
+    caption = "Mean error between the runs, which are crosses, by linear interpolation, as in the paper's Fig. 8"
+    caption += "; letters name the runs that are drawn below." if fills else "."
+    numbers = Numbers([first.setting, second.setting, "mean_error_mm"], cells)
+    plots = [Plot("heat", caption, lambda: map_figures.draw_heat(chart, [fill.run for fill in fills]), numbers)]
+    if fills:
+        caption = "The lettered runs at their end, particles by age, with the level measured from them."
+        plots.append(Plot("thumbnails", caption, lambda: map_figures.draw_thumbnails(fills)))
+    return SheetSection(f"Error over {first.name} and {second.name}", [chart.flatness], plots)
+
+
+def _influences(chart: Chart) -> SheetSection:
+    first, second = chart.axes
+    plots = [
+        Plot(
+            f"influence-{axis.name.replace(' ', '-')}",
+            f"Mean error over {axis.name}, as in the paper's Fig. 10{figure}.",
+            lambda of=of: map_figures.draw_influence(chart, of),
+        )
+        for of, axis, figure in ((1, second, "a"), (0, first, "b"))
+    ]
+    return SheetSection(f"Influence of {second.name} and {first.name}", [], plots)
+
+
+def _again(fills: Sequence[map_figures.Fill]) -> str:
+    differing = [fill.seen.differs_mm for fill in fills if fill.seen.differs_mm > SAME_MM]
+    if not differing:
+        return "These runs were computed once more to be drawn; their levels came out the same to the last digit."
+    return (
+        f"These runs were computed once more to be drawn; the levels of {len(differing)} of {len(fills)} came out "
+        f"otherwise, by {max(differing):.2g} mm on average at most."
+    )
+
+
+def _cost(chart: Chart, fills: Sequence[map_figures.Fill]) -> SheetSection:
+    wall_s = np.array([run.wall_s for run in chart.runs])
+    words = [
+        f"The median time of a run is {np.median(wall_s):.1f} s, the shortest {wall_s.min():.1f} s, the longest "
+        f"{wall_s.max():.1f} s; all together took {wall_s.sum():,.0f} s, on the machine that ran the "
+        "study, under its other load."
+    ]
+    caption, numbers = "Times of whole runs over each setting.", None
+    if fills:
+        caption = f"Time of a frame over the particles that move in it, as in the paper's Fig. 11. {caption}"
+        particles, frame_ms = map_figures.frame_times(fills)
+        numbers = Numbers(["moving_particles", "frame_ms"], np.column_stack([particles, frame_ms]).tolist())
+        if (pace := map_figures.pace_of(particles, frame_ms)) is not None:
+            start_ms, particle_us, explained = pace
+            words.append(
+                f"A frame takes {start_ms:.2f} ms and {particle_us:.2f} µs more for each moving particle; "
+                f"the line explains {percent(explained, 0)} of the variance of the medians."
+            )
+    return SheetSection("Cost", words, [Plot("cost", caption, lambda: map_figures.draw_cost(chart, fills), numbers)])
+
+
+def _runs(chart: Chart) -> FigureTable:
+    head = ["run", *(axis.label for axis in chart.axes), *ERRORS, "as near as the best", "time (s)"]
+    columns = ["run", *(axis.setting for axis in chart.axes), *(name for name, _ in ERRORS.values())]
+    rows: list[list[str]] = []
+    numbers: list[list[Cell]] = []
+    for run, near in zip(chart.runs, chart.as_near, strict=True):
+        errors = [(getattr(run, name), written) for name, written in ERRORS.values()]
+        numbers.append([run.number, *run.at, *(value for value, _ in errors), "yes" if near else "no", run.wall_s])
+        row = [str(run.number), *(f"{value:g}" for value in run.at), *(written(value) for value, written in errors)]
+        rows.append([*row, "yes" if near else "", f"{run.wall_s:.1f}"])
+    title = "The nearest first"
+    if len(rows) > MOST_ROWS:
+        title += f"; the nearest {MOST_ROWS} of {len(rows)}"
+    nearest = [rows[index] for index in np.argsort(chart.errors_mm, kind="stable")[:MOST_ROWS]]
+    return FigureTable(title, head, nearest, "runs", Numbers([*columns, "as_near_as_the_best", "wall_s"], numbers))
+
+
+def _left_out(chart: Chart) -> FigureTable:
+    head = ["run", "settings", "why", "volume ratio"]
+    rows = [
+        [
+            str(each.number),
+            ", ".join(f"{name} = {setting_words(value)}" for name, value in each.settings.items()),
+            each.reason,
+            NONE if each.volume_ratio is None else f"{each.volume_ratio:.3f}",
+        ]
+        for each in chart.excluded
+    ]
+    return FigureTable("Runs that are in no ranking", head, rows[:MOST_ROWS], "left-out", Numbers(head, rows))

@@ -1,0 +1,194 @@
+"""Comparison of finished runs: settings that differ, the nearest run, shared readings, replicates."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sealtwin.core.records import Profile
+from validate.metrics.curve_distances import Difference, level_difference
+from validate.metrics.verdict import SOUND, kept_volume
+from validate.result import Comparison
+
+FEWEST = 2  # Least number of replicates: one alone has no distribution
+SAME_MM = 0.01
+"""Largest difference at any station between copies of the same readings: the last digit of a caliper. Repeated readings
+differ by ten times that."""
+MOST_NAMED = 28  # Largest number of runs that are named in a sentence; more are counted
+
+
+LONGEST_VALUE = 120
+"""Letters of a setting that are shown; a board of markers has a thousand."""
+
+
+def setting_words(value: Any) -> str:
+    """Return a setting's value as a person writes it; "-" if it is not set."""
+    match value:
+        case None:
+            words = "-"
+        case bool():
+            words = "yes" if value else "no"
+        case float():
+            words = f"{value:.10g}"
+        case dict():
+            words = ", ".join(f"{name} {setting_words(inner)}" for name, inner in value.items())
+        case list() | tuple() if any(isinstance(inner, dict | list | tuple) for inner in value):
+            words = f"{len(value)}: {' '.join(f'({setting_words(inner)})' for inner in value)}"
+        case list() | tuple():
+            words = ", ".join(map(setting_words, value))
+        case _:
+            words = str(value)
+    return words if len(words) <= LONGEST_VALUE else f"{words[:LONGEST_VALUE]} ..."
+
+
+@dataclass(frozen=True)
+class Side:
+    """One run of a comparison."""
+
+    name: str  # Unique name
+    settings: Mapping[str, Any]  # Settings by dotted name
+    profile: Profile
+    readings: Profile | None
+    comparison: Comparison | None  # None without readings
+    facts: Mapping[str, float | None]  # Figures of the run itself, by name with unit
+    replicate_of: str  # Key that runs of the same ordered crack, path, paste and solver share: replicates of one trial
+    volume_ratio: float  # Volume of the settled sealant over the dispensed volume
+    escaped_particles: int = 0  # Number of particles that went through a wall
+    edited: Sequence[str] = ()  # Names of its files that were changed after the run
+    fluid_warnings: Sequence[str] = ()  # Sentences on what is not sound of its fluid
+
+    @property
+    def error(self) -> Difference | None:
+        """Simulated less measured level; None without readings."""
+        return None if self.readings is None else level_difference(self.profile, self.readings)
+
+    @property
+    def counts(self) -> bool:
+        """True if findings may rest on the run."""
+        return not self.unranked
+
+    @property
+    def unranked(self) -> str:
+        """Reason for which the run is in no ranking; empty if it is in them."""
+        if self.edited:
+            return "edited by hand"
+        if self.escaped_particles:
+            return "particles went through a wall"
+        low, high = SOUND
+        if not kept_volume(self.volume_ratio):
+            return f"{self.volume_ratio:.3f} of the dispensed volume settled; {low:g} to {high:g} is sound"
+        return ""
+
+    @property
+    def held_out(self) -> bool:
+        """True if its readings were not used for calibration."""
+        return self.comparison is not None and self.comparison.role == "held-out"
+
+
+def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
+    """Return the settings that are not the same in all runs, each with its values by run, None if not set."""
+    names = dict.fromkeys(name for side in sides for name in side.settings)
+    values = {name: [side.settings.get(name) for side in sides] for name in names}
+    return {name: each for name, each in values.items() if any(value != each[0] for value in each[1:])}
+
+
+def first_with_readings(sides: Sequence[Side]) -> list[int | None]:
+    """Return, for each run, the index of the first run with the same readings; None for a run without readings.
+
+    Equal numbers are the same readings, from any sheet.
+    """
+    return [
+        next((first for first, other in enumerate(sides[: index + 1]) if _same(other.readings, side.readings)), None)
+        for index, side in enumerate(sides)
+    ]
+
+
+def _same(one: Profile | None, other: Profile | None) -> bool:
+    if one is None or other is None or len(one.s_mm) != len(other.s_mm):
+        return False
+    pairs = ((one.s_mm, other.s_mm), (one.level_mm, other.level_mm))
+    return all(np.allclose(first, second, rtol=0, atol=SAME_MM) for first, second in pairs)
+
+
+def nearest(sides: Sequence[Side]) -> int | None:
+    """Return the index of the run with the least mean error, of those that count.
+
+    Returns None if these have no readings, or different ones, since some readings are easier to meet than others.
+    """
+    errors_mm = {
+        index: side.comparison.mean_error_mm
+        for index, side in enumerate(sides)
+        if side.comparison is not None and side.counts
+    }
+    firsts = first_with_readings(sides)
+    return min(errors_mm, key=errors_mm.__getitem__) if len({firsts[index] for index in errors_mm}) == 1 else None
+
+
+def held_out_mean_mm(sides: Sequence[Side]) -> float | None:
+    """Return the mean error over the held-out runs that count, or None if there are none."""
+    comparisons = [side.comparison for side in sides if side.held_out and side.counts]
+    errors_mm = [one.mean_error_mm for one in comparisons if one is not None]
+    return float(np.mean(errors_mm)) if errors_mm else None
+
+
+def replicate_words(sides: Sequence[Side]) -> list[str]:
+    """State the area validation metric of each trial with replicates, or what it needs, in sentences.
+
+    The metric (Ferson, Oberkampf & Ginzburg 2008) is the area between the distributions of one figure over replicates:
+    the same crack, path and paste again. In one dimension that is the Wasserstein distance.
+    """
+    from scipy.stats import wasserstein_distance
+
+    # The runs of each trial, those with the same readings together.
+    trials: dict[str, dict[int | None, list[int]]] = {}
+    for index, first in enumerate(first_with_readings(sides)):
+        if first is not None and sides[index].counts:
+            trials.setdefault(sides[index].replicate_of, {}).setdefault(first, []).append(index)
+    sentences, replicated = [], False
+    for copies in trials.values():
+        sentences += [
+            f"{numbered(same).capitalize()} hold the same readings, to {SAME_MM:g} mm at every station: copies are no "
+            "replicates, and only the first one counts."
+            for same in copies.values()
+            if len(same) > 1
+        ]
+        own = [same[0] for same in copies.values()]
+        if len(own) >= FEWEST:
+            replicated = True
+            errors = [error for index in own if (error := sides[index].error) is not None]
+            measured_mm = np.array([error.base.mean() for error in errors])
+            metric_mm = wasserstein_distance(measured_mm + [error.mean() for error in errors], measured_mm)
+            sentences.append(
+                f"Area validation metric of the mean level over {len(own)} replicates ({numbered(own)}): "
+                f"{metric_mm:.3f} mm."
+            )
+    if not replicated:
+        sentences.append(
+            f"No area validation metric: it takes {FEWEST} or more replicates of a trial, the same settings with "
+            "readings of their own each, and there are none among these runs."
+        )
+    return sentences
+
+
+def volume_words(ratios: Mapping[int, float]) -> list[str]:
+    """Name the runs whose settled sealant has not the dispensed volume, by number; empty if all are sound."""
+    low, high = SOUND
+    off = {number: round(ratio, 3) for number, ratio in ratios.items() if not kept_volume(ratio)}
+    if not off:
+        return []
+    which = numbered([number - 1 for number in sorted(off)])
+    if len(off) > MOST_NAMED:
+        which = f"{len(off)} of {len(ratios)} runs"
+    least, most = min(off.values()), max(off.values())
+    share = f"{least:.3f}" if least == most else f"{least:.3f} to {most:.3f}"
+    return [
+        f"Not the dispensed volume: in {which} the settled sealant has {share} of it ({low:g} to {high:g} is sound), "
+        "so the levels are not those of the dispensed sealant."
+    ]
+
+
+def numbered(indices: Sequence[int]) -> str:
+    """Name runs by their numbers: "runs 1, 2 and 5"."""
+    *before, last = [str(index + 1) for index in indices]
+    return f"runs {', '.join(before)} and {last}" if before else f"run {last}"

@@ -1,0 +1,244 @@
+"""Pictures beside a run's files: its fill at single moments and as in the paper's Fig. 6, and its health over time."""
+
+import zlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch, Rectangle
+from matplotlib.path import Path as Outlines
+from matplotlib.ticker import MaxNLocator
+
+from sealtwin.core.files import replacing
+from sealtwin.core.records import Floats, Frame, Integers, Outline, ParticleState, Solid, Trajectory
+from validate.figures import particles, theme
+
+MARGIN_MM = 6.0  # Length shown past each end of the crack
+ABOVE_MM = 6.0  # Height shown above the face, with the nozzle's tip
+AROUND_MM = 8.0  # Width of the face shown around the crack
+MOST_ROWS = 8  # Largest number of moments below each other; of more frames, that many are chosen over the run
+NOZZLE_MM = 5.0  # Length of the nozzle that is drawn
+UNDER, OVER = 1.0, 4.0  # Drawing order of the sealant under the face and on it; the face is drawn between the two
+PANELS = (
+    ("compression (%)", {"density_error_mean": "mean of what moves", "density_error_p95": "95 % of it stay below"}),
+    ("particles", {"particles": "out of the nozzle", "moving": "moving"}),
+    ("particles", {"escaped": "through a wall: must stay 0", "spilled": "spilled over the sample's edge"}),
+    ("iterations", {"viscosity_iterations": "of the viscosity solve, a substep"}),
+    ("time (ms)", {"ms_a_frame": "of computing, a frame"}),
+)  # fmt: skip
+"""Unit of each panel, and the labels of its curves by column."""
+STYLES = ((theme.SIMULATED, "-"), (theme.MEASURED, (0, (4, 2))))
+"""Colour and dashes of a panel's two curves, distinct without colour and where they coincide."""
+Shade = Literal["speed", "age"]  # What the colour of a particle tells
+DPI = 150  # Resolution of a PNG
+
+
+class FillScene:
+    """The parts of a picture of the fill that do not change during a run: crack, nozzle, size of the particles."""
+
+    def __init__(
+        self, outline: Outline, solid: Solid, trajectory: Trajectory, radius_mm: float, nozzle_diameter_mm: float
+    ) -> None:
+        self.outline, self.solid, self.radius_mm = outline, solid, radius_mm
+        self._trajectory, self._diameter_mm = trajectory, nozzle_diameter_mm
+        self._along = particles.AlongCrack(outline)
+
+    @property
+    def limits_mm(self) -> tuple[float, float, float, float]:
+        """Limits of a side view: along the crack, then in height."""
+        return -MARGIN_MM, self.outline.length_mm + MARGIN_MM, -self.solid.depth_mm - 2, ABOVE_MM
+
+    def side(self, frame: Frame) -> tuple[Floats, Integers]:
+        """Return places along the crack and in height, (k, 2), and the particles' indices in the frame, (k,).
+
+        The particles nearest to the centreline come last: drawn in this order, they form the section along the crack.
+        """
+        s_mm, aside_mm = self._along.of(frame.position_mm[:, :2])
+        order = _sorted(frame, -np.abs(aside_mm))
+        return np.column_stack([s_mm, frame.position_mm[:, 2]])[order], order
+
+    def draw_side(self, axes: Axes, frame: Frame, value: Floats, scale: particles.ColourScale) -> None:
+        """Draw the section along the crack, particles by ``value``, with ground and nozzle."""
+        place_mm, shown = self.side(frame)
+        self.draw_ground(axes)
+        particles.draw_discs(axes, place_mm, self.radius_mm, value[shown], scale)
+        self.draw_nozzle(axes, frame.t_s)
+
+    def plan(self, frame: Frame) -> tuple[Floats, Integers]:
+        """Return places along the crack and to its left, (k, 2), and indices, (k,); the highest particles come last."""
+        order = _sorted(frame, frame.position_mm[:, 2])
+        return np.column_stack(self._along.of(frame.position_mm[:, :2]))[order], order
+
+    def walls_mm(self) -> tuple[Floats, Floats]:
+        """Return the left and right wall on the face, along the crack and to its left, each (n, 2)."""
+        outline = self.outline
+        left, right = (np.column_stack(self._along.of(wall)) for wall in (outline.left_wall_mm, outline.right_wall_mm))
+        return left, right
+
+    def draw_ground(self, axes: Axes) -> None:
+        """Draw the sample in a side view: below the cavity's floor, its face, and past its closed ends.
+
+        The dam at an open end is oblique like the edge of the face and has no one place along the crack.
+        """
+        low_mm, high_mm, bottom_mm, top_mm = self.limits_mm
+        length_mm = self.outline.length_mm
+        along_mm = np.linspace(low_mm, high_mm, 500)
+        theme.draw_ground(axes, along_mm, -self.solid.depth_at_mm(along_mm), bottom_mm)
+        for kind, start_mm in zip(self.outline.ends, (low_mm, length_mm), strict=True):
+            if kind != "open":
+                end = Rectangle((start_mm, bottom_mm), MARGIN_MM, -bottom_mm, facecolor=theme.GROUND, edgecolor="none")
+                axes.add_artist(end)
+        axes.plot([low_mm, high_mm], [0.0, 0.0], color=theme.ON_GROUND, linewidth=0.8)
+        axes.set_facecolor(theme.AIR)
+        particles.show_to_scale(axes, (low_mm, high_mm), (bottom_mm, top_mm))
+
+    def nozzle_mm(self, t_s: float) -> Floats | None:
+        """Return the nozzle's tip, or None after the end of its path."""
+        path = self._trajectory
+        if t_s - path.t_s[0] > path.duration_s:
+            return None
+        return np.array([np.interp(t_s, path.t_s, axis) for axis in path.position_mm.T])
+
+    def draw_nozzle(self, axes: Axes, t_s: float) -> Rectangle:
+        nozzle = Rectangle(
+            (0, 0), self._diameter_mm, NOZZLE_MM, facecolor=theme.AIR, edgecolor=theme.ON_GROUND, linewidth=0.9
+        )
+        axes.add_artist(nozzle)
+        self.move_nozzle(nozzle, t_s)
+        return nozzle
+
+    def move_nozzle(self, nozzle: Rectangle, t_s: float) -> None:
+        tip_mm = self.nozzle_mm(t_s)
+        nozzle.set_visible(tip_mm is not None)
+        if tip_mm is not None:
+            s_mm, _ = self._along.of(tip_mm[None, :2])
+            nozzle.set_xy((float(s_mm[0]) - self._diameter_mm / 2, float(tip_mm[2])))
+
+
+def _sorted(frame: Frame, key: Floats) -> Integers:
+    """Return the indices of the particles that have not spilled, by increasing ``key``."""
+    order = np.argsort(key, kind="stable")
+    return order[frame.state[order] != ParticleState.SPILLED]
+
+
+@theme.themed()
+def draw_fill(frames: Sequence[Frame], scene: FillScene, by: Sequence[Shade] = ("speed", "age")) -> Figure:
+    """Draw frames below each other: sections along the crack, a column for each way to colour the particles."""
+    if len(frames) > MOST_ROWS:
+        frames = [frames[round(place)] for place in np.linspace(0, len(frames) - 1, MOST_ROWS)]
+    figure = theme.wide_figure(1.0 + 1.35 * len(frames), len(by) * 4.5)
+    grid = figure.subplots(len(frames), len(by), sharex=True, sharey=True, squeeze=False)
+    scales = {"speed": particles.SPEED, "age": particles.ages_of(frames)}
+    for frame, row in zip(frames, grid, strict=True):
+        for axes, shade in zip(row, by, strict=True):
+            scene.draw_side(axes, frame, frame.speed_mm_s if shade == "speed" else frame.age_s, scales[shade])
+        row[0].set_title(f"t = {frame.t_s:.2f} s")
+        row[0].set_ylabel("z (mm)")
+    for column, shade in zip(grid.T, by, strict=True):
+        column[-1].set_xlabel("s along the crack (mm)")
+        particles.add_bar(figure, scales[shade], column, location="bottom", aspect=40, pad=0.02)
+    return figure
+
+
+@theme.themed()
+def draw_snapshot(frame: Frame, scene: FillScene) -> Figure:
+    """Draw one frame: the section along the crack by age and by speed, the view from above and sections across it."""
+    figure, ages = theme.wide_figure(11.0), particles.ages_of([frame])
+    rows = figure.add_gridspec(4, len(particles.SECTIONS_AT), height_ratios=(1.0, 1.0, 1.7, 1.35))
+    by_age, by_speed, top = (figure.add_subplot(rows[row, :]) for row in range(3))
+    sections = [figure.add_subplot(rows[3, column]) for column in range(len(particles.SECTIONS_AT))]
+    scene.draw_side(by_age, frame, frame.age_s, ages)
+    scene.draw_side(by_speed, frame, frame.speed_mm_s, particles.SPEED)
+    theme.label_axes(by_age, theme.ALONG, "z (mm)", f"t = {frame.t_s:.2f} s: section along the crack, by age")
+    theme.label_axes(by_speed, theme.ALONG, "z (mm)", "The same by speed")
+    _draw_top(top, frame, scene)
+    stays = frame.state != ParticleState.SPILLED
+    place_mm, speed_mm_s = frame.position_mm[stays], frame.speed_mm_s[stays]
+    sample = scene.outline, scene.solid
+    particles.draw_across(sections, *sample, place_mm, scene.radius_mm, speed_mm_s, particles.SPEED)
+    particles.add_bar(figure, ages, [by_age], pad=0.01, shrink=0.9, aspect=12)
+    particles.add_bar(figure, particles.SPEED, [by_speed, top, *sections], pad=0.01, shrink=0.4, aspect=25)
+    return figure
+
+
+def _draw_top(axes: Axes, frame: Frame, scene: FillScene) -> None:
+    outline, block_mm = scene.outline, np.reshape(scene.solid.block_mm, (2, 2))
+    # The part of the face that is shown: a clip path replaces that of the axes.
+    x_min, y_min = np.maximum(block_mm[0], outline.outline_mm.min(axis=0) - AROUND_MM)
+    x_max, y_max = np.minimum(block_mm[1], outline.outline_mm.max(axis=0) + AROUND_MM)
+    face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor="none", edgecolor="none")
+    axes.add_artist(face)
+    # Clockwise, so that the crack is a hole in it. The face hides the sealant below it.
+    corners = np.array([(x_min, y_min), (x_min, y_max), (x_max, y_max), (x_max, y_min)])
+    mortar = PathPatch(
+        Outlines.make_compound_path(*map(_ring, [corners, outline.outline_mm, *outline.islands_mm])),
+        facecolor=theme.GROUND,
+        edgecolor="none",
+        zorder=UNDER + 0.1,
+    )
+    axes.add_artist(mortar)
+    mortar.set_clip_path(face)
+    stays = frame.state != ParticleState.SPILLED
+    height_mm = frame.position_mm[:, 2]
+    for part, zorder in ((stays & (height_mm < 0), UNDER), (stays & (height_mm >= 0), OVER)):
+        order = np.flatnonzero(part)[np.argsort(height_mm[part])]
+        place_mm, speed_mm_s = frame.position_mm[order, :2], frame.speed_mm_s[order]
+        particles.draw_discs(axes, place_mm, scene.radius_mm, speed_mm_s, particles.SPEED).set_zorder(zorder)
+    particles.draw_walls(axes, outline, face, zorder=OVER - 0.1)
+    if (tip_mm := scene.nozzle_mm(frame.t_s)) is not None:
+        axes.plot(*tip_mm[:2], "o", color=theme.THIRD, markersize=5, zorder=OVER + 0.1)
+    axes.set_facecolor(theme.AIR)
+    title = "From above, by speed; the dot is the nozzle"
+    particles.show_from_above(axes, outline, scene.solid, AROUND_MM, title)
+
+
+def _ring(points_mm: Floats) -> Outlines:
+    return Outlines(np.vstack([points_mm, points_mm[:1]]), closed=True)
+
+
+@theme.themed()
+def draw_health(columns: Mapping[str, Floats]) -> Figure:
+    """Draw ``columns``, by the names of health.csv and of one length; NaN stands for an empty field."""
+    figure = theme.wide_figure(8.5)
+    rows = figure.subplots(len(PANELS), 1, sharex=True)
+    for axes, (unit, curves) in zip(rows, PANELS, strict=True):
+        factor = 100.0 if "%" in unit else 1.0
+        for (name, label), (colour, dashes) in zip(curves.items(), STYLES, strict=False):
+            values = factor * columns[name]
+            axes.plot(columns["t_s"], values, color=colour, linestyle=dashes, linewidth=1.2, label=label)
+        highest = max(float(np.nanmax(columns[name], initial=0.0)) for name in curves)
+        axes.set_ylim(0.0, 1.08 * factor * highest if highest else 1.0)
+        if unit == "particles":
+            axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+        theme.label_axes(axes, "", unit, "", legend=2)
+    rows[-1].set_xlabel("simulated time (s)")
+    return figure
+
+
+def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene, health: Mapping[str, Floats]) -> list[str]:
+    """Write PNGs of the run's health, of each frame under its name, and of all frames below each other.
+
+    Returns the names of the files in ``folder``.
+    """
+    written = _write(folder, "health", draw_health(health))
+    first: Figure | None = None
+    # The last one first, whose ages have the widest labels.
+    for name, frame in reversed(frames.items()):
+        figure = draw_snapshot(frame, scene)
+        if first is not None:
+            theme.lay_out_as(figure, first)
+        written += _write(folder, f"snapshots/{name}", figure)
+        first = first or figure
+    if frames:
+        written += _write(folder, "snapshots/fill", draw_fill(list(frames.values()), scene))
+    return written
+
+
+def _write(folder: Path, name: str, figure: Figure) -> list[str]:
+    with replacing(folder / f"{name}.png") as temporary:
+        # Most of a figure is of one colour: runs alone are found in half the time, and the file is no larger.
+        theme.as_picture(figure, DPI).save(temporary, format="png", compress_type=zlib.Z_RLE)
+    return [f"{name}.png"]

@@ -1,0 +1,342 @@
+"""Errors of a level by what extra runs show: inputs, size of the particles, scatter of runs, volume not kept."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from sealtwin.core.records import Floats, Integers, Numbers
+from sealtwin.core.replicates import require_different
+from validate.comparison import InputDrawsRecord, InputEffect, SizeSeries
+from validate.settings import Differences
+from validate.uncertainty.budget import Component, draws_for, half_width, normals, uniforms
+from validate.units import LABELS, MODELS
+
+RUNS = 1_000  # A standard deviation by so many is known to 2 %
+
+
+def drawn_inputs(names: Iterable[str], runs: int = RUNS) -> Floats:
+    """Return draws of each input in standard uncertainties from its value, (runs, n), the same for a name each time."""
+    return np.hstack([normals(name, 1, runs) for name in names])
+
+
+def along(s_mm: Floats, known_mm: Floats, levels_mm: Floats) -> Floats:
+    """Return levels, (runs, k), at other places."""
+    return np.array([np.interp(s_mm, known_mm, level_mm) for level_mm in levels_mm])
+
+
+@dataclass(frozen=True)
+class Effect:
+    """The effect of one input's standard uncertainty on the simulated level."""
+
+    name: str  # Name of the setting in [uncertainty]
+    standard: float  # Declared standard uncertainty, in the unit that the name ends with
+    level_mm: Numbers  # Change of the level for an input larger by that, at the s where levels are compared
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Effects of all moved inputs, by one model."""
+
+    model: Differences
+    effects: tuple[Effect, ...]
+    curved_mm: tuple[Floats, ...] = ()
+    """Change that adds to each effect for an input larger and for one smaller alike; empty by particles."""
+    together_mm: Floats = field(default_factory=lambda: np.zeros((1, 1)))
+    """Draws of the change by all inputs beyond the sum of each alone, (draws, k)."""
+
+    def at(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
+        """Return the effects at ``s_mm``, where they are at ``known_mm``."""
+        effects = tuple(replace(one, level_mm=np.interp(s_mm, known_mm, one.level_mm)) for one in self.effects)
+        if not self.curved_mm:
+            return replace(self, effects=effects)
+        curved_mm = tuple(np.interp(s_mm, known_mm, one) for one in self.curved_mm)
+        return replace(self, effects=effects, curved_mm=curved_mm, together_mm=along(s_mm, known_mm, self.together_mm))
+
+    def errors(self) -> list[Component]:
+        """Return the errors of the levels at the stations where the effects are."""
+        components = []
+        for number, one in enumerate(self.effects):
+            z = normals(one.name, 1, draws_for(len(one.level_mm)))
+            draws_mm = z * one.level_mm + (z**2 * self.curved_mm[number] if self.curved_mm else 0.0)
+            components.append(self._component(LABELS["inputs"][one.name][0], draws_mm, f"uncertainty.{one.name}"))
+        if self.curved_mm:
+            count, (runs, stations) = draws_for(self.together_mm.shape[1]), self.together_mm.shape
+            # Runs in another order than those of each input alone.
+            order = np.random.default_rng(stations).permutation(np.arange(count) % runs)
+            components.append(self._component("inputs together", self.together_mm[order], ""))
+        return components
+
+    def _component(self, name: str, draws_mm: Floats, setting: str) -> Component:
+        name = f"{name}, {MODELS[self.model]}"
+        return Component(name, "declared", draws_mm, shared=True, kind="inputs", setting=setting)
+
+    def reported(self, x: Floats) -> tuple[tuple[InputEffect, ...], float]:
+        """Return each effect on the mean level over x, and the share of the variance that no input has alone.
+
+        The variance of a normal z times a plus z squared times b is a^2 + 2 b^2.
+        """
+
+        def mean(levels_mm: Floats) -> Floats:
+            return np.trapezoid(levels_mm, x) / (x[-1] - x[0])
+
+        straight = np.array([mean(one.level_mm) for one in self.effects])
+        curved = np.array([mean(one) for one in self.curved_mm]) if self.curved_mm else np.zeros(len(straight))
+        alone = straight**2 + 2 * curved**2
+        together = float(np.var(mean(self.together_mm))) if self.curved_mm else 0.0
+        whole = alone.sum() + together
+        shares = alone / whole if whole else alone
+        effects = tuple(
+            InputEffect(
+                name=one.name,
+                standard=one.standard,
+                mean_level_mm=float(change),
+                largest_mm=float(np.abs(one.level_mm).max()),
+                share=float(share),
+                model=self.model,
+            )
+            for one, change, share in zip(self.effects, straight, shares, strict=True)
+        )
+        return effects, together / whole if whole else 0.0
+
+
+@dataclass(frozen=True)
+class InputDraws:
+    """Runs of the fast model with inputs drawn together, against its run with the inputs as they are."""
+
+    s_mm: Numbers  # (k,)
+    standards: dict[str, float]  # Declared standard uncertainty of each input by its name in [uncertainty]
+    moved_mm: Numbers  # (runs, k): level less that of the inputs as they are
+    unfit: tuple[str, ...]  # Reasons why the case is outside the model's domain, a sentence each
+
+    @cached_property
+    def inputs(self) -> Inputs:
+        """The effect of each input alone, by least squares of parabolas that start from the inputs as they are.
+
+        The draws of two inputs are independent, so that the variance of one's parabola, over that of all runs, is its
+        first-order index (Saltelli et al. 2008, Global Sensitivity Analysis, 1.2).
+        """
+        z = drawn_inputs(self.standards, len(self.moved_mm))
+        terms = np.hstack([z, z**2])
+        found = np.linalg.lstsq(terms, self.moved_mm)[0]
+        straight, curved = np.split(found, 2)
+        declared = zip(self.standards.items(), straight, strict=True)
+        effects = tuple(Effect(*one, level_mm) for one, level_mm in declared)
+        return Inputs("slot", effects, tuple(curved), self.moved_mm - terms @ found)
+
+    def recorded(self, together: float) -> InputDrawsRecord:
+        """Return the record of the runs for comparison.json."""
+        return InputDrawsRecord(runs=len(self.moved_mm), together=together, unfit=self.unfit)
+
+
+ORDERS = np.linspace(0.5, 2.0, 61)
+"""Orders of convergence that are allowed for: below the first an error over so few sizes looks like a constant, and the
+last is the highest that any part of the scheme has (Oberkampf & Roy 2010, 8.6.4)."""
+LEAST_RUNS = 2  # Runs at each size without which nothing is known of their scatter
+ROUNDING_MM2 = 1e-12  # Square of a residual that is rounding alone
+
+
+@dataclass(frozen=True)
+class Replicates:
+    """Numbers from runs that differ in seed at each of three particle sizes.
+
+    The error of the middle size is a, by least squares of f0 + a h^p, where h is the radius over the middle one. The
+    order p is averaged over by its likelihood, for flat priors of f0 and a; one p serves all numbers, by their mean.
+    All sizes scatter alike.
+    """
+
+    radii_mm: Sequence[float]  # From the finest to the coarsest
+    runs: Sequence[Floats]  # (runs, k) for each size
+
+    @property
+    def suffice(self) -> bool:
+        """True with so many runs at each size that their scatter is known."""
+        return min(map(len, self.runs)) >= LEAST_RUNS
+
+    @cached_property
+    def means(self) -> Floats:
+        """Mean over the runs of each size, (3, k)."""
+        return np.array([runs.mean(axis=0) for runs in self.runs])
+
+    @cached_property
+    def scatter(self) -> Floats:
+        """Standard deviation of a single run, pooled over the sizes, (k,)."""
+        return np.sqrt((self._residuals**2).sum(axis=0) / (self._count - len(self.runs)))
+
+    def size_errors(self, draws: int) -> Floats:
+        """Return draws of the middle size's error, (draws, k).
+
+        Given p they have Student's t distribution, with the covariance of the k numbers that the residuals show.
+        """
+        error, squares, lack = self._fits(self.orders(draws))
+        noise = normals("particle size", self._count + 1, draws)
+        off = noise[:, :-1] @ self._residuals + noise[:, -1:] * lack
+        freedom = self._count - 2
+        return error + off / np.sqrt(squares[:, None] * _chi_squares("particle size", freedom, draws))
+
+    def single_runs(self, draws: int) -> Floats:
+        """Return draws of what one run is off the mean of all that differ in seed, (draws, k)."""
+        freedom = self._count - len(self.runs)
+        off = normals("single run", self._count, draws) @ self._residuals
+        return off / np.sqrt(_chi_squares("single run", freedom, draws))
+
+    def orders(self, draws: int) -> Floats:
+        """Return draws of the order p, (draws,)."""
+        _, squares, lack = self._fits(ORDERS)
+        residual = (self._residuals.mean(axis=1) ** 2).sum() + lack.mean(axis=1) ** 2 + ROUNDING_MM2
+        likelihood = -np.log(squares) / 2 - (self._count - 2) / 2 * np.log(residual)
+        density = np.exp(likelihood - likelihood.max())
+        share = np.append(0.0, np.cumsum(density[1:] + density[:-1]))
+        return np.interp(uniforms("order of convergence", 1, draws)[:, 0], share / share[-1], ORDERS)
+
+    @cached_property
+    def _residuals(self) -> Floats:
+        """Difference of each run from the mean of its size, (runs of all sizes, k)."""
+        return np.vstack([runs - mean for runs, mean in zip(self.runs, self.means, strict=True)])
+
+    @property
+    def _count(self) -> int:
+        return sum(map(len, self.runs))
+
+    def _fits(self, orders: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return for each order the fitted a, (m, k), the squares of h^p about its mean, (m,), and the rest, (m, k)."""
+        weight = np.array([len(runs) for runs in self.runs], dtype=float)
+        root = np.sqrt(weight)
+        power = (np.asarray(self.radii_mm) / self.radii_mm[1]) ** orders[:, None]
+        slope = power - (power @ weight / weight.sum())[:, None]
+        squares = slope**2 @ weight
+        error = (slope * weight) @ self.means / squares[:, None]
+        # The one direction of three means that no f0 and a can follow.
+        across = np.cross(root, root * power)
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        return error, squares, across @ (root[:, None] * self.means)
+
+
+def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) -> SizeSeries:
+    """Return a number over three particle sizes, given for each run of each size."""
+    replicates = Replicates(radii_mm, [np.array(runs)[:, None] for runs in values])
+    means, counts = tuple(float(mean) for mean in replicates.means[:, 0]), tuple(map(len, values))
+    if not replicates.suffice:
+        return SizeSeries(values=means, runs=counts, scatter=None, order_95=None, band=None)
+    draws = draws_for(1)
+    low, high = np.quantile(replicates.orders(draws), (0.025, 0.975))
+    return SizeSeries(
+        values=means,
+        runs=counts,
+        scatter=float(replicates.scatter[0]),
+        order_95=(float(low), float(high)),
+        band=float(half_width(replicates.size_errors(draws)[:, 0])),
+    )
+
+
+def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> list[Component]:
+    """Return the errors of the levels at k stations by the numerics; none if each size was run once.
+
+    Volume gained or lost may move the level everywhere, up or down, by up to ``volume_level_mm``: the fit over particle
+    sizes has an unknown part of it.
+    """
+    if not replicates.suffice:
+        return []
+    stations = replicates.means.shape[1]
+    draws = draws_for(stations)
+    parts = [
+        ("particle size", replicates.size_errors(draws)),
+        ("scatter of single runs", replicates.single_runs(draws)),
+    ]
+    if volume_level_mm is not None:
+        moved_mm = volume_level_mm * (2 * uniforms("volume of the numerics", 1, draws) - 1)
+        parts.append(("volume gained or lost by the numerics", np.tile(moved_mm, stations)))
+    return [Component(name, "computed", draws_mm, shared=True, kind="numerics") for name, draws_mm in parts]
+
+
+def _chi_squares(name: str, freedom: int, draws: int) -> Floats:
+    """Return stratified draws of the chi-squared distribution, (draws, 1)."""
+    from scipy.special import gammaincinv
+
+    return 2 * gammaincinv(freedom / 2, uniforms(f"{name}, chi squared", 1, draws))
+
+
+def two_level_design(inputs: int) -> Integers:
+    """Return -1 or 1 for each run and input, (runs, inputs): columns of a Hadamard matrix, balanced and orthogonal.
+
+    Up to 1, 3, 7 or 15 inputs take 2, 4, 8 or 16 runs (Plackett & Burman 1946). An effect is a difference of two
+    halves of all runs, which averages out most of the scatter of single runs; the interaction of two inputs is
+    confounded with the effect of a third one.
+    """
+    return _matrix(inputs)[:, 1 : inputs + 1]
+
+
+def effects_of(results: Floats, inputs: int) -> tuple[Floats, float | None]:
+    """Return the effect of each input, from its middle to its upper value, (inputs, k), and its scatter by chance.
+
+    ``results``, (runs, k), are in the order of ``two_level_design``. The scatter is a standard deviation, root mean
+    square over k, from the columns without an input; None if every column has one.
+    """
+    contrasts = _matrix(inputs).T @ results / len(results)
+    spare = contrasts[inputs + 1 :]
+    return contrasts[1 : inputs + 1], float(np.sqrt(np.mean(spare**2))) if len(spare) else None
+
+
+def _matrix(inputs: int) -> Integers:
+    from scipy.linalg import hadamard
+
+    return np.asarray(hadamard(2 ** max(1, inputs.bit_length())), dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class SizeRuns:
+    """Levels of runs with particles of one size and the same physics, which differ in seed."""
+
+    radius_mm: float
+    levels_mm: Numbers  # (runs, k)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Levels of all extra runs at ``s_mm``, (k,)."""
+
+    s_mm: Numbers
+    sizes: tuple[SizeRuns, SizeRuns, SizeRuns] | None
+    """Runs at three particle sizes: finer, the trial's own (its run first), coarser; None for the fast model."""
+    effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared, by particles
+    effect_scatter_mm: float | None
+    """Standard deviation of an effect by the scatter of single runs; None if it is not known."""
+    design_radius_mm: float | None  # Particle radius in the runs of the effects; None without such runs
+    draws: InputDraws | None = None  # Runs of the fast model with moved inputs, in place of effects by particles
+
+    def __post_init__(self) -> None:
+        """Raise InputError if runs of one size are copies of each other."""
+        for size in self.sizes or ():
+            seeds = [f"with seed + {number}" for number in range(len(size.levels_mm))]
+            require_different(size.levels_mm, seeds, f"extra runs at a radius of {size.radius_mm:.4g} mm")
+
+    def at(self, s_mm: Floats) -> Replicates | None:
+        """Return the levels of the runs of each size at other places; None without such runs."""
+        if self.sizes is None:
+            return None
+        levels_mm = [along(s_mm, self.s_mm, size.levels_mm) for size in self.sizes]
+        return Replicates([size.radius_mm for size in self.sizes], levels_mm)
+
+    def inputs_at(self, s_mm: Floats) -> Inputs:
+        """Return the effects of the inputs at other places."""
+        if self.draws is not None:
+            return self.draws.inputs.at(self.draws.s_mm, s_mm)
+        return Inputs("particles", self.effects).at(self.s_mm, s_mm)
+
+    def content(self) -> dict[str, Any]:
+        """Return the content of a JSON file."""
+        return {"version": 2, **asdict(self)}
+
+    @classmethod
+    def of(cls, content: dict[str, Any]) -> Self:
+        """Return the spread from the content of a JSON file. Raises ValueError for others."""
+        spread = TypeAdapter(cls).validate_python(content)
+        levels_mm = [*(size.levels_mm for size in spread.sizes or ()), *(one.level_mm[None] for one in spread.effects)]
+        if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):
+            raise ValueError("not one level for each s_mm")
+        if (draws := spread.draws) is not None and draws.moved_mm.shape[1:] != draws.s_mm.shape:
+            raise ValueError("not one level of each run with moved inputs for each s_mm")
+        return spread
