@@ -40,6 +40,7 @@ trial = Path(sys.argv[1])
 with open_folder(Path(sys.argv[2]), create=True) as folder:
     wall, cpu = time.perf_counter(), time.process_time()
     result = run_stages(start_job(load_trial(trial), trial.parent, folder, "cpu", Progress()), ("digitise",)).result
+    result = result.sample.model_dump(mode="json")
     result["wall_s"], result["cpu_s"] = time.perf_counter() - wall, time.process_time() - cpu
 status = Path("/proc/self/status")
 result["peak_mb"] = int(status.read_text().split("VmHWM:")[1].split()[0]) / 1024 if status.exists() else float("nan")

@@ -34,7 +34,45 @@ import trimesh
 
 from benchmarks.golden_cases import CASES, ROOT, Bench, Case
 
-RENAMED: dict[str, str] = {}
+RENAMED: dict[str, str] = {
+    **{f"run.json#/{name}": f"/sample/{name}" for name in (
+        "data", "length_mm", "mean_width_mm", "width_source", "width_95_mm", "cavity_volume_mm3",
+        "cavity_volume_95_mm3", "weighed", "sealant_mm3", "path_source", "scale_source", "mm_per_px",
+        "scale_uncertainty", "scale_residual_mm", "camera_tilt_deg", "warnings",
+    )},
+    **{f"run.json#/{name}": f"/fluid/{name}" for name in (
+        "particles", "escaped_particles", "spilled_particles", "volume_ratio", "device",
+    )},
+    **{f"run.json#/{name}": f"/comparison/{name}" for name in (
+        "mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm", "beats_flat_level", "baselines",
+        "beats_baseline", "outcome", "headline", "findings",
+    )},
+    "run.json#/fluid_warnings": "/fluid/warnings",
+    "run.json#/gate_passed": "/comparison/passed",
+    "run.json#/readings_role": "/comparison/role",
+    "run.json#/readings_fitted": "/comparison/fitted",
+    "run.json#/mean_error_95_mm": "/comparison/uncertainty/mean_error_interval_mm",
+    "run.json#/mean_level": "/comparison/uncertainty/mean_level",
+    "run.json#/worst_at_a_station": "/comparison/uncertainty/worst_at_a_station",
+    "comparison.json#/readings": "/scatter",
+    "comparison.json#uncertainty/mean_error_mm": "uncertainty/mean_error_interval_mm",
+    "comparison.json#uncertainty/bias_mm": "uncertainty/bias_interval_mm",
+    **{f"comparison.json#/{name}": f"/volumes/{name}" for name in (
+        "volume_balance_level_mm", "volume_balance_error_mm", "beats_volume_balance", "mass_balance",
+    )},
+    **{f"report.json#/verdict/{name}": f"/{name}" for name in ("headline", "outcome", "edited", "photo_data")},
+    **{f"report.json#/verdict/{name}": f"/comparison/{name}" for name in ("findings", "fitted", "role")},
+    "report.json#/verdict/readings_data": "/readings/data",
+    "report.json#/verdict/gate_reason": "/comparison/gate/reason",
+    "report.json#/verdict/mean_error_limit_mm": "/comparison/gate/mean_error_mm",
+    "report.json#/baselines": "/comparison/baselines",
+    "report.json#/error_by_bin": "/comparison/error_by_bin",
+    "report.json#/shifts": "/comparison/uncertainty/alignment/shifts",
+    **{f"report.json#/uncertainty/{name}": f"/comparison/uncertainty/budget/{name}" for name in ("parts", "missing")},
+    **{f"report.json#/uncertainty/{name}": f"/comparison/uncertainty/mean_level/{name}" for name in (
+        "error_mm", "volume_level_mm", "data_mm", "numerics_mm", "inputs_mm", "validation_mm", "resolved",
+    )},
+}  # fmt: skip
 """Old to new. ``"health.csv": "record.csv"`` renames a file in any folder. ``"FILE#a/b": "a/c"`` renames a key, or a
 run of keys, at any depth of each file whose name fits the pattern FILE; with a leading slash, ``"*.json#/a": "/b"``,
 at its root only. Columns of a CSV are keys.
@@ -78,6 +116,38 @@ MOVED: tuple[Rule, ...] = (
     Rule("*.json", "*stage_numbers*", "results name the numbers of the stages that computed them"),
     Rule("*.json", "*computed_by*", "likewise"),
     Rule("*report.json", "*stage numbers*", "likewise"),
+    Rule("*run.json", "version", "parts of a result are records of their own, with all their figures, not rounded"),
+    Rule("*run.json", "sample*", "likewise"),
+    Rule("*run.json", "fluid*", "likewise"),
+    Rule("*run.json", "comparison*", "likewise"),
+    Rule("*run.json", "prediction*", "likewise"),
+    Rule("*run.json", "earlier_trials*", "likewise"),
+    Rule("*run.json", "report", "null before there is one"),
+    *(
+        Rule("answer-*.json", "answer/*", "the answer is run.json", case=case)
+        for case in ("mesh-*", "sheet-*", "trace-*", "trial-*")
+    ),
+    Rule("*report.json", "*/interval_95", "intervals are in the comparison"),
+    Rule("*comparison.json", "verdict", "its sentences are those of the headline"),
+    Rule("*run.json", "verdict", "likewise"),
+    Rule("*comparison.json", "gate*", "null without one"),
+    Rule("*comparison.json", "uncertainty/worst_at_a_station*", "it was in run.json alone"),
+    Rule("*run.json", "particle_sizes*", "they are comparison/uncertainty/numerics"),
+    Rule("*run.json", "inputs_*", "they are comparison/uncertainty/inputs"),
+    *(
+        Rule("*report.json", key, "report.json has the comparison as comparison.json has it")
+        for key in (
+            "schema_version",
+            "comparison*",
+            "metrics*",
+            "settled*",
+            "verdict*",
+            "uncertainty*",
+            "sizes*",
+            "inputs*",
+            "prediction*",
+        )
+    ),
 )
 """Numbers that moved, came or went on purpose; the changelog has them too."""
 

@@ -27,7 +27,6 @@ from benchmarks.table import Row, finish
 from benchmarks.weighing import poured_into
 from digitise.settings import CrackShape
 from sealtwin.core import record_files
-from sealtwin.core.comparison import ErrorUncertainty
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Outline, Sample
 from sealtwin.core.run_folder import open_folder
@@ -42,6 +41,7 @@ from sealtwin.trial.trial_file import Trial, load_trial, with_settings
 from sealtwin.trial.validate_stage import read_spread, readings_of
 from simulate.slot.run import pour
 from validate.compare import error_uncertainty
+from validate.comparison import ErrorUncertainty
 from validate.uncertainty.computed import RUNS, Spread, effects_of, two_level_design
 from validate.units import LABELS
 

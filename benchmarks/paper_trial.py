@@ -12,12 +12,13 @@ import json
 import platform
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from benchmarks.table import Row, finish
-from sealtwin.core import files, record_files
+from sealtwin.core import record_files
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.records import Floats
 from sealtwin.core.run_folder import open_folder
@@ -46,22 +47,22 @@ def _judged(out: Path) -> list[Row]:
     rows = _tracing_rows(out / "paper-trial")
     for name, result, limit_mm in (("undercut 4.84, accurate", opening, 1.6), ("lean 11, paper", leaning, 1.8)):
         rows += [
-            Row(f"{name}: mean error", result["mean_error_mm"], "mm", 0, limit_mm, f"<= {PAPER_MM}"),
-            Row(f"{name}: escaped particles", result["escaped_particles"], "", 0, 0),
-            Row(f"{name}: particles", result["particles"], "", 14_527, 14_527),
+            Row(f"{name}: mean error", result.comparison.mean_error_mm, "mm", 0, limit_mm, f"<= {PAPER_MM}"),
+            Row(f"{name}: escaped particles", result.fluid.escaped_particles, "", 0, 0),
+            Row(f"{name}: particles", result.fluid.particles, "", 14_527, 14_527),
         ]
     rows += [
-        Row("undercut 4.84, accurate: volume ratio", opening["volume_ratio"], "", 0.95, 1.05, "0.97 to 1.03"),
-        Row("undercut 4.84, accurate: wall time of all stages", opening["wall_time_s"], "s", 0, 240),
+        Row("undercut 4.84, accurate: volume ratio", opening.fluid.volume_ratio, "", 0.95, 1.05, "0.97 to 1.03"),
+        Row("undercut 4.84, accurate: wall time of all stages", opening.wall_time_s, "s", 0, 240),
     ]
-    areas = files.read_json(out / "paper-trial" / "comparison.json")
-    apart = abs(areas["area_mm2"] / areas["area_similaritymeasures_mm2"] - 1)
+    apart = abs(opening.comparison.area_mm2 / opening.comparison.area_similaritymeasures_mm2 - 1)
     rows.append(Row("area between the curves, two ways, apart by", apart, "", 0, 1e-9))
-    print(f"{opening['device']}, {platform.platform()}")
+    print(f"{opening.fluid.device}, {platform.platform()}")
     return rows
 
 
-def _run(trial_path: Path, out: Path) -> dict:
+def _run(trial_path: Path, out: Path) -> Any:
+    """Return the result of a trial, whose parts are all there."""
     trial = load_trial(trial_path)
     with open_folder(out / trial.folder_name, create=True) as folder, PlainProgress() as progress:
         job = start_job(trial, trial_path.parent, folder, "auto", progress)

@@ -14,7 +14,7 @@ from typing import Any
 
 from benchmarks.paper_trial import FIXTURE
 from benchmarks.table import Row, leave
-from sealtwin.core import files, record_files
+from sealtwin.core import record_files
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.core.settings import checked
@@ -74,16 +74,24 @@ def _seen(settings: dict[str, Any], place: Path) -> Seen:
     trial = checked(Trial, FIXTURE / "trial.toml", with_settings(content, {**settings, "output.snapshots_s": []}))
     with open_folder(place, create=True) as folder, PlainProgress() as progress:
         result = run_stages(start_job(trial, FIXTURE, folder, "cpu", progress), STAGES).result
-    figures, comparison = record_files.read_solid(place).figures, files.read_json(place / "comparison.json")
+    figures, sample, fluid, comparison = (
+        record_files.read_solid(place).figures,
+        result.sample,
+        result.fluid,
+        result.comparison,
+    )
+    assert sample is not None
+    assert fluid is not None
+    assert comparison is not None
     return Seen(
         figures.mouth_width_mm or 0.0,
         figures.floor_width_mm or 0.0,
-        result["cavity_volume_mm3"] / 1e3,
-        comparison["measured_sealant_mm3"] / 1e3,
-        result["sealant_mm3"] / 1e3,
-        result["mean_error_mm"],
-        result["escaped_particles"],
-        result["volume_ratio"],
+        (sample.cavity_volume_mm3 or 0.0) / 1e3,
+        comparison.measured_sealant_mm3 / 1e3,
+        sample.sealant_mm3 / 1e3,
+        comparison.mean_error_mm,
+        fluid.escaped_particles or 0,
+        fluid.volume_ratio,
     )
 
 

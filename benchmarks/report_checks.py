@@ -155,7 +155,7 @@ def mean_depth_is(depth_mm: float) -> Check:
     def check(ended: Ended) -> bool:
         if ended.code != 0:
             return False
-        answer = json.loads(ended.stdout)
+        answer = json.loads(ended.stdout)["sample"]
         seen_mm = answer["cavity_volume_mm3"] / answer["mean_width_mm"] / answer["length_mm"]
         return abs(seen_mm - depth_mm) <= 0.4
 

@@ -5,22 +5,31 @@ from typing import Any
 
 from sealtwin.core.records import DataKind, Profile
 from tests.charts import S_MM, line, make_readings
+from validate.comparison import Baseline
 from validate.figures.side_by_side import Side
+from validate.result import Comparison
 
-METRICS = {
-    "mean_error_mm": 0.5,
-    "bias_mm": 0.5,
-    "rmse_mm": 0.5,
-    "worst_error_mm": 0.5,
-    "worst_at_mm": 3.0,
-    "share_under_1_mm": 1.0,
-    "flat_level_error_mm": 4.0,
-    "beats_flat_level": True,
-    "baselines": [{"name": "the dispensed volume lying flat", "numbers": 0, "mean_error_mm": 4.0}],
-    "beats_baseline": True,
-    "role": "held-out",
-    "readings_data": "measured",
-}
+COMPARISON = Comparison.model_construct(
+    mean_error_mm=0.5,
+    bias_mm=0.5,
+    rmse_mm=0.5,
+    worst_error_mm=0.5,
+    worst_at_mm=3.0,
+    share_under_1_mm=1.0,
+    frechet_mm=0.5,
+    flat_level_error_mm=4.0,
+    beats_flat_level=True,
+    baselines=(Baseline("the dispensed volume lying flat", 0, 4.0),),
+    beats_baseline=True,
+    stations_compared=5,
+    simulated_fill_ratio=0.9,
+    role="held-out",
+    readings_data="measured",
+)
+
+
+def compared(**figures: Any) -> Comparison:
+    return COMPARISON.model_copy(update=figures)
 
 
 def side(
@@ -30,4 +39,6 @@ def side(
     readings = make_readings()
     readings = replace(readings, level_mm=readings.level_mm - lowered_mm, data=data)
     profile = Profile(S_MM, line(S_MM) - lowered_mm + above_mm)
-    return Side(name, {"fluid.U": 30.0, **dict(settings)}, profile, readings, METRICS, {"particles": 100}, "one", 1.0)
+    return Side(
+        name, {"fluid.U": 30.0, **dict(settings)}, profile, readings, COMPARISON, {"particles": 100}, "one", 1.0
+    )

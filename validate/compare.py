@@ -1,25 +1,21 @@
 """Comparison of a simulated with a measured level: errors, intervals, baselines and the verdict."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from sealtwin.core.comparison import (
+from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
+from validate.comparison import (
     Baseline,
-    Comparison,
     ErrorUncertainty,
     LevelMetrics,
     ReadingsScatter,
-    Role,
     SizeStudy,
     StationBands,
     StationErrors,
     VolumeComparison,
 )
-from sealtwin.core.earlier_trials import EarlierTrial
-from sealtwin.core.records import DataKind, Floats, Outline, Profile, Solid
 from validate.metrics.baselines import ALWAYS, are_compared, beaten, best_curves, flat_levels
 from validate.metrics.curve_distances import (
     CLOSE_MM,
@@ -33,12 +29,14 @@ from validate.metrics.curve_distances import (
 from validate.metrics.verdict import basis_of, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance, mouth_widths_mm
 from validate.report_input import Evidence
-from validate.settings import NO_INPUTS, Gate, Readings, Uncertainty
+from validate.result import Comparison, EarlierTrial
+from validate.settings import NO_INPUTS, Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
 from validate.uncertainty.computed import Spread, numerical_errors, size_series
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import COVERAGE
+from validate.wording.where_off import worst_at_a_station
 
 AREAS_AGREE = 1e-9  # Largest relative difference, by rounding, of the two computations of one area
 
@@ -119,7 +117,7 @@ def compare(
         beats_flat_level=error.mean_error < flat_error_mm,
         baselines=baselines,
         beats_baseline=beaten(error.mean_error, baselines, role, count),
-        readings=repeatability(measured),
+        scatter=repeatability(measured),
         role=role,
         fitted=fitted,
         lab_searched=lab_searched,
@@ -164,16 +162,17 @@ def assess(
         screening=not evidence.run.has_particles,
         unseen=flat_levels(measured, outline, solid, evidence.run.dispensed_volume_mm3, earlier),
     )
-    metrics = comparison.metrics
     baseline = balance_profile(evidence.run.dispensed_volume_mm3, outline, solid)
     baseline_error_mm = level_difference(baseline, measured).mean_error
     volumes = VolumeComparison(
         volume_balance_level_mm=float(baseline.level_mm.max()),
         volume_balance_error_mm=baseline_error_mm,
-        beats_volume_balance=metrics.mean_error_mm < baseline_error_mm,
-        mass_balance=mass_balance(evidence.run, solid, evidence.volume_ratio, metrics.measured_sealant_mm3, settings),
+        beats_volume_balance=comparison.mean_error_mm < baseline_error_mm,
+        mass_balance=mass_balance(
+            evidence.run, solid, evidence.volume_ratio, comparison.measured_sealant_mm3, settings
+        ),
     )
-    return replace(comparison, volumes=volumes)
+    return comparison.model_copy(update={"volumes": volumes})
 
 
 def repeatability(measured: Profile) -> ReadingsScatter:
@@ -241,6 +240,7 @@ def error_uncertainty(
         budget=summary,
         mean_level=overall,
         stations=stations,
+        worst_at_a_station=worst_at_a_station(stations, float(error.x[np.argmax(np.abs(error.value))])),
         sentences=(
             *validation.level_sentences(overall, stations, summary.parts, calibrated=calibrated, screening=screening),
             *((validation.missing_sentence(summary.missing),) if summary.missing else ()),

@@ -7,11 +7,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from sealtwin.core.comparison import Comparison
-from sealtwin.core.earlier_trials import EarlierTrials
-from sealtwin.core.predicted_level import PredictedLevel
 from sealtwin.core.records import DataKind, Frame, JsonRecord, Outline, Profile, Run, Solid, Trajectory
 from sealtwin.core.stage_keys import number_words
+from validate.result import Comparison, EarlierTrials, PredictedLevel
 
 
 class ReadingsSheet(JsonRecord):

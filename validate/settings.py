@@ -7,7 +7,6 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from sealtwin.core.comparison import Role
 from sealtwin.core.records import DataKind
 from sealtwin.core.run_figures import Method
 from sealtwin.core.settings import Settings
@@ -28,6 +27,10 @@ OF_THE_SHEET = ("sheet", "unit", "datum", "datum_level_mm")
 """Settings that [readings.columns] may hold too; they mean those of [readings]."""
 Sign = Literal["up", "down"]
 Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
+Role = Literal["calibrated-on", "held-out", "undeclared"]
+"""Use of the readings: the fluid was tuned on them, so that the error is a residual and no test; it was not; or it is
+undeclared. Only held-out readings can validate.
+"""
 SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
 
 

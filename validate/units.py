@@ -14,7 +14,7 @@ NOT_RECORDED = "not recorded"
 NOT_COMPUTED = "not computed by the fast model"
 
 
-@with_config(ConfigDict(extra="forbid", use_attribute_docstrings=True))
+@with_config(ConfigDict(extra="forbid"))
 @dataclass(frozen=True)
 class PageTable:
     """A table of the page, each number as text with its unit."""

@@ -40,7 +40,7 @@ def worst_off(mouth_mm: float, floor_mm: float, shift_mm: float) -> float:
     for level_mm in LEVELS_MM:
         s_mm = np.linspace(0, crack.length_mm, 21)
         flat = st.read_readings(np.column_stack([s_mm, np.full(21, level_mm)]), data="synthetic", role="undeclared")
-        below_mm3 = st.compare(flat, flat, crack, solid).metrics.measured_sealant_mm3
+        below_mm3 = st.compare(flat, flat, crack, solid).measured_sealant_mm3
         height_mm = DEPTH_MM + level_mm
         there_mm = floor_mm + (mouth_mm - floor_mm) * height_mm / DEPTH_MM
         off.append((below_mm3 - LENGTH_MM * height_mm * (floor_mm + there_mm) / 2) / cavity_mm3)

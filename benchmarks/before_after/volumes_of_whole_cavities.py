@@ -26,7 +26,7 @@ def held_share(outline: Outline, tilt: str, angle_deg: float) -> float:
     solid = build_solid(outline, shape)
     full = np.column_stack([np.linspace(0.0, outline.length_mm, 21), np.zeros(21)])
     readings = st.read_readings(full, data="synthetic", role="undeclared")
-    return st.compare(readings, readings, outline, solid).metrics.measured_sealant_mm3 / solid.cavity_volume_mm3
+    return st.compare(readings, readings, outline, solid).measured_sealant_mm3 / solid.cavity_volume_mm3
 
 
 slot = straight_slot(40.0, 6.0, CUT)

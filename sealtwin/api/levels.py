@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import InstanceOf
 
 from sealtwin.api.runs import SimulatedLevel
 from sealtwin.api.samples import CrackOutline
 from sealtwin.api.shared import FilePath, content_of, file_of, settings_from, sha256_of
-from sealtwin.core.comparison import Comparison
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind, Outline, Profile, Sections, Solid
 from sealtwin.core.settings import checked
 from sealtwin.core.settings_text import keywords_of
+from validate.result import Comparison
 from validate.settings import Datum, Decimal, Gate, Quantity, Readings, Role, Separator, Uncertainty, Unit
 
 if TYPE_CHECKING:
@@ -115,21 +116,22 @@ def read_readings(
     return LevelReadings(**content_of(profile), settings=settings, sha256=sha256_of(readings if is_array else file))
 
 
-@dataclass(frozen=True, kw_only=True)
 class LevelComparison(Comparison):
-    """A simulated level held against readings: what ``compare`` returns.
+    """A simulated level compared with readings: what ``compare`` returns.
 
-    Its main figures are ``mean_error_mm``, ``interval_95_mm``, ``worst_error_mm`` at ``worst_at_mm``, ``verdict`` and
-    ``findings``; ``metrics`` holds all others, with the ``baselines`` that the verdict names.
+    Its main figures are ``mean_error_mm``, ``interval_95_mm``, ``worst_error_mm`` at ``worst_at_mm``, ``verdict``,
+    ``findings`` and the ``baselines`` that the verdict names.
     """
 
-    level: Profile
-    readings: Profile
+    level: InstanceOf[Profile]
+    """The simulated level."""
+    readings: InstanceOf[Profile]
+    """The readings."""
     settings: Readings
     """The declared facts about how the readings were taken."""
     declared: Uncertainty
     """Declared standard uncertainties of the inputs."""
-    sections: Sections
+    sections: InstanceOf[Sections]
     """The cavity along the crack, for plots."""
 
 
@@ -190,7 +192,7 @@ def compare(
         unseen=flat_levels(readings, crack, solid, dispensed_mm3),
     )
     return LevelComparison(
-        **content_of(comparison),
+        **dict(comparison),
         level=level,
         readings=readings,
         settings=settings,

@@ -65,7 +65,6 @@ def write_report(
     from validate.report.write_report import REPORT
     from validate.report.write_report import write_report as write_pages
     from validate.report_input import Evidence, ReadingsSheet, provenance
-    from validate.settings import Gate
 
     for argument, value, kind in (("crack", crack, CrackOutline), ("path", path, PlannedPath)):
         if not isinstance(value, kind):
@@ -102,9 +101,8 @@ def write_report(
         sheet=sheet,
     )
     if result is not None:
-        limit_mm = result.mean_error_limit_mm
-        gate = None if limit_mm is None else Gate(mean_error_mm=limit_mm, reason=result.gate_reason)
-        evidence = replace(evidence, comparison=assess(evidence, result.settings, result.declared, None, gate))
+        comparison = assess(evidence, result.settings, result.declared, None, result.gate)
+        evidence = replace(evidence, comparison=comparison)
     write_pages(target, evidence)
     return target / REPORT[0]
 

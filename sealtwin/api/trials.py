@@ -21,6 +21,7 @@ from sealtwin.core.files import read_table
 from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import DataKind, Floats, Outline, Profile, Run, Solid, Trajectory
 from sealtwin.core.settings import as_json, checked
+from validate.result import TrialResult
 
 if TYPE_CHECKING:
     from sealtwin.trial.trial_file import Trial
@@ -31,7 +32,7 @@ class TrialRun:
     """A run folder that is complete and up to date: what ``run_trial`` returns."""
 
     folder: Path
-    content: dict[str, Any]
+    result: TrialResult
     """The content of run.json: figures by name, units in the names."""
     redone: tuple[str, ...]
     """Stages that had to be computed; the others were up to date."""
@@ -44,23 +45,22 @@ class TrialRun:
     @property
     def mean_error_mm(self) -> float | None:
         """Mean error against the readings in mm; None without readings."""
-        return self.content.get("mean_error_mm")
+        return self.result.comparison and self.result.comparison.mean_error_mm
 
     @property
     def interval_95_mm(self) -> tuple[float, float] | None:
         """Ends of its 95 % interval in mm; None without readings."""
-        ends = self.content.get("mean_error_95_mm")
-        return None if ends is None else (ends[0], ends[1])
+        return self.result.comparison and self.result.comparison.interval_95_mm
 
     @property
     def verdict(self) -> str | None:
         """The report's headline as one text; None without readings."""
-        return self.content.get("verdict")
+        return self.result.comparison and self.result.comparison.verdict
 
     @property
     def gate_passed(self) -> bool | None:
-        """True where the declared gate is kept; None where none was declared."""
-        return self.content.get("gate_passed")
+        """True if the declared gate is kept; None if none was declared."""
+        return self.result.comparison and self.result.comparison.passed
 
     @cached_property
     def crack(self) -> Outline:
@@ -148,7 +148,7 @@ def run_trial(
     warned = WarnedProgress()
     with progress_for_stderr(quiet=False) if progress else warned as shown:
         outcome = run_trial(settings, home, target, STAGES, device, shown, threads, facts_above(settings, home))
-    for text in dict.fromkeys([*warned.sentences, *outcome.result.get("fluid_warnings", ())]):
+    for text in dict.fromkeys([*warned.sentences, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]):
         warnings.warn(text, RuntimeWarning, stacklevel=2)
     return TrialRun(target, outcome.result, outcome.redone)
 

@@ -9,7 +9,6 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError,
 from typing_extensions import TypedDict
 
 from sealtwin.core import files
-from sealtwin.core.comparison import Comparison
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import load_trimesh, read_mesh
 from sealtwin.core.records import FaceLabel, Outline, Profile, Run, Sample, Sections, Solid, Trajectory
@@ -120,16 +119,6 @@ class SolidFile(Result):
     cavity_volume_mm3: float
     sections: Sections
     face_label: Annotated[str, Field(pattern="^[0-4]*$")]
-
-
-class Judged(Result):
-    """Numbers of comparison.json that are read again."""
-
-    mean_error_mm: Amount
-    worst_error_mm: Amount
-    worst_at_mm: float
-    passed: bool | None
-    verdict: str
 
 
 AGAIN = "Run its stage again."
@@ -273,27 +262,17 @@ def read_profile(folder: Path) -> Profile:
     return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
 
 
-def write_comparison(folder: Path, comparison: Comparison) -> None:
-    files.write_json(folder / "comparison.json", comparison.content())
-
-
-def read_comparison(folder: Path, kind: type[Judged] = Judged) -> dict[str, Any]:
-    """Read comparison.json and check the figures of ``kind``. Raises InputError, naming the field."""
-    read_record(kind, folder / "comparison.json")
-    return files.read_json(folder / "comparison.json")
-
-
 @cache
 def _adapter(kind: type[Kind]) -> TypeAdapter[Kind]:
     return TypeAdapter(kind)
 
 
-def read_record(kind: type[Kind], path: Path, remedy: str = AGAIN) -> Kind:
-    """Read a JSON file as a record.
+def read_record(kind: type[Kind], path: Path, remedy: str = AGAIN, *, strict: bool | None = None) -> Kind:
+    """Read a JSON file as a record; with ``strict`` no value of another type is converted.
 
     Raises InputError that names the file, the first key that does not fit, and its value, and ends with ``remedy``.
     """
-    return as_record(kind, files.read_text(path), path, remedy)
+    return as_record(kind, files.read_text(path), path, remedy, strict=strict)
 
 
 def read_checked(kind: type[Kind], path: Path, remedy: str = AGAIN) -> Any:
@@ -303,10 +282,12 @@ def read_checked(kind: type[Kind], path: Path, remedy: str = AGAIN) -> Any:
     return files.parse_json(text)
 
 
-def as_record(kind: type[Kind], text: str, where: Path | str, remedy: str = AGAIN) -> Kind:
+def as_record(
+    kind: type[Kind], text: str, where: Path | str, remedy: str = AGAIN, *, strict: bool | None = None
+) -> Kind:
     """Return a JSON text as a record. Raises InputError as ``read_record``, naming ``where``."""
     try:
-        record: Kind = _adapter(kind).validate_json(text)
+        record: Kind = _adapter(kind).validate_json(text, strict=strict)
         # A field of any value takes them.
         if "NaN" in text or "Infinity" in text:
             files.parse_json(text)

@@ -18,6 +18,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, PlainValidator, with_config
+from pydantic.functional_serializers import PlainSerializer
+from pydantic.json_schema import WithJsonSchema
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
@@ -55,7 +57,9 @@ def _require_as_long(record: object, first: str, *others: str) -> None:
             raise ValueError(f"{name} has {len(values)} rows for the {length} of {first}")
 
 
-Numbers = Annotated[Floats, PlainValidator(_finite)]  # Array of numbers in a record that is read from JSON
+AS_LIST = PlainSerializer(np.ndarray.tolist, when_used="json")
+OF_NUMBERS = WithJsonSchema({"type": "array", "items": {"type": "number"}})
+Numbers = Annotated[Floats, PlainValidator(_finite), AS_LIST, OF_NUMBERS]  # Array in a record that is read from JSON
 Points = Annotated[Floats, PlainValidator(_points)]  # Points in a record that is read from JSON, (n, 2)
 FROM_JSON = ConfigDict(strict=True, allow_inf_nan=False)
 
@@ -296,7 +300,7 @@ class Trajectory:
 class JsonRecord(BaseModel):
     """A frozen record that is written as JSON, key by key."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
 
 @dataclass(frozen=True)

@@ -5,24 +5,26 @@ from dataclasses import astuple, dataclass, replace
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.record_files import Amount, Result, read_checked, read_record
+from sealtwin.core.record_files import Result, read_record
 from sealtwin.core.stage_keys import other_numbers, stage_key
 from sealtwin.lab.found_files import TRIAL, FilePlace, Role
 from sealtwin.lab.pairing import Decisions
 from sealtwin.lab.sample_outcome import KeptFile
 from sealtwin.trial.stage_numbers import NUMBERS
 from validate.readings.samples import sample_key
+from validate.result import RESULT, TrialResult, read_result
 
 CATALOGUE = "catalogue.json"
 RECORD = "record.json"  # File in each trial's folder: the files and words that it was made of
 RUN = "run"  # Folder beside a trial's files with the results of its run
+COMPARED = ("mean_error_mm",)  # Figures of a comparison that a lab lists
 COLUMNS = (
     "sample", "revision", "state", "date", "operator", "data", "depth_mm", "photo", "photo_sha256", "readings",
-    "readings_sha256", "dialect", "result", "mean_error_mm", "ingested_utc", "folder", "reason",
+    "readings_sha256", "dialect", "result", *COMPARED, "ingested_utc", "folder", "reason",
 )  # fmt: skip
 VERSION: Literal[3] = 3
 REMEDY = "Move it away and ingest the same folders again: it is made anew, from the trials' own, and from pairing.csv."
@@ -77,20 +79,6 @@ class CatalogueFile(Result):
     checked: dict[str, tuple[str, list[str]]]
     """State of each trial at its check, by its folder, and sentences on what keeps it from its run."""
     sources: dict[str, SourceFile]
-
-
-class ComputedBy(Result):
-    """Version and stage numbers that computed a stage."""
-
-    stage_numbers: dict[str, int] = Field(default_factory=dict)
-
-
-class RunFile(Result):
-    """Figures of run.json that a lab lists."""
-
-    stages: tuple[str, ...] = ()
-    mean_error_mm: Amount | None = None
-    computed_by: dict[str, ComputedBy] = Field(default_factory=dict)
 
 
 class Catalogue:
@@ -188,26 +176,25 @@ def revisions(lab: Path, sample: str) -> tuple[Catalogue, list[Record], list[Cat
     return catalogue, records, faults
 
 
-def read_run(lab: Path, record: Record) -> dict[str, Any] | None:
-    path = lab / record.folder / RUN / "run.json"
-    if not path.is_file():
-        return None
-    return read_checked(RunFile, path, f"Delete it; 'sealtwin validate {path.parent}' writes it anew.")
+def read_run(lab: Path, record: Record) -> TrialResult | None:
+    """Return the result of the trial's run; None if it has none."""
+    folder = lab / record.folder / RUN
+    return read_result(folder) if (folder / RESULT).is_file() else None
 
 
 def progress_of(catalogue: Catalogue, record: Record) -> str:
     """Return in words how far the trial is."""
     result = read_run(catalogue.lab, record)
-    if result is not None and result.get("mean_error_mm") is not None:
-        by = result.get("computed_by", {}).get("validate", {}).get("stage_numbers", {})
-        return f"mean error {result['mean_error_mm']:.2f} mm{' (other version)' if other_numbers(by, NUMBERS) else ''}"
+    if result is not None and result.comparison is not None:
+        other = " (other version)" if other_numbers(result.numbers, NUMBERS) else ""
+        return f"mean error {result.comparison.mean_error_mm:.2f} mm{other}"
     if catalogue.unready(record):
         return "not sound"
-    return "not run" if result is None else f"{', '.join(result.get('stages', ())) or 'nothing'} done"
+    return "not run" if result is None else f"{', '.join(result.stages) or 'nothing'} done"
 
 
 def _row(catalogue: Catalogue, record: Record) -> dict[str, Any]:
-    photo, readings = record.file("photo"), record.file("readings")
+    photo, readings, result = record.file("photo"), record.file("readings"), read_run(catalogue.lab, record)
     depth, unready = record.said.get("crack.depth_mm"), catalogue.unready(record)
     row = vars(record) | {
         "sample": record.name,
@@ -220,6 +207,6 @@ def _row(catalogue: Catalogue, record: Record) -> dict[str, Any]:
         "readings": readings and readings.original,
         "readings_sha256": readings and readings.sha256,
         "result": progress_of(catalogue, record),
-        "mean_error_mm": (read_run(catalogue.lab, record) or {}).get("mean_error_mm"),
+        **{name: result and result.comparison and getattr(result.comparison, name) for name in COMPARED},
     }
     return {column: row.get(column) for column in COLUMNS}

@@ -3,11 +3,7 @@
 from pathlib import Path
 
 from sealtwin.core import record_files
-from sealtwin.core.comparison import Role
-from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.errors import InputError
-from sealtwin.core.record_files import Judged, Positive
-from sealtwin.core.records import DataKind
 from sealtwin.core.stage_keys import other_numbers
 from sealtwin.lab.catalogue import RUN, Catalogue, Record, read_run
 from sealtwin.lab.held_out import TRIAL, readings_hash, uses
@@ -15,20 +11,7 @@ from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import load_trial
 from validate.metrics.verdict import kept_volume
 from validate.readings.read_readings import read_readings
-
-
-class HeldOut(Judged):
-    """Numbers of comparison.json that an earlier trial gives."""
-
-    role: Role
-    readings_data: DataKind
-    photo_data: DataKind
-    covered_length_mm: Positive
-    bias_mm: float
-    simulated_fill_ratio: float
-    measured_fill_ratio: float
-    simulated_overfill_mm3: float
-    measured_overfill_mm3: float
+from validate.result import COMPARISON, EarlierTrial, read_comparison
 
 
 def earlier_trials(catalogue: Catalogue, source: Path | None = None) -> tuple[tuple[EarlierTrial, ...], list[str]]:
@@ -57,27 +40,26 @@ def earlier_trials(catalogue: Catalogue, source: Path | None = None) -> tuple[tu
 def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
     """Return the hash of the readings and the trial; None where it does not count."""
     result, run = read_run(lab, record), lab / record.folder / RUN
-    if result is None or result.get("edited") or not (run / "comparison.json").is_file():
+    if result is None or result.edited or not (run / COMPARISON).is_file():
         return None
-    content = record_files.read_comparison(run, HeldOut)
+    comparison = read_comparison(run)
     simulation = record_files.read_simulation(run)
-    measured = content["photo_data"] == content["readings_data"] == "measured"
-    if content["role"] != "held-out" or not measured or not simulation.has_particles:
+    measured = comparison.photo_data == comparison.readings_data == "measured"
+    if comparison.role != "held-out" or not measured or not simulation.has_particles:
         return None
     if simulation.escaped_particles or not kept_volume(simulation.volume_ratio):
         return None
     readings = load_trial(run / TRIAL).readings
     if readings is None:
         return None
-    recorded = result.get("computed_by", {}).get("validate", {}).get("stage_numbers", {})
-    if other := other_numbers(recorded, NUMBERS):
+    if other := other_numbers(result.numbers, NUMBERS):
         raise InputError(f"{run}: computed by {other}. 'sealtwin run' with its trial computes it anew.")
-    length_mm = content["covered_length_mm"]
+    length_mm = comparison.covered_length_mm
     return readings_hash(read_readings(run / readings.file, readings)), EarlierTrial(
         name=record.name,
-        level_error_mm=content["bias_mm"],
-        computed_fill_ratio=content["simulated_fill_ratio"],
-        read_fill_ratio=content["measured_fill_ratio"],
-        computed_heap_mm2=content["simulated_overfill_mm3"] / length_mm,
-        read_heap_mm2=content["measured_overfill_mm3"] / length_mm,
+        level_error_mm=comparison.bias_mm,
+        computed_fill_ratio=comparison.simulated_fill_ratio,
+        read_fill_ratio=comparison.measured_fill_ratio,
+        computed_heap_mm2=comparison.simulated_overfill_mm3 / length_mm,
+        read_heap_mm2=comparison.measured_overfill_mm3 / length_mm,
     )

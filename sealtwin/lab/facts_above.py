@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.errors import InputError
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.earlier_trials import earlier_trials
@@ -11,6 +10,7 @@ from sealtwin.study.extra_runs import time_of_extra_runs
 from sealtwin.trial.job import Above, Job, shown
 from sealtwin.trial.trial_file import Trial
 from validate.readings.read_readings import read_readings
+from validate.result import EarlierTrial
 
 
 def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:

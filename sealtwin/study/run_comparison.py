@@ -7,10 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from sealtwin.core import files, record_files
-from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.record_files import Judged
 from sealtwin.core.run_folder import look_into
 from sealtwin.core.stage_keys import UNNUMBERED
 from sealtwin.trial.job import (
@@ -29,31 +27,22 @@ from sealtwin.trial.validate_stage import readings_of
 from validate.figures.compare_sheet import MOST, compare_sheet
 from validate.figures.figure_sheet import FigureSheet, write_sheet_of_figures
 from validate.figures.side_by_side import Side, differing, first_with_readings, replicate_words
-from validate.settings import Role
+from validate.result import COMPARISON, Comparison, read_comparison
 from validate.wording.headline import run_warnings
 from validate.wording.of_runs import sentences_of_runs
 
 PAGE, CONTENT = "compare.html", "compare.json"
+LISTED = (
+    "mean_error_mm",
+    "flat_level_error_mm",
+    "beats_flat_level",
+    "baselines",
+    "beats_baseline",
+    "role",
+    "fitted",
+)  # Figures of a comparison in compare.json
 NOT_SETTINGS = ("name", "note", "output")  # Tables of a trial that change no result
 OF_A_COMPARISON = ("readings", "uncertainty")  # Tables of a trial that change comparison.json alone
-
-
-class RunErrors(Judged):
-    """The numbers of comparison.json that the page shows."""
-
-    bias_mm: float
-    rmse_mm: float
-    share_under_1_mm: float
-    frechet_mm: float
-    flat_level_error_mm: float
-    beats_flat_level: bool
-    baselines: tuple[Baseline, ...] = ()
-    beats_baseline: bool | None = None
-    volume_balance_error_mm: float | None = None
-    beats_volume_balance: bool | None = None
-    simulated_fill_ratio: float | None = None
-    role: Role
-    uncertainty: dict[str, Any] | None = None
 
 
 def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], FigureSheet]:
@@ -87,13 +76,7 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Fi
                 "number": index + 1,
                 "name": side.name,
                 "folder": shown(folders[index]),
-                "mean_error_mm": side.metrics.get("mean_error_mm"),
-                "flat_level_error_mm": side.metrics.get("flat_level_error_mm"),
-                "beats_flat_level": side.metrics.get("beats_flat_level"),
-                "baselines": side.metrics.get("baselines"),
-                "beats_baseline": side.metrics.get("beats_baseline"),
-                "role": side.metrics.get("role"),
-                "fitted": side.metrics.get("fitted"),
+                **_listed(side.comparison),
                 "not_ranked": side.unranked or None,
                 "readings_of_run": None if first is None else first + 1,
                 "edited": side.edited,
@@ -112,6 +95,10 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Fi
     return content, sheet
 
 
+def _listed(comparison: Comparison | None) -> dict[str, Any]:
+    return dict.fromkeys(LISTED) if comparison is None else comparison.model_dump(mode="json", include=set(LISTED))
+
+
 def _finished(folder: Path) -> Job:
     """Read a run and check its stages against its manifest, as 'sealtwin validate' does."""
     job = resume_job(look_into(folder), "cpu", Progress())
@@ -121,7 +108,7 @@ def _finished(folder: Path) -> Job:
         return job
     again = f"'sealtwin validate {job.path}' does that"
     made_with = job.folder.settings_of("validate")
-    if made_with is None or not (job.path / "comparison.json").is_file():
+    if made_with is None or not (job.path / COMPARISON).is_file():
         raise InputError(f"{job.path}: not compared with its readings yet. {again}.")
     wanted = stage_settings(job.trial, "validate")
     changed = [
@@ -134,12 +121,12 @@ def _finished(folder: Path) -> Job:
 
 def _unused(side: Side) -> Sequence[str]:
     """Return sentences on declared errors that the readings contradict."""
-    return (side.metrics.get("uncertainty") or {}).get("unused", ())
+    uncertainty = side.comparison and side.comparison.uncertainty
+    return uncertainty.unused if uncertainty is not None else ()
 
 
 def _side(job: Job, name: str) -> Side:
     readings = readings_of(job)
-    metrics = {} if readings is None else record_files.read_comparison(job.path, RunErrors)
     run = record_files.read_simulation(job.path)
     counted = run.has_particles
     facts: dict[str, float | None] = {
@@ -160,7 +147,7 @@ def _side(job: Job, name: str) -> Side:
         settings=_flat(job.trial.model_dump(mode="json", exclude=set(NOT_SETTINGS))) | numbers,
         profile=record_files.read_profile(job.path),
         readings=readings,
-        metrics=metrics,
+        comparison=None if readings is None else read_comparison(job.path),
         facts=facts,
         replicate_of=_replicate_of(job.trial, job.folder.numbers_of("simulate")),
         volume_ratio=volume_ratio,

@@ -4,7 +4,7 @@ import pickle
 import time
 import traceback
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from sealtwin.trial.stage_numbers import own_numbers
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
 
+ERRORS = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm", "stations_compared")
 MOST_NUMBERS = 8  # Of the curves that a run is held against; a sweep that varies more settings names the last
 
 SUMMARY = "summary.json"
@@ -227,10 +228,9 @@ def _compared(sample: Sample, trial: Trial, profile: Profile) -> dict[str, Any]:
 
     crack, role = (sample.outline, sample.solid), trial.readings.role
     comparison = compare(profile, sample.readings, *crack, role=role, photo_data=trial.shown_by.data)
-    names = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm", "stations_compared")
-    m = comparison.metrics
-    curves = best_curves(sample.readings, m.covered_from_mm, m.covered_to_mm, range(1, MOST_NUMBERS + 1))
-    return {**{name: getattr(m, name) for name in names}, "baselines": [one.model_dump() for one in curves]}
+    stretch_mm = comparison.covered_from_mm, comparison.covered_to_mm
+    curves = best_curves(sample.readings, *stretch_mm, range(1, MOST_NUMBERS + 1))
+    return {**{name: getattr(comparison, name) for name in ERRORS}, "baselines": [asdict(one) for one in curves]}
 
 
 def _failure(fault: Exception, wall_s: float) -> Failure:

@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, ConfigDict, Field, model_validator, with_config
 
 from sealtwin.core import files
-from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import Amount, Count, Result, as_record, read_checked, read_record
 from sealtwin.core.run_figures import PARTICLES, Method, RunHealth
@@ -21,6 +20,7 @@ from sealtwin.core.stage_keys import other_numbers
 from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
 from sealtwin.trial.trial_file import Trial
+from validate.comparison import Baseline
 from validate.metrics.verdict import kept_volume
 from validate.wording.of_runs import sentences_of_runs
 

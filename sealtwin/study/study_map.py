@@ -1,7 +1,7 @@
 """A map of a study: all its runs compared with one sheet of readings, drawn as the paper's figures."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from string import ascii_lowercase
 from typing import Any
@@ -300,7 +300,7 @@ def _content(chart: Chart, plan: Plan, target: Path, written: Sequence[str]) -> 
         "as_near_as_the_best": [row["number"] for row in rows if row["as_near_as_the_best"]],
         "flat_level_error_mm": round(chart.best.flat_level_error_mm, 4),
         "beats_flat_level": chart.best.mean_error_mm < chart.best.flat_level_error_mm,
-        "baselines": [one.model_dump() for one in chart.baselines],
+        "baselines": [asdict(one) for one in chart.baselines],
         "against_baselines": chart.beside_baselines,
         "scatter_of_runs_mm": round(chart.scatter_mm, 4),
         "scatter_of_replicates_mm": scatter_mm and round(scatter_mm, 4),

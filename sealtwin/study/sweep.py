@@ -6,12 +6,11 @@ import platform
 import shutil
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sealtwin.core import files, record_files
-from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
 from sealtwin.core.plain_files import copy
 from sealtwin.core.progress import Progress
@@ -25,6 +24,7 @@ from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings,
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import load_trial
+from validate.comparison import Baseline
 from validate.metrics.verdict import kept_volume
 from validate.wording.of_runs import sentences_of_runs
 
@@ -287,7 +287,7 @@ def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
     figures, declared = run.figures or {}, (run.trial.get("readings") or {}).get("fitted") or ()
     varied = {name for name in run.settings if name != "seed"}
     fitted = len(varied | {*declared})
-    curves = [Baseline.model_validate(one) for one in figures.get("baselines", ())]
+    curves = [Baseline(**one) for one in figures.get("baselines", ())]
     curves = [one for one in curves if one.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
     stations, sentence = figures.get("stations_compared"), None
     if curves:
@@ -295,7 +295,7 @@ def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
     return {
         "varied": len(varied),
         "fitted": fitted,
-        "baselines": [one.model_dump() for one in curves],
+        "baselines": [asdict(one) for one in curves],
         # Of runs that differ in seed alone one was chosen with the readings too.
         "beats_baseline": beaten(error_mm, curves, "calibrated-on", fitted or 1),
         "against_baselines": sentence,

@@ -5,16 +5,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sealtwin.core import files, plain_files, record_files
-from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import RunFolder
 from sealtwin.core.stage_keys import UNNUMBERED, other_numbers
 from sealtwin.trial.stage_numbers import NUMBERS, StageName, numbers_up_to
 from sealtwin.trial.trial_file import Trial, load_trial, trial_text
+
+if TYPE_CHECKING:
+    from validate.result import EarlierTrial
 
 STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")

@@ -14,16 +14,15 @@ from sealtwin.trial.job import DIGITISED, SIMULATED, Job, begin_writing, check_s
 from sealtwin.trial.simulate_stage import snapshots_of
 from sealtwin.trial.trial_file import Trial
 from validate.report_input import ReadingsSheet, provenance
+from validate.result import COMPARISON, EARLIER, PREDICTION
 
 if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
 NOT_RECORDED = "not recorded"
-REPORT_FORM = 5  # Version of comparison.json and report.json: those of another one are made again
+REPORT_FORM = 6  # Version of comparison.json and report.json: those of another one are made again
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
 """Name in the manifest of the extra runs of 'sealtwin validate RUN --uncertainty', and their file."""
-PREDICTION = "prediction.json"  # Of a run without readings, with extra runs
-EARLIER = "earlier_trials.json"  # Of a run in a lab with held-out trials
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # What of the stage's own settings they depend on
 RECORD = "record.json"  # File beside a trial that was ingested from a lab's folder
 ORIGIN = Path("inputs", "origin.json")
@@ -116,15 +115,11 @@ def bring_up_to_date(job: Job) -> bool:
     begin_writing(job, "validate")
     keep_origin(job)
     outputs: list[str] = list(REPORT)
-    if evidence.comparison is not None:
-        record_files.write_comparison(job.path, evidence.comparison)
-        outputs.append("comparison.json")
-    if evidence.prediction is not None:
-        files.write_json(job.path / PREDICTION, evidence.prediction.model_dump())
-        outputs.append(PREDICTION)
-    if evidence.earlier is not None:
-        files.write_json(job.path / EARLIER, evidence.earlier.model_dump())
-        outputs.append(EARLIER)
+    records = {COMPARISON: evidence.comparison, PREDICTION: evidence.prediction, EARLIER: evidence.earlier}
+    for name, record in records.items():
+        if record is not None:
+            files.write_json(job.path / name, record.model_dump())
+            outputs.append(name)
     write_report(job.path, evidence)
     job.progress.advance(2)
     facts = {"numbers": numbers, "given": list(given)}

@@ -20,7 +20,6 @@ from PIL import Image
 
 import sealtwin as st
 from digitise.settings import NozzlePath
-from sealtwin.core.comparison import Comparison
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline
 from sealtwin.trial.starter_files import write_example_cell
@@ -32,6 +31,7 @@ from tests.pages import leave_out_pages
 from tests.places import FIXTURE
 from tests.studies import tiny_lab
 from validate.report.write_report import REPORT
+from validate.result import Comparison
 
 ENDS_PX = [[40, 101], [160, 98]]
 READINGS = np.array([[0.5, -2.0, -2.1], [4.0, -2.0, -1.9], [7.0, -1.5, -1.4], [10.0, -1.0, -1.1], [13.5, -1.0, np.nan]])
@@ -237,13 +237,13 @@ def test_a_report_says_what_nobody_declared(way, result, tmp_path):
     assert {file.name for file in page.parent.iterdir()} == {*REPORT, "overlay.png"}
     report = json.loads((page.parent / "report.json").read_text(encoding="utf-8"))
     assert report["name"] == "P01"
-    assert report["verdict"]["photo_data"] == report["verdict"]["readings_data"] == "undeclared"
-    assert report["verdict"]["role"] == "undeclared"
-    assert "alidated" not in report["verdict"]["sentence"]
+    compared = report["comparison"]
+    assert report["photo_data"] == compared["readings_data"] == compared["role"] == "undeclared"
+    assert "alidated" not in " ".join(report["headline"])
     (caution,) = [text for text in report["cautions"] if text.startswith("Not a validation")]
     assert caution.count("not declared") == 3
-    assert report["metrics"]["mean_error_mm"]["value"] == pytest.approx(result.mean_error_mm)
-    assert report["metrics"]["mean_error_mm"]["interval_95"] == pytest.approx(result.interval_95_mm)
+    assert compared["mean_error_mm"] == pytest.approx(result.mean_error_mm)
+    assert compared["uncertainty"]["mean_error_interval_mm"] == pytest.approx(result.interval_95_mm)
     assert crack.sha256 in str(report["provenance"])
 
 
@@ -298,7 +298,7 @@ def test_levels_are_drawn_on_a_figure_or_on_given_axes(way, result):
 def test_a_comparison_is_a_record_as_any(result):
     assert isinstance(result, Comparison)
     assert result.uncertainty is not None
-    assert np.isfinite(result.metrics.bias_mm)
+    assert np.isfinite(result.bias_mm)
 
 
 def test_a_mesh_is_a_sample_too(way, tmp_path):

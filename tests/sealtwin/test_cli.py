@@ -248,8 +248,8 @@ def test_digitise_answers_in_json_and_then_redoes_nothing(trial, tmp_path):
     answer = _sealtwin("digitise", trial, "--out", tmp_path / "run", "--json")
     assert answer.exit_code == 0, answer.output
     result = json.loads(answer.stdout)
-    assert result["version"] == 1
-    assert 78 < result["length_mm"] < 82
+    assert result["version"] == 2
+    assert 78 < result["sample"]["length_mm"] < 82
     assert result == json.loads((tmp_path / "run" / "run.json").read_text())
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "run").iterdir() if not path.name.startswith(".")}
     again = _sealtwin("digitise", trial, "--out", tmp_path / "run")
@@ -262,14 +262,14 @@ def test_the_answer_tells_how_good_the_scale_is_and_who_found_the_path(trial, tm
     answer = _sealtwin("digitise", trial, "--out", tmp_path / "run")
     result = json.loads((tmp_path / "run" / "run.json").read_text())
     outline = json.loads((tmp_path / "run" / "outline.json").read_text())
-    assert result["scale_uncertainty"] == outline["scale_uncertainty"]
+    assert result["sample"]["scale_uncertainty"] == outline["scale_uncertainty"]
     shown = re.search(r"Scale: .*markers.*, 0\.1\d* mm/px, uncertain by 0\.\d+ %, residual 0\.0\d\d mm", answer.stdout)
     assert shown, answer.stdout
     photo, out = trial.parent / "photo.jpg", tmp_path / "found"
     found = _sealtwin("digitise", photo, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out, "--json")
     result = json.loads(found.stdout)
-    assert any("found automatically" in warning for warning in result["warnings"])
-    assert result["mm_per_px"] == 0.1
+    assert any("found automatically" in warning for warning in result["sample"]["warnings"])
+    assert result["sample"]["mm_per_px"] == pytest.approx(0.1)
     for folder, source in ((tmp_path / "run", "ends"), (out, "automatic")):
         manifest = json.loads((folder / "manifest.json").read_text())
         assert manifest["stages"]["digitise"]["path_source"] == source
@@ -304,7 +304,7 @@ def test_a_fitted_width_is_told_with_its_interval_wherever_it_stands(thin):
     assert re.search(r"0\.\d\d mm wide by a fit of its profile, with 95 % from 0\.\d+ to 0\.\d+ mm", answer.stdout)
     result, solid = (json.loads((out / name).read_text()) for name in ("run.json", "solid.json"))
     outline = json.loads((out / "outline.json").read_text())
-    assert result["width_source"] == outline["width_source"] == "fit"
+    assert result["sample"]["width_source"] == outline["width_source"] == "fit"
     assert outline["width_95_mm"][0] < outline["mean_width_mm"] < outline["width_95_mm"][1]
     assert solid["photo_width_95_mm"] == pytest.approx(outline["width_95_mm"], abs=1e-4)
     low_mm3, high_mm3 = solid["cavity_volume_95_mm3"]
@@ -338,7 +338,7 @@ def test_a_gauge_s_widths_are_taken_as_given(thin, tmp_path):
     table.write_text("s_mm,width_mm\n0,0.2\n42,0.4\n")
     answer = _sealtwin("digitise", *arguments, "--depth-mm", 16, "--width-mm", table)
     assert answer.exit_code == 0, answer.output
-    assert json.loads((out / "run.json").read_text())["mean_width_mm"] == pytest.approx(0.3, abs=0.01)
+    assert json.loads((out / "run.json").read_text())["sample"]["mean_width_mm"] == pytest.approx(0.3, abs=0.01)
     path_alone = ("--set", "photo.path_only=true", "--width-mm", 0.3)
     assert "width_mm beside path_only" in _refusal("digitise", *arguments, *path_alone)
 

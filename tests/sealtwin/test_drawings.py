@@ -30,7 +30,7 @@ def test_out_to_cad_and_back_it_is_the_same_crack(run, tmp_path):
     names = sorted(file.name for file in (tmp_path / "out").iterdir())
     assert names == ["coco.json", "crack.dxf", "crack_mask.png"]
     assert len(json.loads((tmp_path / "out" / "coco.json").read_text())["annotations"]) == 1
-    before = json.loads((run / "run.json").read_text())
+    before = json.loads((run / "run.json").read_text())["sample"]
     ways = ((), ("--walls", "WALL_LEFT", "WALL_RIGHT"), ("--line", "CENTRELINE", "--width-mm", before["mean_width_mm"]))
     for number, how in enumerate(ways):
         folder = tmp_path / f"drawn{number}"
@@ -38,7 +38,7 @@ def test_out_to_cad_and_back_it_is_the_same_crack(run, tmp_path):
             "import-dxf", tmp_path / "out" / "crack.dxf", "--depth-mm", 8, *how, "--out", folder, "--json"
         )
         assert drawn.exit_code == 0, drawn.output
-        after = json.loads(drawn.stdout)
+        after = json.loads(drawn.stdout)["sample"]
         # A line's round ends are longer than a tip, and its width is the mean everywhere.
         assert after["length_mm"] == pytest.approx(before["length_mm"], rel=0.03)
         assert after["mean_width_mm"] == pytest.approx(before["mean_width_mm"], rel=0.05)

@@ -29,8 +29,8 @@ def test_a_mesh_becomes_a_run_folder_like_any_other(tmp_path):
     )
     assert done.exit_code == 0, done.output
     result = json.loads(done.stdout)
-    assert result["cavity_volume_mm3"] == pytest.approx(2400.0, abs=0.1)
-    assert (result["path_source"], result["scale_source"]) == ("mesh", "mesh in inch: scan.stl")
+    assert result["sample"]["cavity_volume_mm3"] == pytest.approx(2400.0, abs=0.1)
+    assert (result["sample"]["path_source"], result["sample"]["scale_source"]) == ("mesh", "mesh in inch: scan.stl")
     made = {path.name for path in (tmp_path / "run").iterdir()}
     assert made >= {
         "crack.stl",
@@ -85,9 +85,9 @@ def test_a_scan_is_injected_and_reported(tmp_path):
     done = CliRunner().invoke(app, ["run", str(trial), "--out", str(tmp_path / "run"), "--device", "cpu", "--json"])
     assert done.exit_code == 0, done.output
     result = json.loads(done.stdout)
-    assert result["escaped_particles"] == 0
-    assert result["spilled_particles"] == 0
-    assert result["cavity_volume_mm3"] == pytest.approx(solid.cavity_volume_mm3, rel=1e-3)
+    assert result["fluid"]["escaped_particles"] == 0
+    assert result["fluid"]["spilled_particles"] == 0
+    assert result["sample"]["cavity_volume_mm3"] == pytest.approx(solid.cavity_volume_mm3, rel=1e-3)
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "The walls stand as they do in the mesh" in page
     assert "the mesh is synthetic" in page

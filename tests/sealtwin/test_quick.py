@@ -37,7 +37,7 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     }
     result = json.loads(answer.stdout)
     assert result["stages"] == ["digitise", "simulate", "validate"]
-    assert result["readings_role"] == result["data"] == "undeclared"
+    assert result["comparison"]["role"] == result["sample"]["data"] == "undeclared"
     trial = tomllib.loads((out / "trial.toml").read_text())
     assert (trial["photo"]["file"], trial["readings"]["file"]) == ("../crack.png", "../caliper.csv")
     for name, value in ASSUMED.items():

@@ -94,7 +94,7 @@ def test_the_command_that_it_names_next_runs(trial, browser, tmp_path, monkeypat
     assert named == f"sealtwin run {trial}"
     answer = _sealtwin("digitise", trial, "--out", tmp_path / "run", "--json", "--quiet")
     assert answer.exit_code == 0, answer.output
-    assert json.loads(answer.stdout)["path_source"] == "via"
+    assert json.loads(answer.stdout)["sample"]["path_source"] == "via"
 
 
 def test_a_photo_gets_a_trial_beside_it(trial, browser):

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.files import as_json
 from sealtwin.core.records import Profile
 from tests.evidence import make_evidence, slope
@@ -18,6 +17,7 @@ from validate.calibration.posterior import ReadLevels, reach_of
 from validate.calibration.summary import predicted_by_runs
 from validate.compare import assess
 from validate.readings.read_readings import read_readings
+from validate.result import EarlierTrial
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
 from validate.uncertainty.earlier_trials import expect
@@ -47,7 +47,7 @@ def _compared(nudge: Nudge) -> dict[str, Any]:
     level_mm = nudge(slope(S_MM) + 0.4 * np.sin(S_MM / 5) + 0.2)
     evidence = replace(evidence, profile=Profile(S_MM, level_mm, source="simulation"), readings=readings)
     comparison = assess(evidence, settings, declared, _spread(nudge))
-    return _figures("comparison", json.loads(as_json(comparison.content())))
+    return _figures("comparison", json.loads(as_json(comparison.model_dump())))
 
 
 def _figures(name: str, value: Any) -> dict[str, Any]:

@@ -210,7 +210,7 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path):
         assert "mean error" not in text
     assert sum(tag == "svg" for tag, _ in page.tags) == 5
     data = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
-    assert (data.metrics, data.verdict.role, data.verdict.outcome) == ({}, None, "open")
+    assert (data.comparison, data.outcome) == (None, "open")
 
 
 @pytest.fixture

@@ -138,10 +138,10 @@ CASES: list[WrongInput] = [
         ("P1/record.json", "files", "none"),
     ),
     WrongInput(
-        "run of a lab whose mean error is a word",
-        lab_of(run={"version": 1, "mean_error_mm": "small"}),
+        "run of a lab whose time is a word",
+        lab_of(run={"version": 2, "name": "P1", "folder": "run", "wall_time_s": "short", "stages": []}),
         "lab list {given}",
-        ("P1/run/run.json", "mean_error_mm = 'small'"),
+        ("P1/run/run.json", "wall_time_s = 'short'"),
     ),
     WrongInput(
         "outcome of a run whose time is a list",

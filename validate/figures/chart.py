@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from sealtwin.core.comparison import Baseline
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from sealtwin.core.replicates import require_different
+from validate.comparison import Baseline
 from validate.metrics.baselines import ALWAYS, against_baselines, are_compared, best_curves
 from validate.metrics.curve_distances import CLOSE_MM, best_flat_line, level_difference
 from validate.uncertainty.budget import Budget, hats, mean_absolute

@@ -1,6 +1,6 @@
 """Page that compares finished runs, named by number in all figures and tables, with the figures."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,8 +20,7 @@ from validate.figures.side_by_side import (
     setting_words,
     volume_words,
 )
-from validate.metrics.baselines import against_baselines
-from validate.metrics.verdict import leak
+from validate.metrics.verdict import beside_baselines, leak
 from validate.units import signed
 
 FIGURES = {
@@ -52,14 +51,13 @@ Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each ru
 
 def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> FigureSheet:
     """Return the page of some runs; ``cautions`` come before those that the runs themselves show."""
-    compared = [side for side in sides if side.metrics]
+    compared = [side for side in sides if side.comparison is not None]
     best, held_out_mm, settings = nearest(sides), held_out_mean_mm(sides), differing(sides)
     key_figures = [("settings that differ", str(len(settings)))]
-    if best is not None:
-        error_mm = sides[best].metrics["mean_error_mm"]
-        finding = f"Nearest is run {best + 1}, {sides[best].name}, {error_mm:.2f} mm off on average."
-        finding += f" {_beside_baselines(sides[best].metrics)}"
-        key_figures.append(("nearest", f"run {best + 1}, {error_mm:.2f} mm off"))
+    if best is not None and (nearest_one := sides[best].comparison) is not None:
+        off = f"{nearest_one.mean_error_mm:.2f} mm off"
+        finding = f"Nearest is run {best + 1}, {sides[best].name}, {off} on average. {beside_baselines(nearest_one)}"
+        key_figures.append(("nearest", f"run {best + 1}, {off}"))
     elif any(side.counts for side in compared):
         finding = "Their readings differ, so none of them is the nearest."
     else:
@@ -114,8 +112,9 @@ def _known_before(sides: Sequence[Side]) -> list[str]:
     """Name the readings that served to calibrate one run and are declared as held out in another."""
     roles: dict[int, dict[str, list[int]]] = {}
     for index, first in enumerate(first_with_readings(sides)):
-        if first is not None:
-            roles.setdefault(first, {}).setdefault(sides[index].metrics["role"], []).append(index)
+        comparison = sides[index].comparison
+        if first is not None and comparison is not None:
+            roles.setdefault(first, {}).setdefault(comparison.role, []).append(index)
     return [
         f"Not held out: the readings of {numbered(by_role['held-out'])} served to calibrate "
         f"{numbered(by_role['calibrated-on'])}."
@@ -127,11 +126,11 @@ def _known_before(sides: Sequence[Side]) -> list[str]:
 def _names(sides: Sequence[Side]) -> FigureTable:
     rows, numbers = [], []
     for number, (side, first) in enumerate(zip(sides, first_with_readings(sides), strict=True), start=1):
-        readings = NONE
-        if side.readings is not None and first is not None:
-            readings = f"{side.readings.data}, {side.metrics['role']}"
+        readings, error_mm = NONE, None
+        if side.readings is not None and first is not None and side.comparison is not None:
+            error_mm = side.comparison.mean_error_mm
+            readings = f"{side.readings.data}, {side.comparison.role}"
             readings += f", the same as of run {first + 1}" if first + 1 < number else ""
-        error_mm = side.metrics.get("mean_error_mm")
         rows.append([str(number), NONE if error_mm is None else f"{error_mm:.2f}", readings, side.name])
         numbers.append([number, error_mm, readings, side.name])
     head, columns = ["run", "mean error (mm)", "readings", "name"], ["run", "mean_error_mm", "readings", "name"]
@@ -153,15 +152,17 @@ def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -
 def _figures(sides: Sequence[Side]) -> list[Row]:
     facts = dict.fromkeys(name for side in sides for name in side.facts)
     return [
-        *((label, [side.metrics.get(key) for side in sides], form.format) for label, (key, form) in FIGURES.items()),
+        *((label, [_figure(side, key) for side in sides], form.format) for label, (key, form) in FIGURES.items()),
         *((label, [side.facts.get(label) for side in sides], _rounded) for label in facts),
     ]
 
 
-def _beside_baselines(metrics: Mapping[str, Any]) -> str:
-    fitted, error_mm = metrics.get("fitted"), metrics["mean_error_mm"]
-    count, stations = None if fitted is None else len(fitted), metrics.get("stations_compared")
-    return against_baselines(error_mm, metrics.get("baselines", ()), metrics["role"], count, stations)
+def _figure(side: Side, key: str) -> float | None:
+    if (comparison := side.comparison) is None:
+        return None
+    if key == "volume_balance_error_mm":
+        return comparison.volumes and comparison.volumes.volume_balance_error_mm
+    return getattr(comparison, key)
 
 
 def _held_out_words(sides: Sequence[Side]) -> str:
@@ -180,17 +181,16 @@ def _held_out(sides: Sequence[Side]) -> FigureTable:
     columns += ["beats_baseline", "beats_volume_balance"]
     rows: list[list[str]] = []
     numbers: list[list[Cell]] = []
-    compared = [(str(number), side) for number, side in enumerate(sides, start=1) if side.metrics]
-    for number, side in sorted(compared, key=lambda each: not each[1].held_out):
-        metrics = side.metrics
-        kind = metrics["role"], metrics["readings_data"]
-        mean_mm, bias_mm, worst_mm = (metrics[key] for key in ("mean_error_mm", "bias_mm", "worst_error_mm"))
-        low_mm, high_mm = metrics.get("uncertainty", {}).get("mean_error_mm", (None, None))
+    for number, side in sorted(enumerate(sides, start=1), key=lambda each: not each[1].held_out):
+        if (m := side.comparison) is None:
+            continue
+        kind, mean_mm, bias_mm, worst_mm = (m.role, m.readings_data), m.mean_error_mm, m.bias_mm, m.worst_error_mm
+        low_mm, high_mm = m.interval_95_mm or (None, None)
         interval = NONE if low_mm is None else f"{low_mm:.2f} to {high_mm:.2f}"
-        beaten = metrics.get("beats_baseline"), metrics.get("beats_volume_balance")
+        beaten = m.beats_baseline, m.volumes and m.volumes.beats_volume_balance
         beats = [NONE if value is None else "yes" if value else "no" for value in beaten]
-        rows.append([number, *kind, f"{mean_mm:.3f}", interval, signed(bias_mm, 3), f"{worst_mm:.2f}", *beats])
-        numbers.append([number, side.name, *kind, mean_mm, low_mm, high_mm, bias_mm, worst_mm, *beats])
+        rows.append([str(number), *kind, f"{mean_mm:.3f}", interval, signed(bias_mm, 3), f"{worst_mm:.2f}", *beats])
+        numbers.append([str(number), side.name, *kind, mean_mm, low_mm, high_mm, bias_mm, worst_mm, *beats])
     return FigureTable("Held-out trials first", head, rows, "held-out", Numbers(columns, numbers))
 
 

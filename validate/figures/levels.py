@@ -4,12 +4,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from sealtwin.core.comparison import Comparison, StationErrors
-from sealtwin.core.predicted_level import PredictedLevel
 from sealtwin.core.records import Profile, Sections
 from sealtwin.core.solid_figures import WeighedCavity
+from validate.comparison import StationErrors
 from validate.figures import theme
 from validate.metrics.curve_distances import level_difference
+from validate.result import Comparison, PredictedLevel
 from validate.uncertainty.validation import COVERAGE
 from validate.units import signed
 
@@ -70,8 +70,8 @@ def draw_levels(
         )
     if readings is not None:
         _draw_readings(axes, readings, comparison)
-    if comparison is not None and any(one.numbers for one in comparison.metrics.baselines):
-        flat_mm = comparison.metrics.flat_level_mm
+    if comparison is not None and any(one.numbers for one in comparison.baselines):
+        flat_mm = comparison.flat_level_mm
         label = f"best flat level, {flat_mm:.1f} mm"
         axes.axhline(flat_mm, color=theme.THIRD, linewidth=1.2, linestyle=DOTTED, label=label)
     if profile is not None:
@@ -105,7 +105,7 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> F
     axes.fill_between(s_mm, 0.0, error_mm, color=theme.SIMULATED, alpha=0.25, linewidth=0)
     axes.plot(s_mm, error_mm, color=theme.SIMULATED, label="simulated - measured")
     theme.draw_face(axes)
-    bias_mm, worst_at_mm = comparison.metrics.bias_mm, comparison.worst_at_mm
+    bias_mm, worst_at_mm = comparison.bias_mm, comparison.worst_at_mm
     axes.axhline(bias_mm, color=theme.MUTED, linewidth=1.0, linestyle="--", label=f"bias {signed(bias_mm, 2)} mm")
     worst = int(np.argmin(np.abs(s_mm - worst_at_mm)))
     ring = {"markersize": 6, "markerfacecolor": "none", "linestyle": "none", "clip_on": False}
@@ -120,7 +120,7 @@ def draw_error(profile: Profile, readings: Profile, comparison: Comparison) -> F
 def draw_histogram(comparison: Comparison) -> FigureBase:
     """Draw the mean absolute error in each 10 mm of the crack's length, as in the paper's Fig. 9b."""
     axes = theme.plate(2.9).add_subplot()
-    bins = [part for part in comparison.metrics.error_by_bin if part.covered_mm > 0]
+    bins = [part for part in comparison.error_by_bin if part.covered_mm > 0]
     begins_mm = np.array([part.from_mm for part in bins])
     widths_mm = np.array([part.to_mm for part in bins]) - begins_mm
     errors_mm = np.array([part.mean_error_mm for part in bins])
@@ -129,9 +129,10 @@ def draw_histogram(comparison: Comparison) -> FigureBase:
     if len(bins) <= MOST_BIN_LABELS:
         for x_mm, error_mm in zip(begins_mm + widths_mm / 2, errors_mm, strict=True):
             axes.annotate(f"{error_mm:.2f}", (x_mm, error_mm), (0, 3), textcoords="offset points", zorder=5, **above)
-    mean_mm, limit_mm = comparison.mean_error_mm, comparison.mean_error_limit_mm
+    mean_mm, gate = comparison.mean_error_mm, comparison.gate
     axes.axhline(mean_mm, color=theme.INK, linestyle="--", linewidth=1.0, label=f"mean error {mean_mm:.2f} mm")
-    if limit_mm is not None:
+    if gate is not None:
+        limit_mm = gate.mean_error_mm
         axes.axhline(limit_mm, color=theme.MEASURED, linestyle=DOTTED, label=f"gate for the mean, {limit_mm:g} mm")
     axes.set_xlim(0, bins[-1].to_mm if bins else None)
     axes.margins(y=0.12)

@@ -9,6 +9,7 @@ import numpy as np
 from sealtwin.core.records import Profile
 from validate.metrics.curve_distances import Difference, level_difference
 from validate.metrics.verdict import SOUND, kept_volume
+from validate.result import Comparison
 
 FEWEST = 2  # Least number of replicates: one alone has no distribution
 SAME_MM = 0.01
@@ -49,7 +50,7 @@ class Side:
     settings: Mapping[str, Any]  # Settings by dotted name
     profile: Profile
     readings: Profile | None
-    metrics: Mapping[str, Any]  # Content of comparison.json; empty without readings
+    comparison: Comparison | None  # None without readings
     facts: Mapping[str, float | None]  # Figures of the run itself, by name with unit
     replicate_of: str  # Key that runs of the same ordered crack, path, paste and solver share: replicates of one trial
     volume_ratio: float  # Volume of the settled sealant over the dispensed volume
@@ -82,7 +83,7 @@ class Side:
     @property
     def held_out(self) -> bool:
         """True if its readings were not used for calibration."""
-        return self.metrics.get("role") == "held-out"
+        return self.comparison is not None and self.comparison.role == "held-out"
 
 
 def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
@@ -115,16 +116,19 @@ def nearest(sides: Sequence[Side]) -> int | None:
 
     Returns None if these have no readings, or different ones, since some readings are easier to meet than others.
     """
-    compared = [index for index, side in enumerate(sides) if side.metrics and side.counts]
+    errors_mm = {
+        index: side.comparison.mean_error_mm
+        for index, side in enumerate(sides)
+        if side.comparison is not None and side.counts
+    }
     firsts = first_with_readings(sides)
-    if len({firsts[index] for index in compared}) != 1:
-        return None
-    return min(compared, key=lambda index: sides[index].metrics["mean_error_mm"])
+    return min(errors_mm, key=errors_mm.__getitem__) if len({firsts[index] for index in errors_mm}) == 1 else None
 
 
 def held_out_mean_mm(sides: Sequence[Side]) -> float | None:
     """Return the mean error over the held-out runs that count, or None if there are none."""
-    errors_mm = [side.metrics["mean_error_mm"] for side in sides if side.held_out and side.counts]
+    comparisons = [side.comparison for side in sides if side.held_out and side.counts]
+    errors_mm = [one.mean_error_mm for one in comparisons if one is not None]
     return float(np.mean(errors_mm)) if errors_mm else None
 
 

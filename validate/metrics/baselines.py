@@ -5,18 +5,19 @@ many as settings were fitted. Baselines of held-out readings have not seen them:
 flat level that fills the crack as earlier samples were filled.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sealtwin.core.comparison import Baseline, Role
-from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.records import Floats, Outline, Profile, Solid
+from validate.comparison import Baseline
 from validate.metrics.curve_distances import level_difference
 from validate.metrics.volumes import balance_profile, fill_volumes
+from validate.result import EarlierTrial
+from validate.settings import Role
 from validate.units import counted
 
 ALWAYS = (1, 3)  # Numbers of the curves that every calibrated level is held against: a bed falls, rests and rises
@@ -41,11 +42,7 @@ def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterab
     ends_mm = np.array([from_mm, *stations_mm, to_mm])
     line = tuple(ends_mm.tolist()), tuple(np.interp(ends_mm, measured.s_mm, measured.level_mm).tolist())
     return tuple(
-        Baseline(
-            name=NAMES.get(count, f"a curve with {count} numbers"),
-            numbers=count,
-            mean_error_mm=_curve_error_mm(*line, count),
-        )
+        Baseline(NAMES.get(count, f"a curve with {count} numbers"), count, _curve_error_mm(*line, count))
         for count in sorted(set(numbers))
         if 0 < count < compared
     )
@@ -101,11 +98,7 @@ def flat_levels(
         name = f"a flat level that fills as {counted(len(earlier), 'earlier sample')}"
         volumes_mm3[name] = float(share * room_mm3 + heap_mm2 * outline.length_mm)
     return tuple(
-        Baseline(
-            name=name,
-            numbers=0,
-            mean_error_mm=level_difference(balance_profile(volume_mm3, outline, solid), measured).mean_error,
-        )
+        Baseline(name, 0, level_difference(balance_profile(volume_mm3, outline, solid), measured).mean_error)
         for name, volume_mm3 in volumes_mm3.items()
         if volume_mm3 > 0
     )
@@ -124,7 +117,7 @@ def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: i
 
 def against_baselines(
     error_mm: float,
-    baselines: Sequence[Baseline | Mapping[str, Any]],
+    baselines: Sequence[Baseline],
     role: Role,
     fitted: int | None,
     stations: int | None = None,
@@ -134,7 +127,6 @@ def against_baselines(
     ``fitted`` is the number of settings that were fitted to the readings, or None if nobody declared it, and
     ``stations`` that of the stations that are compared, if it is known.
     """
-    levels = [one if isinstance(one, Baseline) else Baseline.model_validate(one) for one in baselines]
     simulated = {
         "held-out": "the simulation, which has not seen the readings,",
         "calibrated-on": "the simulation, of which nobody declared what was fitted,",
@@ -142,9 +134,9 @@ def against_baselines(
     }[role]
     if role != "held-out" and fitted is not None:
         simulated = f"the simulation, with {counted(fitted, 'setting') if fitted else 'no setting'} fitted,"
-    if not levels:
+    if not baselines:
         return f"{simulated[0].upper()}{simulated[1:]} is {error_mm:.2f} mm off; no baseline is known."
-    first, *others = levels
+    first, *others = baselines
     rest = "".join(f", {one.name} {one.mean_error_mm:.2f} mm" for one in others)
     text = f"{first.name[0].upper()}{first.name[1:]} is {first.mean_error_mm:.2f} mm off{rest}; {simulated} "
     text += f"{error_mm:.2f} mm."
@@ -153,7 +145,7 @@ def against_baselines(
             f" So many settings can fit any readings exactly: a curve with {fitted} numbers would meet all {stations} "
             "stations."
         )
-    elif beaten(error_mm, levels, role, fitted) is False:
+    elif beaten(error_mm, baselines, role, fitted) is False:
         unseen = role == "held-out" or fitted == 0
         peer = "a baseline that has not seen them" if unseen else "a curve with no more numbers"
         text += f" The simulation meets these readings no better than {peer}."

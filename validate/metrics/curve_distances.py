@@ -10,9 +10,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sealtwin.core.comparison import Alignment, ErrorBin, ShiftedError
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
+from validate.comparison import Alignment, ErrorBin, ShiftedError
 
 BIN_MM = 10.0
 """Length of a bin of errors along the crack, as in the paper's Fig. 9b; the outer ones are its start and end."""
@@ -150,7 +150,7 @@ def error_bins(simulated: Profile, measured: Profile, length_mm: float) -> tuple
         if high > low:
             part = Difference(*_clipped(simulated, low, high), *_clipped(measured, low, high))
             mean_mm = part.area / (high - low)
-        bins.append(ErrorBin(from_mm=begin_mm, to_mm=end_mm, covered_mm=max(high - low, 0.0), mean_error_mm=mean_mm))
+        bins.append(ErrorBin(float(begin_mm), float(end_mm), float(max(high - low, 0.0)), mean_mm))
     return tuple(bins)
 
 
@@ -183,7 +183,7 @@ def alignment(simulated: Profile, measured: Profile) -> Alignment:
     """Return mean error and bias with the readings moved along the crack by each of the shifts."""
     errors = [level_difference(simulated, replace(measured, s_mm=measured.s_mm + shift_mm)) for shift_mm in SHIFTS_MM]
     shifts = [
-        ShiftedError(shift_mm=shift_mm, mean_error_mm=error.mean_error, bias_mm=error.mean())
+        ShiftedError(shift_mm, error.mean_error, error.mean())
         for shift_mm, error in zip(SHIFTS_MM, errors, strict=True)
     ]
     return Alignment(choice=CHOICE, shifts=tuple(shifts))

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sealtwin.core.comparison import Comparison, ErrorUncertainty, LevelMetrics, Outcome
 from sealtwin.core.records import Floats
+from validate.comparison import ErrorUncertainty, LevelMetrics
 from validate.metrics.baselines import against_baselines
+from validate.result import Comparison, Outcome
 from validate.settings import Gate
 from validate.units import counted, setting_name
 
@@ -68,7 +69,7 @@ def judged(
     *,
     screening: bool = False,
 ) -> Comparison:
-    """Return the metrics with their headline, which holds the mean error against the declared limit.
+    """Return the metrics with their headline, which compares the mean error with the declared limit.
 
     ``edited`` are the files of the run that are not as their stage wrote them; they, an escaped particle and a model
     for ``screening`` leave nothing to judge. ``passed`` holds the mean error against the limit, ``outcome`` its 95 %
@@ -87,7 +88,7 @@ def judged(
         passed, outcome = None, "open"
         not_judged = "" if gate is None else f" The gate of {gate.mean_error_mm:g} mm is not judged."
         found = f"Mean error {_with_interval(m, uncertainty)}."
-        sentences = NO_VERDICT + not_judged, found, _beside_baselines(m), _use_of_readings(m)
+        sentences = NO_VERDICT + not_judged, found, beside_baselines(m), _use_of_readings(m)
         gate = None
     elif not m.enough_readings:
         outcome = "open" if gate is None else "undecided"
@@ -100,10 +101,18 @@ def judged(
     else:
         passed, outcome, first = _held_against(m, gate, uncertainty)
         first += f" The readings {covers}." if m.coverage < NEARLY_ALL else ""
-        sentences = first, _beside_baselines(m), _use_of_readings(m)
+        sentences = first, beside_baselines(m), _use_of_readings(m)
         findings = () if uncertainty is None else uncertainty.sentences
-    limit_mm, reason = (None, "") if gate is None else (gate.mean_error_mm, gate.reason)
-    return Comparison(m, uncertainty, None, limit_mm, reason, passed, outcome, sentences, findings)
+    # The metrics are checked already.
+    return Comparison.model_construct(
+        **dict(m),
+        headline=sentences,
+        outcome=outcome,
+        passed=passed,
+        gate=gate,
+        findings=findings,
+        uncertainty=uncertainty,
+    )
 
 
 def _stations(m: LevelMetrics) -> str:
@@ -136,7 +145,8 @@ def _held_against(
     return passed, "passed" if passed else "failed", f"Gate {'kept' if passed else 'missed'}: {figures}."
 
 
-def _beside_baselines(m: LevelMetrics) -> str:
+def beside_baselines(m: LevelMetrics) -> str:
+    """Return the sentences that compare the mean error with those of the baselines."""
     fitted = None if m.fitted is None else len(m.fitted)
     return against_baselines(m.mean_error_mm, m.baselines, m.role, fitted, m.stations_compared)
 

@@ -3,8 +3,8 @@
 import cv2
 import numpy as np
 
-from sealtwin.core.comparison import MassBalance
 from sealtwin.core.records import FaceLabel, Floats, Outline, Profile, Run, Solid
+from validate.comparison import MassBalance
 from validate.metrics.cavity import cavity_by_level
 from validate.settings import Readings
 

@@ -35,7 +35,7 @@ from validate.wording.comparison import (
     uncertainty_tables,
     volume_table,
 )
-from validate.wording.prediction import prediction_sentences, prediction_table
+from validate.wording.prediction import prediction_table
 from validate.wording.where_off import where_off
 
 
@@ -131,7 +131,7 @@ def _answer_and_why(evidence: Evidence) -> Iterator[Titled]:
         yield "Error", "error", errors
     if evidence.run.has_particles:
         yield "Fill", "fill", [_model(evidence), *fill_plates(evidence)]
-    yield "Uncertainty", "uncertainty", [Paragraph(_uncertainty_sentences(evidence))]
+    yield "Uncertainty", "uncertainty", [Paragraph(uncertainty_sentences(evidence))]
     assumed = (*sample_and_run.assumptions(evidence), *sample_and_run.left_out(evidence))
     yield "Assumed and left out", "assumptions", [Paragraph(assumed)]
 
@@ -142,7 +142,7 @@ def _appendix(evidence: Evidence) -> Iterator[Titled]:
     if comparison is not None and readings is not None:
         agreement = [agreement_table(comparison), readings_table(readings, comparison, evidence.sheet)]
         yield "Agreement and readings", "agreement", agreement
-        held = [] if comparison.volumes is None else [volume_table(comparison.metrics, comparison.volumes)]
+        held = [] if comparison.volumes is None else [volume_table(comparison, comparison.volumes)]
         if comparison.uncertainty is not None:
             yield "Uncertainty in figures", "budget", uncertainty_tables(comparison.uncertainty)
     yield "Mass balance", "mass-balance", [balance_table(evidence), *held]
@@ -199,7 +199,7 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
     if readings is None or comparison is None:
         return
     found = comparison.uncertainty
-    if found is not None and (places := where_off(found, comparison.metrics.worst_at_mm)):
+    if places := where_off(comparison):
         yield Paragraph(places)
     yield Plate(
         "Error along the crack. A perfect model lies in the band at all stations in 95 of 100 sheets.",
@@ -242,22 +242,6 @@ def fill_plates(evidence: Evidence) -> Iterator[Plate]:
         "The sample from above, particles coloured by height.",
         lambda: draw_top_view(run, outline, solid, evidence.trajectory),
     )
-
-
-def _uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
-    """Sentences on the uncertainty; one where it was not assessed."""
-    if evidence.prediction is not None:
-        return prediction_sentences(evidence.prediction)
-    found = None if evidence.comparison is None else evidence.comparison.uncertainty
-    if found is None:
-        made = f"with particles of {evidence.run.radius_mm:g} mm radius"
-        made = made if evidence.run.has_particles else "of the fast model"
-        said = f"Not examined: this is one run, {made}, held against no interval."
-        if evidence.readings is not None or not evidence.extra_runs:
-            return (said,)
-        return (f"{said} 'sealtwin validate RUN --uncertainty', about {evidence.extra_runs}, gives it a band.",)
-    told = () if evidence.comparison is None else evidence.comparison.findings
-    return tuple(sentence for sentence in uncertainty_sentences(found) if sentence not in told)
 
 
 OVERLAY_PX = 1500  # Width of the overlay in the report, at most; the full one is beside it

@@ -21,13 +21,12 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 from PIL import Image
 
-from sealtwin.core.comparison import Outcome
 from sealtwin.core.files import replacing, write_json, write_text
 from validate.figures.solid_pictures import draw_still
 from validate.figures.theme import AGES, GRID, INK, MUTED, SIMULATED, as_picture, as_svg, in_page, printable
 from validate.report.chapters import Chapter, CommandLines, Model, Paragraph, PhotoBlock, Picture, Plate, chapters
 from validate.report.live_chapter import live_chapter
-from validate.report.report_data import ReportData, ReportedVerdict, report_data
+from validate.report.report_data import ReportData, report_data
 from validate.report_input import Evidence
 from validate.units import PageTable
 from validate.wording.headline import key_figures
@@ -72,11 +71,6 @@ def write_report(folder: Path, evidence: Evidence) -> None:
     write_json(folder / "report.json", data.model_dump(mode="json"))
 
 
-def tone(verdict: ReportedVerdict) -> Outcome:
-    """Return the outcome whose colour the verdict has: a gate kept on readings that were not held out is not green."""
-    return "open" if verdict.outcome == "passed" and verdict.role != "held-out" else verdict.outcome
-
-
 def _page(evidence: Evidence, data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> str:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
@@ -92,7 +86,6 @@ def _page(evidence: Evidence, data: ReportData, figures: KeyFigures, content: Se
     stops = map(to_hex, matplotlib.colormaps[AGES](np.linspace(0, 1, STOPS)))
     return environment.get_template("report.html.j2").render(
         data=data,
-        tone=tone(data.verdict),
         key_figures=figures,
         chapters=content,
         # The colours of ages, as CSS blends them from left to right.
@@ -128,8 +121,8 @@ def _write_pdf(path: Path, data: ReportData, figures: KeyFigures, content: Seque
         paper.paragraph(data.note, colour=MUTED)
         for caution in data.cautions:
             paper.paragraph(caution, size_pt=10, weight="B", colour=CAUTION)
-        for sentence in data.verdict.headline:
-            paper.paragraph(sentence, size_pt=11, weight="B", colour=OUTCOME_COLOUR[tone(data.verdict)])
+        for sentence in data.headline:
+            paper.paragraph(sentence, size_pt=11, weight="B", colour=OUTCOME_COLOUR[data.tone])
         for sentence in data.in_short:
             paper.paragraph(sentence, size_pt=10)
         paper.table_of(figures)
@@ -139,7 +132,7 @@ def _write_pdf(path: Path, data: ReportData, figures: KeyFigures, content: Seque
                 paper.chapter("Appendix", 0.0)
             _write_chapter(paper, chapter)
             if before is None:
-                for finding in data.verdict.findings:
+                for finding in data.findings:
                     paper.paragraph(finding)
         paper.output(str(path))
 

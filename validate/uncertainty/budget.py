@@ -12,8 +12,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sealtwin.core.comparison import BudgetPart, BudgetSummary
 from sealtwin.core.records import Floats, Integers
+from validate.comparison import BudgetPart, BudgetSummary
 from validate.settings import PASS_MM
 
 DRAWS = 4_000
@@ -214,15 +214,9 @@ class Budget:
     def _part(self, one: Component, curve: Curve, middle: Floats) -> BudgetPart:
         alone = replace(self, components=(one,))
         band_mm = half_width(one.draws_mm)
-        return BudgetPart(
-            name=one.name,
-            setting=one.setting,
-            source=one.source,
-            kind=one.kind,
-            mean_level_mm=alone.mean_mm(curve.weights()) / 2,
-            mean_error_mm=alone.mean_mm(curve.weights(middle)) / 2,
-            station_mm=0.0 if one.between else rms(band_mm) / 2,
-        )
+        level_mm, error_mm = (alone.mean_mm(weights) / 2 for weights in (curve.weights(), curve.weights(middle)))
+        station_mm = 0.0 if one.between else rms(band_mm) / 2
+        return BudgetPart(one.name, one.setting, one.source, one.kind, level_mm, error_mm, station_mm)
 
 
 def half_width(draws_mm: Floats) -> Floats:

@@ -8,10 +8,10 @@ from typing import Any, Self
 import numpy as np
 from pydantic import TypeAdapter
 
-from sealtwin.core.comparison import InputDrawsRecord, InputEffect, SizeSeries
 from sealtwin.core.records import Floats, Integers, Numbers
 from sealtwin.core.replicates import require_different
 from sealtwin.core.run_figures import FAST, Method
+from validate.comparison import InputDrawsRecord, InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 

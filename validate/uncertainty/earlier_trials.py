@@ -11,12 +11,12 @@ from typing import get_args
 import numpy as np
 from scipy.special import stdtrit
 
-from sealtwin.core.earlier_trials import Bias, EarlierTrial, EarlierTrials, Expectation, Quantity
 from sealtwin.core.records import Floats
 from validate.metrics.curve_distances import PiecewiseLinear
 from validate.metrics.verdict import kept_volume
 from validate.metrics.volumes import fill_volumes
 from validate.report_input import Evidence
+from validate.result import Bias, EarlierTrial, EarlierTrials, Expectation, Quantity
 from validate.units import PageTable, counted, percent, signed
 
 FEWEST = 2  # Trials: one has no scatter
@@ -121,8 +121,7 @@ def computed_quantities(evidence: Evidence) -> dict[Quantity, float]:
     profile = evidence.profile
     from_mm, to_mm = float(profile.s_mm[0]), float(profile.s_mm[-1])
     if evidence.comparison is not None:
-        metrics = evidence.comparison.metrics
-        from_mm, to_mm = metrics.covered_from_mm, metrics.covered_to_mm
+        from_mm, to_mm = evidence.comparison.covered_from_mm, evidence.comparison.covered_to_mm
     s_mm = np.unique([from_mm, *profile.s_mm[(profile.s_mm > from_mm) & (profile.s_mm < to_mm)], to_mm])
     level_mm = np.interp(s_mm, profile.s_mm, profile.level_mm)
     volumes = fill_volumes(profile, evidence.outline, evidence.solid, from_mm, to_mm)

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sealtwin.core.comparison import BudgetPart, MeanLevelBudget, StationErrors
-from sealtwin.core.predicted_level import PredictedLevel, PredictedPart
 from sealtwin.core.records import Floats, Profile
+from validate.comparison import BudgetPart, MeanLevelBudget, StationErrors
+from validate.result import Comparison, PredictedLevel, PredictedPart
 from validate.settings import NO_INPUTS, Uncertainty
 from validate.uncertainty.budget import Budget, Curve, Kind, half_width, rms
 from validate.uncertainty.computed import Spread, numerical_errors
@@ -79,10 +79,12 @@ def level_sentences(
     return text, _station_sentence(stations, parts, "readings, numerics and inputs")
 
 
-def with_time(findings: Sequence[str], extra_runs: str) -> tuple[str, ...]:
-    """Return findings with the time, in words, that the runs take without which V&V 20 is not assessed."""
-    told = f"{NOT_ASSESSED}, about {extra_runs}." if extra_runs else f"{NOT_ASSESSED}."
-    return tuple(told if one == f"{NOT_ASSESSED}." else one for one in findings)
+def with_time(comparison: Comparison, extra_runs: str) -> Comparison:
+    """Return a comparison whose findings state the time, in words, of the runs that V&V 20 needs."""
+    if not extra_runs:
+        return comparison
+    timed = {f"{NOT_ASSESSED}.": f"{NOT_ASSESSED}, about {extra_runs}."}
+    return comparison.model_copy(update={"findings": tuple(timed.get(one, one) for one in comparison.findings)})
 
 
 def _not_assessed(mean: MeanLevelBudget) -> str:

@@ -2,18 +2,11 @@
 
 from collections.abc import Mapping
 
-from sealtwin.core.comparison import (
-    Baseline,
-    BudgetPart,
-    Comparison,
-    ErrorUncertainty,
-    LevelMetrics,
-    MassBalance,
-    Role,
-    VolumeComparison,
-)
 from sealtwin.core.records import Profile
+from validate.comparison import Baseline, BudgetPart, ErrorUncertainty, MassBalance, VolumeComparison
 from validate.report_input import Evidence, ReadingsSheet
+from validate.result import Comparison
+from validate.settings import Role
 from validate.uncertainty.budget import UNDECLARED_MM
 from validate.units import (
     LABELS,
@@ -28,6 +21,7 @@ from validate.units import (
     signed,
     span,
 )
+from validate.wording.prediction import prediction_sentences
 
 
 def balance_table(evidence: Evidence) -> PageTable:
@@ -71,7 +65,7 @@ def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
 
 def agreement_table(comparison: Comparison) -> PageTable:
     """Figures of the error and its baselines."""
-    m, found = comparison.metrics, comparison.uncertainty
+    m, found = comparison, comparison.uncertainty
     mean_interval = bias_interval = ""
     if found is not None:
         between = ", 95 % interval by the readings {} to {} mm"
@@ -106,7 +100,7 @@ def agreement_table(comparison: Comparison) -> PageTable:
 ROLES: Mapping[Role, str] = {"calibrated-on": "calibrated on", "held-out": "held out", "undeclared": "not declared"}
 
 
-def readings_role(metrics: LevelMetrics) -> str:
+def readings_role(metrics: Comparison) -> str:
     """Return the role of the readings, with what was fitted to them."""
     if metrics.role != "calibrated-on":
         return ROLES[metrics.role]
@@ -124,7 +118,7 @@ def _baseline(one: Baseline, error_mm: float) -> str:
 
 def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsSheet | None) -> PageTable:
     """File, format and scatter of the readings."""
-    m, scatter = comparison.metrics, comparison.metrics.readings
+    m, scatter = comparison, comparison.scatter
     rows = [("source", readings.source)]
     if sheet is not None:
         rows = [
@@ -157,8 +151,25 @@ Rows = list[tuple[str, str]]
 JUDGED = "Where particles moved the same inputs, u_input by both agreed within a factor of 1.25 (decision 0140)."
 
 
-def uncertainty_sentences(found: ErrorUncertainty) -> list[str]:
-    """Sentences on what the comparison shows, and on what the intervals do not include."""
+def uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
+    """Return sentences on the uncertainty beside the findings; one sentence if it was not assessed."""
+    comparison = evidence.comparison
+    if evidence.prediction is not None:
+        return prediction_sentences(evidence.prediction)
+    if comparison is not None and comparison.uncertainty is not None:
+        sentences = _included(comparison.uncertainty)
+        return tuple(sentence for sentence in sentences if sentence not in comparison.findings)
+    run = (
+        f"with particles of {evidence.run.radius_mm:g} mm radius" if evidence.run.has_particles else "of the fast model"
+    )
+    sentence = f"Not examined: this is one run, {run}, held against no interval."
+    if evidence.readings is not None or not evidence.extra_runs:
+        return (sentence,)
+    return (f"{sentence} 'sealtwin validate RUN --uncertainty', about {evidence.extra_runs}, gives it a band.",)
+
+
+def _included(found: ErrorUncertainty) -> list[str]:
+    """Return sentences on what the comparison shows, and on what the intervals do not include."""
     sentences = [*found.sentences, *found.budget.notes]
     if not found.budget.scatter_known:
         sentences.append(
@@ -192,14 +203,13 @@ def uncertainty_sentences(found: ErrorUncertainty) -> list[str]:
     return sentences
 
 
-def volume_table(metrics: LevelMetrics, volumes: VolumeComparison) -> PageTable:
+def volume_table(metrics: Comparison, volumes: VolumeComparison) -> PageTable:
     """The mass balance beside the readings, and the baseline of the volume alone."""
     balance = volumes.mass_balance
     state, _ = sealant_as_read(balance)
     filled = f"{percent(metrics.simulated_fill_ratio)} simulated, {percent(metrics.measured_fill_ratio)} measured"
     level_mm, error_mm = volumes.volume_balance_level_mm, volumes.volume_balance_error_mm
-    pool = Baseline(name="", numbers=0, mean_error_mm=error_mm)
-    baseline = f"{level_mm:.2f} mm, {_baseline(pool, metrics.mean_error_mm)}"
+    baseline = f"{level_mm:.2f} mm, {_baseline(Baseline('', 0, error_mm), metrics.mean_error_mm)}"
     settled_mm3 = balance.in_crack_mm3 + balance.above_mm3
     read_off = f"{percent(metrics.simulated_sealant_mm3 / settled_mm3)} of the settled space" if settled_mm3 else "none"
     rows = (

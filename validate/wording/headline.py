@@ -2,16 +2,15 @@
 
 from typing import Any
 
-from sealtwin.core.comparison import Outcome
 from sealtwin.core.record_files import Simulation
 from sealtwin.core.records import Run
 from sealtwin.core.regime import standing_stress_pa
 from validate.metrics.verdict import NO_VERDICT, SOUND, edited_by_hand, kept_volume, leak
 from validate.report_input import Evidence
+from validate.result import Outcome
 from validate.units import NOT_COMPUTED, counted
 from validate.wording.comparison import ROLES
 from validate.wording.prediction import predicted_sentence
-from validate.wording.where_off import worst_station_of
 
 FEW_ACROSS = 3.0
 """Particles from wall to wall, at least; four in the paper. Runs with two gained 11 to 17 %, with four nothing."""
@@ -146,7 +145,7 @@ def cautions(evidence: Evidence) -> tuple[str, ...]:
             kinds.append(f"it is not declared whether {thing} measured")
         elif data != "measured":
             kinds.append(f"{thing} {data}")
-    if evidence.comparison is not None and evidence.comparison.metrics.role == "undeclared":
+    if evidence.comparison is not None and evidence.comparison.role == "undeclared":
         kinds.append("it is not declared whether the fluid was calibrated on these readings")
     if kinds:
         texts.append(f"Not a validation: {' and '.join(kinds)}. No error here is that of a real sample.")
@@ -164,8 +163,7 @@ def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
     if evidence.edited:
         return (f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.",), "undecided"
     if evidence.prediction is not None:
-        found = evidence.prediction
-        return (predicted_sentence(found.mean_level_mm, found.mean_level_95_mm),), "open"
+        return (predicted_sentence(evidence.prediction),), "open"
     return ("No readings: this is the simulated fill alone, held against nothing.",), "open"
 
 
@@ -174,15 +172,14 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
     run, comparison = evidence.run, evidence.comparison
     figures = []
     if comparison is not None:
-        m, interval_mm = comparison.metrics, comparison.interval_95_mm
+        m, interval_mm = comparison, comparison.interval_95_mm
         figures.append(("mean error", f"{m.mean_error_mm:.2f} mm"))
         if interval_mm is not None:
             figures.append(("its 95 % interval by the readings", "{:.2f} to {:.2f} mm".format(*interval_mm)))
         worst = f"worst error (at s = {m.worst_at_mm:.1f} mm)", f"{m.worst_error_mm:.2f} mm"
-        found = comparison.uncertainty
-        if found is not None and (at_station := worst_station_of(found, m.worst_at_mm)) is not None:
+        if (station := m.worst_at_a_station) is not None:
             # Between stations, and beyond the last one, there is no reading to be off from.
-            worst = f"worst error at a station (at s = {at_station[1]:.1f} mm)", f"{at_station[0]:.2f} mm"
+            worst = f"worst error at a station (at s = {station.s_mm:.1f} mm)", f"{station.error_mm:.2f} mm"
         if m.baselines:
             names = "; ".join(one.name for one in m.baselines)
             figures.append(

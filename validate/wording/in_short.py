@@ -3,7 +3,6 @@
 from validate.report_input import Evidence
 from validate.uncertainty.earlier_trials import expected_sentences
 from validate.wording.comparison import volumes_mm3
-from validate.wording.where_off import worst_station_of
 
 ML = 1000.0  # mm³
 
@@ -17,12 +16,11 @@ def in_short(evidence: Evidence) -> tuple[str, ...]:
 def _nearness(evidence: Evidence) -> tuple[str, ...]:
     if evidence.comparison is None:
         return ()
-    m = evidence.comparison.metrics
+    m = evidence.comparison
     side = "above" if m.bias_mm > 0 else "below"
     off = f"{m.worst_error_mm:.1f} mm at most, {m.worst_at_mm:.0f} mm from the start"
-    found = evidence.comparison.uncertainty
-    if found is not None and (at_station := worst_station_of(found, m.worst_at_mm)) is not None:
-        off = f"{at_station[0]:.1f} mm at most at a station, {at_station[1]:.0f} mm from the start"
+    if (station := m.worst_at_a_station) is not None:
+        off = f"{station.error_mm:.1f} mm at most at a station, {station.s_mm:.0f} mm from the start"
     lies = f"{abs(m.bias_mm):.1f} mm {side}" if round(m.bias_mm, 1) else "as high as"
     return (
         f"Along {m.covered_length_mm:.0f} mm of crack, the computed sealant surface is {m.mean_error_mm:.1f} mm off "

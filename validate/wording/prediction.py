@@ -2,18 +2,18 @@
 
 import numpy as np
 
-from sealtwin.core.predicted_level import PredictedLevel
+from validate.result import PredictedLevel
 from validate.units import LABELS, PageTable, signed
 
 INPUTS = LABELS["inputs"]
 
 
-def predicted_sentence(mean_level_mm: float, mean_level_95_mm: tuple[float, float]) -> str:
+def predicted_sentence(prediction: PredictedLevel) -> str:
     """Return the prediction in a sentence."""
-    low_mm, high_mm = mean_level_95_mm
+    level, low, high = (signed(value_mm, 2) for value_mm in (prediction.mean_level_mm, *prediction.mean_level_95_mm))
     return (
-        f"Predicted, nothing fitted to this sample: the mean level is {signed(mean_level_mm, 2)} mm from the "
-        f"face, 95 % from {signed(low_mm, 2)} to {signed(high_mm, 2)} mm. No readings hold it yet."
+        f"Predicted, nothing fitted to this sample: the mean level is {level} mm from the face, 95 % from {low} to "
+        f"{high} mm. No readings hold it yet."
     )
 
 

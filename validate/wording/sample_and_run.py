@@ -190,7 +190,7 @@ def assumptions(evidence: Evidence) -> list[str]:
         sentences.append(
             "The crack was found automatically: look at the overlay before you trust what follows from it."
         )
-    if comparison is not None and comparison.metrics.role == "calibrated-on":
+    if comparison is not None and comparison.role == "calibrated-on":
         sentences.append(
             "The fluid was calibrated on these very readings: the error is what calibration left over, not a test."
         )
@@ -203,7 +203,7 @@ def left_out(evidence: Evidence) -> list[str]:
     run, outline, readings, comparison = evidence.run, evidence.outline, evidence.readings, evidence.comparison
     sentences = []
     if readings is not None and comparison is not None:
-        m = comparison.metrics
+        m = comparison
         if beyond := len(m.stations_beyond_mm):
             places = ", ".join(f"{s_mm:g}" for s_mm in m.stations_beyond_mm)
             sentences.append(

@@ -4,29 +4,27 @@ from itertools import groupby
 
 import numpy as np
 
-from sealtwin.core.comparison import ErrorUncertainty, StationErrors
 from sealtwin.core.records import Floats
+from validate.comparison import StationError, StationErrors
+from validate.result import Comparison
 
 NAMED = 3  # Stretches that a sentence names, the largest errors first
 AT_A_STATION_MM = 0.05  # Distance from a station within which an error is that station's, as s is written
 
 
-def where_off(found: ErrorUncertainty, worst_at_mm: float) -> tuple[str, ...]:
+def where_off(comparison: Comparison) -> tuple[str, ...]:
     """Return where the level leaves the band that holds at all stations together, and how far it can be checked."""
-    return (*stretches_off(found.stations), *between_stations(found.levels.s_mm, worst_at_mm))
+    if (uncertainty := comparison.uncertainty) is None:
+        return ()
+    return (*stretches_off(uncertainty.stations), *between_stations(uncertainty.levels.s_mm, comparison.worst_at_mm))
 
 
-def worst_at_a_station(stations_mm: Floats, error_mm: Floats, worst_at_mm: float) -> tuple[float, float] | None:
-    """Return the worst error at a station and its place; None if the worst of all is at one, or there is none."""
-    if not len(stations_mm) or np.abs(stations_mm - worst_at_mm).min() < AT_A_STATION_MM:
+def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationError | None:
+    """Return the worst error at a station; None if the worst of all is at one, or there is no station."""
+    if not len(stations.s_mm) or np.abs(stations.s_mm - worst_at_mm).min() < AT_A_STATION_MM:
         return None
-    worst = int(np.argmax(np.abs(error_mm)))
-    return abs(float(error_mm[worst])), float(stations_mm[worst])
-
-
-def worst_station_of(found: ErrorUncertainty, worst_at_mm: float) -> tuple[float, float] | None:
-    """Return ``worst_at_a_station`` of a comparison."""
-    return worst_at_a_station(found.stations.s_mm, found.stations.error_mm, worst_at_mm)
+    worst = int(np.argmax(np.abs(stations.error_mm)))
+    return StationError(abs(float(stations.error_mm[worst])), float(stations.s_mm[worst]))
 
 
 def stretches_off(stations: StationErrors) -> tuple[str, ...]:

@@ -15,7 +15,9 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_table, sheet_text, write_table
 from sealtwin.core.records import Profile, Run, Trajectory
 from sealtwin.core.run_figures import RunHealth
+from tests.evidence import make_evidence
 from tests.shapes import straight_slot
+from validate.result import COMPARISON, read_comparison
 
 
 def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path):
@@ -257,12 +259,14 @@ def test_a_particle_that_fell_out_of_its_sample_is_still_read(tmp_path):
 
 @pytest.mark.parametrize("value", [float("nan"), "1.0", None, -1.0])
 def test_a_comparison_that_leads_with_no_error_is_named(tmp_path, value):
-    content = {"mean_error_mm": 1.0, "worst_error_mm": 2.0, "worst_at_mm": 3.0, "passed": None, "verdict": "-"}
-    files.write_json(tmp_path / "comparison.json", content)
-    assert record_files.read_comparison(tmp_path)["mean_error_mm"] == 1.0
-    (tmp_path / "comparison.json").write_text(json.dumps(content | {"mean_error_mm": value}))
+    comparison = make_evidence(tmp_path, error_mm=1.0).comparison
+    assert comparison is not None
+    content = json.loads(files.as_json(comparison.model_dump()))
+    files.write_json(tmp_path / COMPARISON, content)
+    assert read_comparison(tmp_path).model_dump_json() == comparison.model_dump_json()
+    (tmp_path / COMPARISON).write_text(json.dumps(content | {"mean_error_mm": value}))
     with pytest.raises(InputError, match=r"comparison\.json.*mean_error_mm = "):
-        record_files.read_comparison(tmp_path)
+        read_comparison(tmp_path)
 
 
 @pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r", "\n", "\uff1d"])

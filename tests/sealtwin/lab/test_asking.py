@@ -9,7 +9,9 @@ from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
 from sealtwin.core import files
+from tests.evidence import make_evidence
 from tests.lab_folder import FAULTS, make_lab_folder
+from validate.result import TrialResult
 
 
 def _lab(*arguments):
@@ -27,7 +29,9 @@ def lab(tmp_path_factory):
             opened.write(sheet)
         answer = CliRunner().invoke(app, ["ingest", str(folder), "--out", str(lab), "--quiet"])
         assert answer.exit_code == 6, answer.output
-    files.write_json(lab / "P01@2" / "run" / "run.json", {"stages": ["digitise"], "mean_error_mm": 0.456})
+    comparison = make_evidence(folder, error_mm=0.456).comparison
+    result = TrialResult(name="P01", folder="run", wall_time_s=1.0, stages=("digitise",), comparison=comparison)
+    files.write_json(lab / "P01@2" / "run" / "run.json", result.model_dump())
     return lab
 
 
@@ -49,7 +53,7 @@ def test_list_for_programs_says_the_same(lab):
     content = json.loads(_lab("list", lab, "--json").stdout)
     assert content["version"] == 1
     assert len(content["trials"]) == 9
-    assert content["trials"][0]["mean_error_mm"] == 0.456
+    assert content["trials"][0]["mean_error_mm"] == pytest.approx(0.456)
     assert content["failed"][0]["name"] == "P05"
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from sealtwin.core import files, record_files
-from sealtwin.core.comparison import Role
 from sealtwin.core.records import DataKind
 from sealtwin.lab.catalogue import RUN, Catalogue
 from sealtwin.lab.earlier_trials import earlier_trials
@@ -19,6 +18,8 @@ from sealtwin.trial.trial_file import load_trial
 from tests.evidence import make_evidence
 from tests.labs import sealtwin
 from validate.readings.read_readings import read_readings
+from validate.result import COMPARISON, RESULT, ComputedBy, TrialResult
+from validate.settings import Role
 
 FINISHED = "P01", "P02", "P05", "P07"
 KEEPS_ITS_VOLUME = (
@@ -50,14 +51,13 @@ def finish(lab: Path, name: str, error_mm: float, role: Role = "held-out", data:
     shutil.copy(lab / name / "trial.toml", run)
     evidence = make_evidence(run, error_mm=error_mm, readings_data=data, photo_data=data)
     assert evidence.comparison is not None
-    metrics = evidence.comparison.metrics.model_copy(update={"role": role})
-    record_files.write_comparison(run, replace(evidence.comparison, metrics=metrics))
+    comparison = evidence.comparison.model_copy(update={"role": role})
+    files.write_json(run / COMPARISON, comparison.model_dump())
     health = evidence.run.health.model_copy(update={"volume_ratio": 1.0})
     record_files.write_run(run, replace(evidence.run, health=health))
-    by = {"validate": {"stage_numbers": NUMBERS}}
-    files.write_json(
-        run / "run.json", {"mean_error_mm": error_mm, "edited": [], "stages": ["validate"], "computed_by": by}
-    )
+    by = {"validate": ComputedBy(stage_numbers=NUMBERS)}
+    result = TrialResult(name=name, folder="run", wall_time_s=1.0, stages=("validate",), computed_by=by)
+    files.write_json(run / RESULT, result.model_copy(update={"comparison": comparison}).model_dump())
 
 
 def names_of(lab: Path, source: Path | None = None) -> list[str]:

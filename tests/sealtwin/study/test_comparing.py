@@ -24,6 +24,7 @@ from tests.studies import tiny_lab
 from validate.compare import compare
 from validate.figures.compare_sheet import MOST
 from validate.readings.read_readings import read_readings
+from validate.result import COMPARISON
 
 
 @pytest.fixture(scope="module")
@@ -54,12 +55,12 @@ def hold(path: Path) -> None:
         role=trial.readings.role,
         photo_data=trial.shown_by.data,
     )
-    record_files.write_comparison(path, found)
+    files.write_json(path / COMPARISON, found.model_dump())
     with open_folder(path, create=False) as folder:
         inputs = {name: files.sha256(path / name) for name in (*DIGITISED, *SIMULATED, trial.readings.file.as_posix())}
         settings = stage_settings(trial, "validate")
         facts = {"numbers": NUMBERS, "given": [str(trial.readings.file)]}
-        folder.record("validate", "key", settings, inputs, ["comparison.json"], 1.0, **facts)
+        folder.record("validate", "key", settings, inputs, [COMPARISON], 1.0, **facts)
 
 
 @pytest.fixture

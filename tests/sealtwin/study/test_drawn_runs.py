@@ -89,7 +89,8 @@ def test_of_a_linear_model_u_input_is_the_closed_form(fast, linear, monkeypatch)
     assert found["input_draws"]["runs"] == RUNS
     assert found["mean_level"]["numerics_mm"] is None
     assert "the level is the fast model's" in found["sentences"][0]
-    assert result["inputs_model"] == "slot"
+    assert result.comparison is not None
+    assert result.comparison.model_dump(mode="json")["uncertainty"] == found
     assert not list((fast / "uncertainty").glob("drawn-*")), "its parts are in uncertainty.json"
     assert len(files.read_json(fast / SPREAD)["draws"]["moved_mm"]) == RUNS
 

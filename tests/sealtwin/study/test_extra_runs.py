@@ -1,6 +1,5 @@
 """The extra runs: the same physics at other sizes, inputs moved as declared, computed once, and a failure named."""
 
-import json
 import re
 import shutil
 from pathlib import Path
@@ -24,6 +23,7 @@ from sealtwin.trial.validate_stage import SPREAD, read_spread
 from tests.narration import Narration
 from tests.pages import leave_out_pages
 from tests.studies import TRIAL, tiny_lab
+from validate.result import read_comparison
 from validate.wording.headline import headline
 
 DECLARED = """
@@ -150,17 +150,18 @@ def test_the_comparison_tells_numerics_and_inputs(varied, tmp_path, monkeypatch)
     assert "Particle size: mean error " in lines
     assert " mm, by 3, 3, 3 runs: ± " in lines
     assert "the nozzle's speed " in lines
-    assert json.loads((path / "run.json").read_text())["particle_sizes"]["radii_mm"] == pytest.approx(
-        [0.36 / 1.3, 0.36, 0.36 * 1.3], abs=1e-3
-    )
-    found = files.read_json(path / "comparison.json")["uncertainty"]
-    assert found["mean_level"]["numerics_mm"] > 0
-    assert [one["name"] for one in found["inputs"]] == ["speed_mm_s", "volume_ml", "width_mm"]
-    effects = {one["name"]: one["mean_level_mm"] for one in found["inputs"]}
+    found = read_comparison(path).uncertainty
+    assert found is not None
+    assert found.numerics is not None
+    assert found.numerics.radii_mm == pytest.approx([0.36 / 1.3, 0.36, 0.36 * 1.3], abs=1e-3)
+    assert found.mean_level.numerics_mm is not None
+    assert found.mean_level.numerics_mm > 0
+    assert [one.name for one in found.inputs] == ["speed_mm_s", "volume_ml", "width_mm"]
+    effects = {one.name: one.mean_level_mm for one in found.inputs}
     # 0.01 of 0.08 ml stand some 0.4 mm high in this crack, a wider one lets them sink.
     assert effects["volume_ml"] > 0.1
     assert effects["width_mm"] < 0
-    assert "start_mm" in found["inputs_left_out"]
+    assert "start_mm" in found.inputs_left_out
 
 
 def test_a_second_call_computes_nothing(varied, monkeypatch):
@@ -223,7 +224,8 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(varied, tmp_pa
     assert predicted["level_mm"] == pytest.approx(np.interp(predicted["s_mm"], own.s_mm, own.level_mm), abs=1e-3)
     low_mm, high_mm = predicted["mean_level_95_mm"]
     assert (low_mm + high_mm) / 2 == pytest.approx(predicted["mean_level_mm"])
-    assert result["predicted"] == {name: predicted[name] for name in ("mean_level_mm", "mean_level_95_mm")}
+    assert result.prediction is not None
+    assert result.prediction.model_dump(mode="json") == predicted
     parts = [np.array(predicted[name]) for name in ("numerics_mm", "inputs_mm")]
     band_mm = np.array(predicted["band_95_mm"])
     assert band_mm == pytest.approx(2 * np.hypot(*parts), rel=0.25)

@@ -24,6 +24,7 @@ from tests.pages import leave_out_pages
 from tests.programs import start_interruptible
 from tests.studies import TRIAL, tiny_lab
 from tests.vtk_reader import read_polydata, read_pvd
+from validate.result import FluidFigures, TrialResult, read_comparison, read_result
 from validate.wording.headline import FAST
 
 LEFT = {
@@ -75,26 +76,30 @@ def unbroken(tmp_path_factory) -> tuple[Path, Path, dict]:
 def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
     _, run, answer = unbroken
     assert {path.name for path in run.iterdir() if path.is_file() and not path.name.startswith(".")} == LEFT
-    for key in ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "wall_time_s"):
-        assert isinstance(answer[key], float), key
-    assert answer["escaped_particles"] == 0
-    assert answer["spilled_particles"] >= 0
-    assert answer["particles"] == 170
-    assert answer["fluid_warnings"] == json.loads((run / "report.json").read_text(encoding="utf-8"))["cautions"][:-1]
+    result = read_result(run)
+    assert result.model_dump(mode="json") == answer
+    compared, fluid = result.comparison, result.fluid
+    assert compared is not None
+    assert compared.uncertainty is not None
+    assert fluid is not None
+    assert (fluid.escaped_particles, fluid.particles) == (0, 170)
+    assert list(fluid.warnings) == json.loads((run / "report.json").read_text(encoding="utf-8"))["cautions"][:-1]
     assert Path(answer["report"]).name == "report.html"
-    assert answer["verdict"] == " ".join(answer["headline"])
-    for said, sentence in zip(("Gate kept: ", "etter", "Calibrated on"), answer["headline"], strict=True):
+    for said, sentence in zip(("Gate kept: ", "etter", "Calibrated on"), compared.headline, strict=True):
         assert said in sentence
-    kept = json.loads((run / "run.json").read_text(encoding="utf-8"))
-    assert (kept["readings_role"], kept["readings_fitted"]) == ("calibrated-on", ["fluid.U"])
-    assert kept["beats_flat_level"] is (kept["mean_error_mm"] < kept["flat_level_error_mm"])
-    assert kept["mean_level"]["resolved"] is None
-    told = result_lines(answer, "validate")
-    assert [line for line in told if line in answer["headline"]] == answer["headline"]
-    low_mm, high_mm = answer["mean_error_95_mm"]
-    assert low_mm < answer["mean_error_mm"] < high_mm
+    assert (compared.role, compared.fitted) == ("calibrated-on", ("fluid.U",))
+    assert compared.beats_flat_level is (compared.mean_error_mm < compared.flat_level_error_mm)
+    assert compared.uncertainty.mean_level.resolved is None
+    told = result_lines(result, "validate")
+    assert [line for line in told if line in compared.headline] == list(compared.headline)
+    low_mm, high_mm = compared.uncertainty.mean_error_interval_mm
+    assert low_mm < compared.mean_error_mm < high_mm
     assert re.match(
-        r"ASME V&V 20: not assessed: 'sealtwin validate RUN --uncertainty', about \d+ s\.", answer["findings"][0]
+        r"ASME V&V 20: not assessed: 'sealtwin validate RUN --uncertainty', about \d+ s\.", compared.findings[0]
+    )
+    # The time differs from machine to machine; all else is what the stage wrote.
+    assert compared.model_copy(update={"findings": ()}).model_dump_json() == (
+        read_comparison(run).model_copy(update={"findings": ()}).model_dump_json()
     )
     report = json.loads((run / "report.json").read_text(encoding="utf-8"))
     assert report["readings"]["sha256"] == sha256(run / "inputs" / "readings.csv")
@@ -130,7 +135,7 @@ def test_only_what_depends_on_a_changed_setting_is_redone_and_a_failed_gate_keep
     report = (run / "report.html").read_text(encoding="utf-8")
     code, out, _ = _finish("run", strict, "--out", run, "--device", "cpu", "--json")
     assert code == 5
-    assert json.loads(out)["gate_passed"] is False
+    assert json.loads(out)["comparison"]["passed"] is False
     assert (run / "particles.csv").stat().st_mtime_ns == particles
     assert (run / "report.html").read_text(encoding="utf-8") != report
 
@@ -186,7 +191,7 @@ def test_a_fluid_that_is_not_sound_is_said_at_the_end_of_every_command(copied, n
     (copied / "simulation.json").write_text(json.dumps(simulation))
     for _ in range(2):
         _, out, _ = _finish("validate", copied, "--device", "cpu", "--quiet")
-        remark, warning, *_ = json.loads((copied / "run.json").read_text())["fluid_warnings"]
+        remark, warning, *_ = json.loads((copied / "run.json").read_text())["fluid"]["warnings"]
         assert remark.startswith("fluid.U is 30: without a yield stress")
         assert warning.startswith("The fluid gained 70 %")
         assert [out.splitlines().count(one) for one in (remark, warning)] == [1, 1]
@@ -194,8 +199,9 @@ def test_a_fluid_that_is_not_sound_is_said_at_the_end_of_every_command(copied, n
 
 def test_what_is_not_sound_of_the_fast_model_s_fluid_is_said_too():
     """Its own sentences are there once, in fewer words."""
-    result = {"other_versions": [], "unfit": ["A mound."], "folder": "run", "edited": []}
-    result["fluid_warnings"] = [f"{FAST} It is UNFIT for this case:", "A mound.", "The Bond number is 0.9."]
+    warnings = f"{FAST} It is UNFIT for this case:", "A mound.", "The Bond number is 0.9."
+    fluid = FluidFigures.model_construct(unfit=("A mound.",), warnings=warnings)
+    result = TrialResult.model_construct(fluid=fluid, folder="run")
     said, *others = result_lines(result, "simulate")
     assert said.startswith("Fluid: the fast model")
     assert others == ["A mound.", "The Bond number is 0.9.", "Folder: run"]
@@ -225,9 +231,10 @@ def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied):
         answer = json.loads(out)
         assert answer["stages"] == ["digitise", "simulate", "validate"]
         assert answer["edited"] == ["profile.csv"]
-        assert 3.0 < answer["mean_error_mm"] < 4.5
-        assert (answer["outcome"], answer["gate_passed"], answer["findings"]) == ("undecided", False, [])
-        assert answer["verdict"] == "Edited by hand since (profile.csv): no verdict."
+        compared = answer["comparison"]
+        assert 3.0 < compared["mean_error_mm"] < 4.5
+        assert (compared["outcome"], compared["passed"], compared["findings"]) == ("undecided", False, [])
+        assert compared["headline"] == ["Edited by hand since (profile.csv): no verdict."]
         assert "profile.csv: not as simulate wrote it" in err
         assert ("nothing to redo" in err) is again
     page = (copied / "report.html").read_text(encoding="utf-8")
@@ -257,8 +264,7 @@ def test_without_readings_no_old_comparison_is_left(unbroken, copied, no_pages):
     bare.write_text(text[: text.index("[readings]")] + NO_PICTURES)
     code, out, err = _finish("run", bare, "--out", copied, "--device", "cpu", "--json")
     assert code == 0, err
-    assert "mean_error_mm" not in json.loads(out)
-    assert json.loads(out)["readings_role"] is None
+    assert json.loads(out)["comparison"] is None
     assert "No readings" in _finish("validate", copied)[1]
     assert not (copied / "comparison.json").exists()
 

@@ -3,7 +3,8 @@
 import csv
 from dataclasses import replace
 
-from tests.sides import METRICS, side
+from tests.sides import compared, side
+from validate.comparison import Baseline
 from validate.figures.compare_sheet import compare_sheet
 from validate.figures.figure_sheet import FigureTable, write_sheet_of_figures
 
@@ -42,14 +43,14 @@ def test_what_was_edited_and_never_measured_is_said_first():
 
 def test_what_one_run_was_tuned_on_is_held_out_from_none():
     """Whoever set the role: the same numbers were seen."""
-    tuned = replace(side("a", 0.5), metrics=METRICS | {"role": "calibrated-on"})
+    tuned = replace(side("a", 0.5), comparison=compared(role="calibrated-on"))
     (told,) = compare_sheet([tuned, side("b", 0.7), side("c", 0.7, lowered_mm=1.0)]).cautions
     assert told == "Not held out: the readings of run 2 served to calibrate run 1."
 
 
 def test_a_run_whose_volume_is_off_is_in_no_ranking_and_stands_apart():
     """It is the nearer one of the two; without its volume it is neither the nearest nor in the mean."""
-    lossy = replace(side("b", 0.2), metrics=METRICS | {"mean_error_mm": 0.2}, volume_ratio=1.051)
+    lossy = replace(side("b", 0.2), comparison=compared(mean_error_mm=0.2), volume_ratio=1.051)
     sheet = compare_sheet([side("a", 0.5), lossy])
     assert "Nearest is run 1, a, 0.50 mm off" in sheet.finding
     assert ("mean error over held-out trials", "0.50 mm") in sheet.key_figures
@@ -63,15 +64,15 @@ def test_the_nearest_is_held_against_its_baselines():
     finding = compare_sheet([side("a", 0.5), side("b", 0.7)]).finding
     assert "The dispensed volume lying flat is 4.00 mm off; the simulation, which has not" in finding
     assert "no better" not in finding
-    near = {"baselines": [{"name": "a parabola", "numbers": 3, "mean_error_mm": 0.1}], "role": "calibrated-on"}
-    fitted = {**near, "fitted": ["fluid.U", "fluid.D_cm", "crack.tilt"]}
-    worse = [replace(each, metrics=METRICS | fitted) for each in (side("a", 0.5), side("b", 0.7))]
+    fitted = {"fitted": ("fluid.U", "fluid.D_cm", "crack.tilt"), "baselines": (Baseline("a parabola", 3, 0.1),)}
+    tuned = compared(role="calibrated-on", **fitted)
+    worse = [replace(each, comparison=tuned) for each in (side("a", 0.5), side("b", 0.7))]
     assert "no better than a curve with no more numbers" in compare_sheet(worse).finding
 
 
 def test_no_finding_comes_from_a_run_that_was_edited():
     """The other run of the two is the nearest, and its error the mean over held-out trials."""
-    edited = replace(side("b", 0.2), metrics=METRICS | {"mean_error_mm": 0.2}, edited=["profile.csv"])
+    edited = replace(side("b", 0.2), comparison=compared(mean_error_mm=0.2), edited=["profile.csv"])
     sheet = compare_sheet([side("a", 0.5), edited])
     assert "Nearest is run 1, a, 0.50 mm off" in sheet.finding
     assert ("mean error over held-out trials", "0.50 mm") in sheet.key_figures

@@ -9,10 +9,10 @@ from matplotlib import rcParams
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from sealtwin.core.comparison import ErrorBin
 from sealtwin.core.records import Sections
 from tests.evidence import STATIONS_MM, axes_of, heights, make_evidence, slope
 from tests.shapes import level_floor
+from validate.comparison import ErrorBin
 from validate.figures import theme
 from validate.figures.levels import draw_distribution, draw_error, draw_histogram, draw_levels, draw_profile
 from validate.settings import Gate
@@ -95,10 +95,9 @@ def test_uncovered_bins_have_no_bar(tmp_path):
     evidence = make_evidence(tmp_path)
     comparison = evidence.comparison
     assert comparison is not None
-    first, *others = comparison.metrics.error_by_bin
-    bare = first.model_copy(update={"covered_mm": 0.0, "mean_error_mm": None})
-    metrics = comparison.metrics.model_copy(update={"error_by_bin": (bare, *others)})
-    comparison = replace(comparison, metrics=metrics)
+    first, *others = comparison.error_by_bin
+    bare = replace(first, covered_mm=0.0, mean_error_mm=None)
+    comparison = comparison.model_copy(update={"error_by_bin": (bare, *others)})
     (axes,) = axes_of(draw_histogram(comparison))
     assert len(axes.patches) == 3
 
@@ -152,7 +151,7 @@ def test_a_long_crack_has_numbers_that_do_not_touch(tmp_path):
     bins = tuple(
         ErrorBin(from_mm=10.0 * i, to_mm=10.0 * (i + 1), covered_mm=10.0, mean_error_mm=1.23) for i in range(40)
     )
-    comparison = replace(comparison, metrics=comparison.metrics.model_copy(update={"error_by_bin": bins}))
+    comparison = comparison.model_copy(update={"error_by_bin": bins})
     figure = draw_histogram(comparison)
     (axes,) = axes_of(figure)
     for row in (axes.texts, [label for label in axes.get_xticklabels() if label.get_text()]):
@@ -177,9 +176,7 @@ def test_the_distribution_of_an_error_that_grows_evenly_is_a_straight_line(evide
     s_mm = np.array([readings.s_mm[0], readings.s_mm[-1]])
     measured = replace(readings, s_mm=s_mm, level_mm=np.array([-1.0, -1.0]), repeats_mm=None)
     simulated = replace(profile, s_mm=s_mm, level_mm=np.array([-1.0, 1.0]))
-    comparison = replace(
-        evidence.comparison, metrics=evidence.comparison.metrics.model_copy(update={"worst_error_mm": 2.0})
-    )
+    comparison = evidence.comparison.model_copy(update={"worst_error_mm": 2.0})
     (axes,) = axes_of(draw_distribution(simulated, measured, comparison))
     within_mm, percent = (np.asarray(values) for values in axes.lines[0].get_data())
     assert percent == pytest.approx(50 * within_mm, abs=0.1)

@@ -4,14 +4,15 @@ from dataclasses import replace
 
 import pytest
 
-from tests.sides import METRICS, side
+from tests.sides import compared, side
+from validate.comparison import ErrorUncertainty, VolumeComparison
 from validate.figures.compare_sheet import compare_sheet
 from validate.figures.figure_sheet import FigureTable
 from validate.figures.side_by_side import held_out_mean_mm
 
 
-def trial(name: str, role: str, mean_error_mm: float, **metrics):
-    return replace(side(name, 0.1), metrics=METRICS | {"role": role, "mean_error_mm": mean_error_mm} | metrics)
+def trial(name: str, role: str, mean_error_mm: float, **figures):
+    return replace(side(name, 0.1), comparison=compared(role=role, mean_error_mm=mean_error_mm, **figures))
 
 
 def held_out_rows(sides):
@@ -30,7 +31,9 @@ def test_held_out_trials_come_first_and_alone_make_the_mean():
 
 
 def test_an_interval_is_shown_where_there_is_one():
-    known = trial("a", "held-out", 1.0, uncertainty={"mean_error_mm": [0.9, 1.1]}, beats_volume_balance=False)
+    uncertainty = ErrorUncertainty.model_construct(mean_error_interval_mm=(0.9, 1.1))
+    volumes = VolumeComparison.model_construct(volume_balance_error_mm=0.8, beats_volume_balance=False)
+    known = trial("a", "held-out", 1.0, uncertainty=uncertainty, volumes=volumes)
     row, bare = held_out_rows([known, trial("b", "held-out", 1.0)])
     assert (row["low_mm"], row["high_mm"], row["beats_volume_balance"]) == (0.9, 1.1, "no")
     assert (bare["low_mm"], bare["beats_volume_balance"]) == (None, "-")

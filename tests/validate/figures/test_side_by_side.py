@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.sides import METRICS, side
+from tests.sides import compared, side
 from validate.figures.side_by_side import (
     SAME_MM,
     differing,
@@ -15,6 +15,8 @@ from validate.figures.side_by_side import (
     replicate_words,
     setting_words,
 )
+
+NEAR = compared(mean_error_mm=0.2)
 
 
 def test_only_settings_that_differ_are_told():
@@ -31,7 +33,7 @@ def test_the_same_numbers_are_the_same_readings_whatever_sheet_holds_them():
     copied = replace(one, readings=replace(one.readings, level_mm=in_inches_mm, source="inches.xlsx", repeats_mm=None))
     again = side("b", 0.1, lowered_mm=2 * SAME_MM)
     fewer = replace(one, readings=replace(one.readings, s_mm=one.readings.s_mm[1:], level_mm=one.readings.level_mm[1:]))
-    bare = replace(one, readings=None, metrics={})
+    bare = replace(one, readings=None, comparison=None)
     assert first_with_readings([one, bare, copied, again, fewer, one]) == [0, None, 0, 3, 4, 0]
 
 
@@ -62,8 +64,8 @@ def test_one_run_or_other_settings_are_no_replicates(others):
 
 
 def test_no_run_is_called_nearest_over_different_readings():
-    near = replace(side("b", 0.2), metrics=dict(side("b", 0.2).metrics) | {"mean_error_mm": 0.2})
-    bare = replace(near, readings=None, metrics={})
+    near = replace(side("b", 0.2), comparison=NEAR)
+    bare = replace(near, readings=None, comparison=None)
     assert nearest([bare, side("a", 0.5), near]) == 2
     assert nearest([side("a", 0.5), side("b", 0.2, lowered_mm=1.0)]) is None
     assert nearest([bare, bare]) is None
@@ -72,7 +74,7 @@ def test_no_run_is_called_nearest_over_different_readings():
 @pytest.mark.parametrize("marred", [{"edited": ["profile.csv"]}, {"escaped_particles": 1}])
 def test_a_run_that_is_not_its_own_any_more_is_neither_nearest_nor_a_replicate(marred):
     """Nor do its readings keep the others from being compared."""
-    near = replace(side("b", 0.2, lowered_mm=1.0), metrics=METRICS | {"mean_error_mm": 0.2}, **marred)
+    near = replace(side("b", 0.2, lowered_mm=1.0), comparison=NEAR, **marred)
     assert nearest([near, side("a", 0.5), side("c", 0.5)]) == 1
     assert nearest([near]) is None
     (told,) = replicate_words([side("a", 0.5), near])

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from sealtwin.core.comparison import Baseline
-from sealtwin.core.earlier_trials import EarlierTrial
 from sealtwin.core.records import Profile
 from tests.shapes import straight_slot
 from validate.compare import compare
+from validate.comparison import Baseline
 from validate.metrics.baselines import against_baselines, beaten, best_curves, flat_levels
+from validate.result import EarlierTrial
 
 S_MM = np.linspace(0.0, 80.0, 17)
 FAST_FILL = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
@@ -71,7 +71,7 @@ def test_a_baseline_has_seen_no_more_than_the_simulation(role, fitted, names):
     outline, solid = straight_slot(80.0, 3.0), _solid()
     pool = flat_levels(FAST_FILL, outline, solid, 3000.0)
     how = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": pool}
-    compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, outline, solid, **how).metrics
+    compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, outline, solid, **how)
     assert [one.name for one in compared.baselines] == names
 
 
@@ -82,8 +82,8 @@ def test_readings_that_a_parabola_meets_better_are_said_to_be():
     names = ("fluid.U", "fluid.D_cm", "crack.tilt")
     how = {"role": "calibrated-on", "photo_data": "measured", "fitted": names}
     compared = compare(Profile(S_MM, readings.level_mm + 0.5), readings, outline, solid, **how)
-    assert compared.metrics.beats_baseline is False
-    assert compared.metrics.beats_flat_level
+    assert compared.beats_baseline is False
+    assert compared.beats_flat_level
     assert "a parabola 0.00 mm; the simulation, with 3 settings fitted, 0.50 mm. " in compared.headline[1]
     assert compared.headline[1].endswith("no better than a curve with no more numbers.")
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from sealtwin.core.comparison import Baseline, BudgetSummary, Comparison, ErrorUncertainty, LevelMetrics
+from validate.comparison import Baseline, BudgetSummary, ErrorUncertainty, LevelMetrics
 from validate.metrics.verdict import Basis, basis_of, judged
+from validate.result import Comparison
 from validate.settings import Gate
 
 GATE = 1.6
@@ -128,7 +129,7 @@ def test_a_gate_is_printed_with_its_reason_or_as_one_without():
     assert reasoned.headline[0] == (
         "Gate kept: mean error 0.99 mm, at most 1.6 mm (reason: the joint must hold 1 mm of rain)."
     )
-    assert reasoned.content()["gate"] == {"mean_error_mm": 1.6, "reason": "the joint must hold 1 mm of rain"}
+    assert reasoned.gate == Gate(mean_error_mm=1.6, reason="the joint must hold 1 mm of rain")
     assert "(no reason is given)" in judgement_of().headline[0]
 
 

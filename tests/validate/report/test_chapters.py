@@ -76,8 +76,9 @@ def test_an_error_that_was_not_assessed_has_no_interval_and_says_so(plain, conte
     (sentence,) = words.sentences
     assert sentence == "Not examined: this is one run, with particles of 0.5 mm radius, held against no interval."
     data = report_data(plain)
-    assert data.uncertainty is None
-    assert data.metrics["mean_error_mm"].interval_95 is None
+    assert data.uncertainty == (sentence,)
+    assert data.comparison is not None
+    assert data.comparison.interval_95_mm is None
 
 
 def test_an_assessed_error_has_its_interval_wherever_it_stands(assessed):
@@ -93,11 +94,7 @@ def test_an_assessed_error_has_its_interval_wherever_it_stands(assessed):
     assert titles(content)["Uncertainty in figures"][0] == "What may be said of the error"
     assert len(titles(content)["Mass balance"]) == 2
     data = report_data(assessed)
-    assert data.metrics["mean_error_mm"].interval_95 == (low_mm, high_mm)
-    assert data.metrics["worst_error_mm"].interval_95 is None
-    assert data.uncertainty is not None
-    assert data.uncertainty.resolved is None
-    assert data.uncertainty.numerics_mm is None
+    assert data.comparison == assessed.comparison
 
 
 def test_without_readings_there_is_nothing_to_be_unsure_of(tmp_path):
@@ -130,7 +127,7 @@ def test_a_prediction_draws_its_band_and_names_its_parts(tmp_path):
     assert "What the numerics do to the level is not known, and not in the band." in words.sentences
     assert "the nozzle's speed" in words.sentences[2]
     assert "Uncertainty in figures" in titles(content)
-    told = report_data(evidence).prediction
-    assert told is not None
-    assert told.sentences == words.sentences
-    assert [part.mean_level_mm for part in told.parts] == pytest.approx([0.098], rel=0.01)
+    data = report_data(evidence)
+    assert data.uncertainty == words.sentences
+    assert data.prediction is not None
+    assert [part.mean_level_mm for part in data.prediction.parts] == pytest.approx([0.098], rel=0.01)

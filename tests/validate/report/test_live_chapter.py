@@ -69,7 +69,8 @@ def test_the_band_holds_what_the_budget_knows_of_the_simulation(evidence):
         ({"numerics_mm": some, "inputs_mm": some * 4 / 3}, 1.0, "by numerics and inputs, of the settings as run"),
     ):
         stations = assessed.uncertainty.stations.model_copy(update=parts)
-        comparison = replace(assessed, uncertainty=assessed.uncertainty.model_copy(update={"stations": stations}))
+        uncertainty = assessed.uncertainty.model_copy(update={"stations": stations})
+        comparison = assessed.model_copy(update={"uncertainty": uncertainty})
         found = live_chapter(replace(evidence, comparison=comparison))
         assert found is not None
         assert found["band"]["level_mm"] == pytest.approx([half_mm] * len(some))

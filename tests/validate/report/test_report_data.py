@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from importlib.resources import files as resources
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +17,10 @@ from tests.evidence import make_evidence, slope
 from tests.pages import leave_out_figures
 from validate.compare import assess
 from validate.report.chapters import chapters
-from validate.report.report_data import ReadingsFile, ReportData, ReportedVerdict, report_data, schema
-from validate.report.write_report import tone, write_report
+from validate.report.report_data import ReadingsFile, ReportData, report_data, schema
+from validate.report.write_report import write_report
 from validate.report_input import ReadingsSheet
+from validate.result import Comparison
 from validate.settings import Gate, Readings, Uncertainty
 from validate.uncertainty.computed import Effect, SizeRuns, Spread
 from validate.units import PageTable
@@ -40,14 +42,16 @@ def test_every_field_is_described():
 def test_numbers_have_units_and_are_those_of_the_comparison(tmp_path):
     evidence = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0), error_mm=0.5)
     data = ReportData.model_validate_json(as_json(report_data(evidence).model_dump(mode="json")))
-    assert (data.verdict.outcome, data.verdict.mean_error_limit_mm, data.verdict.role) == ("passed", 1.0, "held-out")
-    mean = data.metrics["mean_error_mm"]
-    assert (mean.value, mean.unit) == (pytest.approx(0.5), "mm")
-    assert (data.metrics["area_mm2"].unit, data.metrics["coverage"].unit) == ("mm²", "1")
-    assert data.metrics["measured_underfill_mm3"].unit == "mm³"
-    assert data.metrics["share_under_1_mm"].unit == "1", "the millimetre in its name is another's"
-    assert all(quantity.unit and quantity.meaning for quantity in data.metrics.values())
-    assert len(data.error_by_bin) == 4
+    compared = data.comparison
+    assert compared is not None
+    assert (data.outcome, compared.gate, compared.role) == ("passed", Gate(mean_error_mm=1.0), "held-out")
+    assert compared.mean_error_mm == pytest.approx(0.5)
+    assert len(compared.error_by_bin) == 4
+    fields = schema()["$defs"]["Comparison"]["properties"]
+    units = {"mean_error_mm": "mm", "area_mm2": "mm²", "coverage": "1", "measured_underfill_mm3": "mm³"}
+    # The millimetre in its name is another's.
+    units["share_under_1_mm"] = "1"
+    assert {name: fields[name]["unit"] for name in units} == units
 
 
 def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
@@ -66,24 +70,25 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     leave_out_figures(monkeypatch)
     write_report(tmp_path, evidence)
     data = ReportData.model_validate_json((tmp_path / "report.json").read_text(encoding="utf-8"))
-    assert data.readings == ReadingsFile(
-        name="P01 Messung.csv", sha256="73cf", operator="A. B.", date="2026-03-01", dialect=""
-    )
-    assert "ASME V&V 20: E = +0.50 mm" in data.verdict.findings[0]
-    assert data.verdict.sentence == " ".join(data.verdict.headline)
-    sizes = data.sizes["mean_error_mm"]
-    assert sizes.values_mm == pytest.approx((0.45, 0.5, 0.6), abs=1e-3)
-    assert (sizes.runs, sizes.scatter_mm) == ((3, 3, 3), pytest.approx(0.1, abs=1e-3))
-    assert data.uncertainty is not None
-    assert data.uncertainty.volume_level_mm is not None
-    assert (data.inputs["volume_ml"].unit, data.inputs["volume_ml"].mean_level_mm) == ("ml", pytest.approx(0.3))
-    assert [shift.shift_mm for shift in data.shifts] == [-2, -1, 0, 1, 2]
+    assert data.readings == ReadingsFile(**dict(sheet), dialect="", data="measured")
+    assert "ASME V&V 20: E = +0.50 mm" in data.findings[0]
+    assert data.comparison is not None
+    assert evidence.comparison is not None
+    assert data.comparison.model_dump_json() == evidence.comparison.model_dump_json()
+    assert data.headline == data.comparison.headline
+    found = data.comparison.uncertainty
+    assert found is not None
+    assert found.numerics is not None
+    sizes = found.numerics.mean_error_mm
+    assert sizes.values == pytest.approx((0.45, 0.5, 0.6), abs=1e-3)
+    assert (sizes.runs, sizes.scatter) == ((3, 3, 3), pytest.approx(0.1, abs=1e-3))
+    assert found.mean_level.volume_level_mm is not None
+    assert [(one.name, one.mean_level_mm) for one in found.inputs] == [("volume_ml", pytest.approx(0.3))]
+    assert [shift.shift_mm for shift in found.alignment.shifts] == [-2, -1, 0, 1, 2]
     # A slot of 40 x 3.1 x 10 mm, read at -4 mm on average.
-    assert data.settled["readings_mm3"].value == pytest.approx(40 * 3.1 * 6, rel=2e-3)
-    assert (data.metrics["measured_fill_ratio"].value, data.settled["footprint_mm2"].unit) == (
-        pytest.approx(0.6, rel=2e-3),
-        "mm²",
-    )
+    assert data.comparison.volumes is not None
+    assert data.comparison.volumes.mass_balance.readings_mm3 == pytest.approx(40 * 3.1 * 6, rel=2e-3)
+    assert data.comparison.measured_fill_ratio == pytest.approx(0.6, rel=2e-3)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert [table.title for table in data.tables] == [
         html.unescape(title) for title in re.findall("<h3>(.*)</h3>", page)
@@ -102,7 +107,8 @@ def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):
     ],
 )
 def test_green_is_for_held_out_readings(outcome, role, colour):
-    assert tone(ReportedVerdict.model_construct(outcome=outcome, role=role)) == colour
+    comparison = Comparison.model_construct(role=role)
+    assert ReportData.model_construct(outcome=outcome, comparison=comparison).tone == colour
 
 
 def test_numbers_that_differ_have_labels_that_differ(tmp_path):
@@ -111,11 +117,14 @@ def test_numbers_that_differ_have_labels_that_differ(tmp_path):
     settings = Readings(file=Path("readings.csv"), data="measured", role="held-out")
     evidence = replace(evidence, comparison=assess(evidence, settings, Uncertainty(), None))
     data = report_data(evidence)
-    numbers = [
-        (each.meaning, f"{each.value:.0f}")
-        for group in (data.mass_balance, data.settled, data.metrics)
-        for each in group.values()
-        if each.unit == "mm³"
+    assert data.comparison is not None
+    assert data.comparison.volumes is not None
+    numbers = [(each.meaning, f"{each.value:.0f}") for each in data.mass_balance.values()]
+    numbers += [
+        (schema()["$defs"][type(record).__name__]["properties"][name]["description"], f"{value:.0f}")
+        for record in (data.comparison, data.comparison.volumes.mass_balance)
+        for name, value in record
+        if name.endswith("_mm3")
     ]
     page = [item for chapter in chapters(evidence) for item in chapter.items if isinstance(item, PageTable)]
     labels = [row for table in page for row in table.rows if " mm³" in row[1]]
@@ -132,9 +141,9 @@ def test_what_was_dispensed_is_somewhere(tmp_path):
 def test_a_number_that_does_not_exist_is_null_and_an_unknown_key_is_refused(tmp_path):
     evidence = make_evidence(tmp_path)
     assert evidence.comparison is not None
-    metrics = evidence.comparison.metrics.model_copy(update={"start_zone_error_mm": float("nan")})
-    broken = replace(evidence.comparison, metrics=metrics)
+    changed: dict[str, Any] = dict(evidence.comparison) | {"start_zone_error_mm": float("nan")}
+    broken = Comparison(**changed)
     content = report_data(replace(evidence, comparison=broken)).model_dump(mode="json")
-    assert content["metrics"]["start_zone_error_mm"]["value"] is None
+    assert content["comparison"]["start_zone_error_mm"] is None
     with pytest.raises(ValidationError, match="surprise"):
         ReportData.model_validate(content | {"surprise": 1})

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sealtwin.core.earlier_trials import EarlierTrial, Quantity
 from tests.evidence import FAST_FILL, make_evidence
+from validate.result import EarlierTrial, Quantity
 from validate.uncertainty.earlier_trials import biases, computed_quantities, expect, expected_sentences, foresee
 
 HERE: dict[Quantity, float] = {"mean_level_mm": -2.0, "fill_ratio": 0.8, "heap_mm2": 0.5}
@@ -87,7 +87,7 @@ def test_the_interval_holds_the_next_reading_in_95_of_100_labs():
 def test_the_computed_numbers_are_those_over_the_length_that_was_read(tmp_path):
     evidence = make_evidence(tmp_path)
     assert evidence.comparison is not None
-    metrics = evidence.comparison.metrics
+    metrics = evidence.comparison
     here = computed_quantities(evidence)
     assert here["mean_level_mm"] == pytest.approx(-8.0 + 0.2 * 20.0 + 0.5)
     assert here["fill_ratio"] == pytest.approx(metrics.simulated_fill_ratio)

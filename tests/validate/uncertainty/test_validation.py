@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sealtwin.core.comparison import BudgetPart, StationErrors
+from validate.comparison import BudgetPart, StationErrors
+from validate.result import Comparison
 from validate.uncertainty.validation import level_sentences, mean_level_budget, with_time
 
 ALL_KNOWN = (0.3, 0.4, 0.0)  # Of readings, numerics and inputs
@@ -70,7 +71,7 @@ def test_until_numerics_and_inputs_are_known_nothing_is_concluded(parts, error_m
     """With one sentence for all, numerics and inputs that were not computed were blamed on the model."""
     mean = mean_level_budget(error_mm, 0.2, *parts)
     assert mean.resolved is None
-    told = with_time(level_sentences(mean, stations([1.0, -1.0], [0.2, 0.2]), PARTS), "12 min")
+    told = timed(level_sentences(mean, stations([1.0, -1.0], [0.2, 0.2]), PARTS), "12 min")
     assert told[0].startswith("ASME V&V 20: not assessed")
     assert ("about 12 min" in told[0]) is (parts != (0.1, 0.1))  # Then no run is missing: no input is declared
     for word in ("onsistent", "model", "u_val", "E ="):
@@ -80,7 +81,11 @@ def test_until_numerics_and_inputs_are_known_nothing_is_concluded(parts, error_m
 def test_without_a_time_none_is_said():
     findings = level_sentences(mean_level_budget(1.0, 0.2, 0.1), NONE_OFF, PARTS)
     assert findings[0].endswith("RUN --uncertainty'.")
-    assert with_time(findings, "") == findings
+    assert timed(findings, "") == findings
+
+
+def timed(findings, extra_runs):
+    return with_time(Comparison.model_construct(findings=findings), extra_runs).findings
 
 
 def test_an_error_on_readings_that_were_calibrated_on_is_none_of_a_prediction():

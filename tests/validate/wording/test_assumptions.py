@@ -110,8 +110,7 @@ def test_what_counts_in_no_metric_is_told_by_its_number(tmp_path):
     assert left_out(evidence) == ["1 particle (1 mm³) over the edge of the sample: in the mass balance, in no profile."]
     repeats_mm = np.array(evidence.readings.repeats_mm)
     repeats_mm[0, :2] = np.nan
-    metrics = evidence.comparison.metrics.model_copy(update={"stations_beyond_mm": np.array([38.0, 40.5])})
-    fewer = replace(evidence.comparison, metrics=metrics)
+    fewer = evidence.comparison.model_copy(update={"stations_beyond_mm": np.array([38.0, 40.5])})
     outline = replace(evidence.outline, branches_mm=(np.zeros((2, 2)),))
     told = left_out(
         replace(evidence, readings=replace(evidence.readings, repeats_mm=repeats_mm), comparison=fewer, outline=outline)
@@ -157,6 +156,6 @@ def test_the_sealant_under_the_level_is_held_against_the_settled_space(tmp_path)
     compared = assess(evidence, Readings(file=Path("x.csv"), role="held-out", data="measured"), Uncertainty(), None)
     assert compared.volumes is not None
     balance = compared.volumes.mass_balance
-    rows = dict(volume_table(compared.metrics, compared.volumes).rows)
-    share = compared.metrics.simulated_sealant_mm3 / (balance.in_crack_mm3 + balance.above_mm3)
+    rows = dict(volume_table(compared, compared.volumes).rows)
+    share = compared.simulated_sealant_mm3 / (balance.in_crack_mm3 + balance.above_mm3)
     assert f"({100 * share:.1f} % of the settled space)" in rows["sealant under the level, over the covered length"]

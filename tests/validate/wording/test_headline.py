@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from sealtwin.core.comparison import Comparison
 from tests.evidence import make_evidence
 from tests.tables import tables
+from validate.result import Comparison
 from validate.settings import Gate
 from validate.wording.headline import headline, key_figures
 

@@ -3,29 +3,22 @@
 import numpy as np
 import pytest
 
-from sealtwin.core.comparison import StationErrors
+from validate.comparison import StationError, StationErrors
 from validate.wording.where_off import between_stations, stretches_off, worst_at_a_station
 
 S_MM = np.arange(0.0, 45.0, 5.0)
 
 
-def told_of(*errors_mm):
-    """The sentence on stations 5 mm apart, in a band of 1 mm."""
-    none = np.zeros(len(S_MM))
-    return " ".join(
-        stretches_off(
-            StationErrors(
-                s_mm=S_MM,
-                error_mm=np.array(errors_mm),
-                data_mm=none,
-                numerics_mm=None,
-                inputs_mm=None,
-                validation_mm=none,
-                profile_mm=none + 1.0,
-                by_chance=0.4,
-            )
-        )
+def stations(*errors_mm):
+    """Stations 5 mm apart, in a band of 1 mm."""
+    bands = {"data_mm": 0 * S_MM, "validation_mm": 0 * S_MM, "profile_mm": 1 + 0 * S_MM}
+    return StationErrors(
+        s_mm=S_MM, error_mm=np.array(errors_mm), numerics_mm=None, inputs_mm=None, by_chance=0.4, **bands
     )
+
+
+def told_of(*errors_mm):
+    return " ".join(stretches_off(stations(*errors_mm)))
 
 
 def test_stretches_are_named_with_side_place_and_largest_error_first():
@@ -50,8 +43,8 @@ def test_a_worst_error_between_stations_is_said_to_be_one(worst_at_mm, sentences
     assert len(between_stations(S_MM, worst_at_mm)) == sentences
 
 
-@pytest.mark.parametrize(("worst_at_mm", "expected"), [(S_MM[1], None), (S_MM[-1] + 0.4, (2.0, S_MM[2]))])
+@pytest.mark.parametrize(("worst_at_mm", "expected"), [(S_MM[1], None), (S_MM[-1] + 0.4, StationError(2.0, S_MM[2]))])
 def test_a_worst_error_beyond_the_readings_has_one_at_a_station_beside_it(worst_at_mm, expected):
     error_mm = np.zeros(len(S_MM))
     error_mm[2] = -2.0
-    assert worst_at_a_station(S_MM, error_mm, worst_at_mm) == expected
+    assert worst_at_a_station(stations(*error_mm), worst_at_mm) == expected

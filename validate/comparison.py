@@ -1,33 +1,25 @@
-"""Records of a comparison between a simulated and a measured level: what comparison.json holds, key by key.
+"""Parts of a comparison between a simulated and a measured level, as ``validate.result`` joins them.
 
-The docstring of a figure is also its meaning in report.json and its description in the published schema.
+The docstring of a figure is its description in the published schema of report.json.
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import ConfigDict, with_config
 
-from sealtwin.core.records import DataKind, Floats, JsonRecord, Known
+from sealtwin.core.record_files import Amount, Positive
+from sealtwin.core.records import DataKind, JsonRecord, Known, Numbers
+from validate.settings import Role
 
-Role = Literal["calibrated-on", "held-out", "undeclared"]
-"""Use of the readings: the fluid was tuned on them, so that the error is a residual and no test; it was not; or it is
-undeclared. Only held-out readings can validate.
-"""
-
-Outcome = Literal["passed", "failed", "undecided", "open"]
-"""The result of a comparison (decision 0079).
-
-passed: the gate is kept, and lies outside the interval of the mean error;
-failed: the gate is missed, or a particle escaped;
-undecided: the gate lies inside that interval, the readings are too few, or files were edited by hand;
-open: no gate was declared.
-"""
+PART = ConfigDict(extra="forbid")
 
 
-class ErrorBin(JsonRecord):
+@with_config(PART)
+@dataclass(frozen=True)
+class ErrorBin:
     """Mean absolute error over a stretch of the crack."""
 
     from_mm: float
@@ -36,22 +28,27 @@ class ErrorBin(JsonRecord):
     """End of the stretch."""
     covered_mm: float
     """Length of the stretch that both curves cover."""
-    mean_error_mm: Known
-    """Mean absolute error over the covered length; None where nothing is covered."""
+    mean_error_mm: float | None
+    """Mean absolute error over the covered length; None if nothing is covered."""
 
 
 class ReadingsScatter(JsonRecord):
     """Scatter of repeated readings, pooled over the stations."""
 
     stations: int
+    """Number of stations."""
     readings: int
+    """Number of single readings."""
     degrees_of_freedom: int
+    """Readings less stations."""
     repeatability_sd_mm: float | None
     """Standard deviation of a single reading; None without repeats."""
 
 
-class Baseline(JsonRecord):
-    """A level along the crack that no simulation made, held against the same readings over the same stretch."""
+@with_config(PART)
+@dataclass(frozen=True)
+class Baseline:
+    """A level along the crack that no simulation made, compared with the same readings over the same stretch."""
 
     name: str
     """Name in words."""
@@ -64,9 +61,11 @@ class Baseline(JsonRecord):
 class LevelMetrics(JsonRecord):
     """Figures of simulated minus measured level over the stretch that both curves cover, all exact integrals."""
 
-    mean_error_mm: float
+    model_config = ConfigDict(allow_inf_nan=False)
+
+    mean_error_mm: Amount
     """Area between the simulated and the measured level over the covered length."""
-    worst_error_mm: float
+    worst_error_mm: Amount
     """Largest absolute error."""
     worst_at_mm: float
     """Place of the largest error along the crack."""
@@ -74,7 +73,7 @@ class LevelMetrics(JsonRecord):
     """Place along the crack where the comparison begins."""
     covered_to_mm: float
     """Place along the crack where the comparison ends."""
-    covered_length_mm: float
+    covered_length_mm: Positive
     """Length that is compared."""
     coverage: float
     """Share of the crack's length that is compared."""
@@ -82,19 +81,22 @@ class LevelMetrics(JsonRecord):
     """Length of the crack along its centreline."""
     stations_compared: int
     """Number of stations on the stretch that both curves cover."""
-    stations_beyond_mm: Floats
+    stations_beyond_mm: Numbers
     """Places of the stations beyond that stretch."""
     stations_used: int
     """Number of stations that shape the readings' line there, one just beyond either end included."""
     widest_gap_mm: float
     """Largest distance from one station to the next."""
     enough_readings: bool
+    """True if the readings allow a verdict: enough stations, close enough, over enough of the crack."""
     escaped_particles: int
+    """Number of particles that went through a wall; with one, no figure counts."""
     area_mm2: float
     """Area between the two levels, exact."""
     area_similaritymeasures_mm2: float
     """Area between the two levels by the library that the paper used."""
     area_difference_mm2: float
+    """Exact area less the library's."""
     bias_mm: float
     """Mean of simulated minus measured level."""
     rmse_mm: float
@@ -106,6 +108,7 @@ class LevelMetrics(JsonRecord):
     frechet_mm: float
     """Fréchet distance of the two levels."""
     error_by_bin: tuple[ErrorBin, ...]
+    """Mean absolute error in each 10 mm of the crack, as in the report's histogram."""
     start_zone_error_mm: Known
     """Mean error over the first bin."""
     end_zone_error_mm: Known
@@ -115,26 +118,33 @@ class LevelMetrics(JsonRecord):
     flat_level_error_mm: float
     """Mean error of that constant level."""
     beats_flat_level: bool
+    """True if the mean error is smaller than that of the constant level."""
     baselines: tuple[Baseline, ...] = ()
     """Levels without a simulation: of readings that were calibrated on, the best curves through them; of held-out ones,
     levels that have not seen them."""
     beats_baseline: bool | None = None
     """True if the mean error is smaller than that of each baseline with no more numbers than settings were fitted; None
     without such a baseline."""
-    readings: ReadingsScatter
+    scatter: ReadingsScatter
+    """Scatter of the repeated readings."""
     role: Role
+    """Use of the readings: the fluid was calibrated on them, or they were held out."""
     fitted: tuple[str, ...] | None = None
     """Settings that were fitted to these readings, by dotted name: empty if none was, None if nobody declared it."""
     lab_searched: bool = False
     """True if a lab's catalogue was searched, and names no study or calibration with held-out readings."""
     readings_data: DataKind
+    """Origin of the readings; only measured data can validate."""
     readings_dialect: str
+    """Format of the sheet as it was understood, in a sentence."""
     photo_data: DataKind
+    """Origin of the photo or the mesh."""
     simulated_underfill_mm3: float
     """Room between the simulated level and the mouth, over the covered length."""
     simulated_overfill_mm3: float
     """Heap between the mouth and the simulated level, over the covered length."""
     simulated_sealant_mm3: float
+    """Sealant under the simulated level, over the covered length."""
     simulated_fill_ratio: float
     """Share of the cavity filled over the covered length, simulated."""
     measured_underfill_mm3: float
@@ -142,6 +152,7 @@ class LevelMetrics(JsonRecord):
     measured_overfill_mm3: float
     """Heap between the mouth and the measured level, over the covered length."""
     measured_sealant_mm3: float
+    """Sealant under the measured level, over the covered length."""
     measured_fill_ratio: float
     """Share of the cavity filled over the covered length, measured."""
 
@@ -164,9 +175,11 @@ class MassBalance(JsonRecord):
     readings_mm3: float
     """Sealant below the measured level, over the covered length."""
     readings_state: Literal["wet", "cured"] | None
+    """Declared state of the sealant when it was read; None if nobody declared it."""
     shrinkage_percent: float | None
+    """Declared shrinkage until it was read; None if nobody declared it."""
     readings_when_dispensed_mm3: float
-    """The same before the sealant shrank, where that is declared."""
+    """The same before the sealant shrank, if that is declared."""
 
 
 class VolumeComparison(JsonRecord):
@@ -177,20 +190,25 @@ class VolumeComparison(JsonRecord):
     volume_balance_error_mm: float
     """Mean error of that level."""
     beats_volume_balance: bool
+    """True if the mean error is smaller than that of that level."""
     mass_balance: MassBalance
+    """Volumes of the settled sealant beside that of the readings."""
 
 
 class StationBands(JsonRecord):
     """Half-widths of 95 % bands of the stations' levels by the readings, (n,) each."""
 
-    s_mm: Floats
-    band_95_mm: Floats
+    s_mm: Numbers
+    """Places of the stations along the crack."""
+    band_95_mm: Numbers
     """Half-width for each station by itself; of twenty stations, one lies outside by chance."""
-    profile_band_95_mm: Floats
+    profile_band_95_mm: Numbers
     """Half-width for all stations together, which holds at all of them at once in 95 %."""
 
 
-class BudgetPart(JsonRecord):
+@with_config(PART)
+@dataclass(frozen=True)
+class BudgetPart:
     """One error of the budget, and its standard uncertainty of three figures: half the half-width of 95 % by it alone.
 
     What is not declared has that of 0.2 mm of it.
@@ -207,7 +225,7 @@ class BudgetPart(JsonRecord):
     mean_level_mm: float
     """Standard uncertainty of the mean level, and so of the bias."""
     mean_error_mm: float
-    """Standard uncertainty of the mean error, where the error keeps its sign."""
+    """Standard uncertainty of the mean error, if the error keeps its sign."""
     station_mm: float
     """Standard uncertainty of the level at one station, root mean square over them."""
 
@@ -216,38 +234,35 @@ class BudgetSummary(JsonRecord):
     """All errors of a comparison, part by part."""
 
     parts: tuple[BudgetPart, ...]
+    """Errors that the intervals include, each alone."""
     missing: tuple[BudgetPart, ...]
     """Errors that no data can show and nobody declared: what 0.2 mm of each would do."""
     scatter_known: bool
+    """True if stations were read more than once, or the repeatability is declared."""
     notes: tuple[str, ...]
     """Sentences on outliers, and on stations that a probe cannot read."""
 
 
-class ErrorBudget(JsonRecord):
+class MeanLevelBudget(JsonRecord):
     """Error of the mean level and the standard uncertainties of it, after ASME V&V 20."""
 
     error_mm: float
     """E: simulated minus measured mean level."""
     volume_level_mm: float | None
     """Level that volume gained by the numerics makes, or lost, below 0: that volume over the area of the fluid's
-    surface. It is in E. None where the particles are not known."""
+    surface. It is in E. None if the particles are not known."""
     data_mm: float
     """Standard uncertainty by the readings."""
     numerics_mm: float | None
     """Standard uncertainty by the numerics: the particles' size, the scatter of single runs, and volume gained or lost;
-    None where there are not several runs at each of three sizes."""
+    None without several runs at each of three sizes."""
     inputs_mm: float | None
-    """Standard uncertainty by the declared inputs; None where none was varied."""
+    """Standard uncertainty by the declared inputs; None if none was varied."""
     validation_mm: float
-    """The standard uncertainty by all that are known together: u_val where numerics and inputs are."""
+    """The standard uncertainty by all that are known together: u_val if numerics and inputs are."""
     resolved: bool | None
     """True if |E| is larger than twice u_val, False if the two are consistent; None until numerics and all declared
     inputs are known."""
-
-
-class MeanLevelBudget(ErrorBudget):
-    """Error of the mean level, as comparison.json has it."""
-
     inputs_waiting: bool
     """True if inputs are declared that no run has varied yet."""
 
@@ -255,13 +270,19 @@ class MeanLevelBudget(ErrorBudget):
 class StationErrors(JsonRecord):
     """Error of the level at each station and the standard uncertainties of it, (n,) each."""
 
-    s_mm: Floats
-    error_mm: Floats
-    data_mm: Floats
-    numerics_mm: Floats | None
-    inputs_mm: Floats | None
-    validation_mm: Floats
-    profile_mm: Floats
+    s_mm: Numbers
+    """Places of the stations along the crack."""
+    error_mm: Numbers
+    """Simulated minus measured level."""
+    data_mm: Numbers
+    """Standard uncertainty by the readings."""
+    numerics_mm: Numbers | None
+    """Standard uncertainty by the numerics; None if it is not known."""
+    inputs_mm: Numbers | None
+    """Standard uncertainty by the declared inputs; None if none was varied."""
+    validation_mm: Numbers
+    """Standard uncertainty by all of them that are known."""
+    profile_mm: Numbers
     """Half the 95 % band by all of them that holds at all stations together."""
     by_chance: float
     """Number of stations outside their own bands that a perfect model would have on average."""
@@ -277,7 +298,20 @@ class StationErrors(JsonRecord):
         return np.abs(self.error_mm) > self.profile_mm
 
 
-class ShiftedError(JsonRecord):
+@with_config(PART)
+@dataclass(frozen=True)
+class StationError:
+    """The error at one station."""
+
+    error_mm: float
+    """Absolute error."""
+    s_mm: float
+    """Place of the station along the crack."""
+
+
+@with_config(PART)
+@dataclass(frozen=True)
+class ShiftedError:
     """The comparison with the readings shifted along the crack."""
 
     shift_mm: float
@@ -292,7 +326,9 @@ class Alignment(JsonRecord):
     """The choice of s = 0, and the errors that other choices would give."""
 
     choice: str
+    """Choice of s = 0, in a sentence."""
     shifts: tuple[ShiftedError, ...]
+    """Errors with the readings moved along the crack, since s = 0 is a choice."""
 
 
 class SizeSeries(JsonRecord):
@@ -303,7 +339,7 @@ class SizeSeries(JsonRecord):
     runs: tuple[int, ...]
     """Number of runs at each size, which differ in seed."""
     scatter: float | None
-    """Standard deviation of a single run; None where each size was run once, as are the next two."""
+    """Standard deviation of a single run; None if each size was run once, as are the next two."""
     order_95: tuple[float, float] | None
     """Ends of the 95 % range of the order of convergence, within 0.5 to 2."""
     band: float | None
@@ -314,14 +350,18 @@ class SizeStudy(JsonRecord):
     """Mean level and mean error at three particle sizes, from the finest to the coarsest."""
 
     radii_mm: tuple[float, ...]
+    """Radii of the particles; the trial's own is in the middle."""
     mean_level_mm: SizeSeries
+    """Mean of the simulated level over the covered length."""
     mean_error_mm: SizeSeries
+    """Mean error."""
 
 
 class InputEffect(JsonRecord):
     """Change of the simulated level for an input that is larger by its standard uncertainty."""
 
     name: str
+    """Key of the input in the table [uncertainty]."""
     standard: float
     """Declared standard uncertainty, in the unit that the name ends with."""
     mean_level_mm: float
@@ -338,6 +378,7 @@ class InputDrawsRecord(JsonRecord):
     """Runs of the fast model with all inputs drawn together."""
 
     runs: int
+    """Number of runs, less that with the inputs as they are."""
     together: float
     """Share of the mean level's variance by these inputs that none makes alone."""
     unfit: tuple[str, ...]
@@ -345,11 +386,11 @@ class InputDrawsRecord(JsonRecord):
 
 
 class ErrorUncertainty(JsonRecord):
-    """Intervals of the error, and the parts that they are made of; comparison.json names each by its figure."""
+    """Intervals of the error, and the parts that they are made of."""
 
-    mean_error_interval_mm: tuple[float, float] = Field(serialization_alias="mean_error_mm")
+    mean_error_interval_mm: tuple[float, float]
     """Ends of the 95 % interval of the mean error by the readings."""
-    bias_interval_mm: tuple[float, float] = Field(serialization_alias="bias_mm")
+    bias_interval_mm: tuple[float, float]
     """Ends of the 95 % interval of the bias by the readings."""
     bias_systematic_mm: float
     """Standard uncertainty of the bias that more stations would not reduce."""
@@ -357,80 +398,22 @@ class ErrorUncertainty(JsonRecord):
     budget: BudgetSummary
     mean_level: MeanLevelBudget
     stations: StationErrors
+    worst_at_a_station: StationError | None
+    """Worst error at a station; None if the worst error of all is at one."""
     sentences: tuple[str, ...]
     """Conclusions that ASME V&V 20 allows, or that it is not assessed; and the names of the errors in none of them."""
     unused: tuple[str, ...] = ()
-    """Those of the sentences on declared errors that the readings contradict and that no interval has."""
+    """Sentences on declared errors that the readings contradict and that no interval includes."""
     alignment: Alignment
     numerics: SizeStudy | None
-    """None where no other particle sizes were run."""
+    """Mean level and mean error at three particle sizes; None if no other particle sizes were run."""
     inputs: tuple[InputEffect, ...]
+    """Effects of the inputs that were varied."""
     input_draws: InputDrawsRecord | None
-    """None where particles moved the inputs, or none was moved."""
+    """Runs of the fast model with all inputs drawn together; None if particles moved the inputs, or none was moved."""
     inputs_left_out: tuple[str, ...]
     """Names of the inputs without a declared uncertainty."""
     effect_scatter_mm: float | None
+    """Standard deviation of an effect by the scatter of single runs; None if it is not known."""
     design_radius_mm: float | None
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """A simulated level compared with a measured one, and the verdict on it."""
-
-    metrics: LevelMetrics
-    uncertainty: ErrorUncertainty | None = None
-    """None where the comparison was not assessed."""
-    volumes: VolumeComparison | None = None
-    """None where the comparison was not assessed beside a run."""
-    mean_error_limit_mm: float | None = None
-    """The declared gate; None where the trial declares none."""
-    gate_reason: str = ""
-    """Reason of the gate, in its user's words; empty where none is declared."""
-    passed: bool | None = None
-    """True if the mean error keeps the gate; None without a gate, False where a particle escaped."""
-    outcome: Outcome = "open"
-    headline: tuple[str, ...] = ()
-    """Sentences on the gate, on the baselines, and on what the readings were used for before."""
-    findings: tuple[str, ...] = ()
-    """Conclusions that ASME V&V 20 allows, or that it is not assessed; without a verdict, declared errors that are not
-    used alone."""
-
-    @property
-    def verdict(self) -> str:
-        """The headline as one text."""
-        return " ".join(self.headline)
-
-    @property
-    def mean_error_mm(self) -> float:
-        """Area between the two levels over the covered length, in mm."""
-        return self.metrics.mean_error_mm
-
-    @property
-    def worst_error_mm(self) -> float:
-        """Largest absolute error, in mm."""
-        return self.metrics.worst_error_mm
-
-    @property
-    def worst_at_mm(self) -> float:
-        """Place of the largest error along the crack, in mm."""
-        return self.metrics.worst_at_mm
-
-    @property
-    def interval_95_mm(self) -> tuple[float, float] | None:
-        """Ends of the mean error's 95 % interval by the readings in mm; None where it was not assessed."""
-        return None if self.uncertainty is None else self.uncertainty.mean_error_interval_mm
-
-    def content(self) -> dict[str, Any]:
-        """Return the content of comparison.json."""
-        gate = {"mean_error_mm": self.mean_error_limit_mm, "reason": self.gate_reason}
-        return {
-            "verdict": self.verdict,
-            "headline": self.headline,
-            "outcome": self.outcome,
-            "passed": self.passed,
-            "gate": {} if self.mean_error_limit_mm is None else gate,
-            "findings": self.findings,
-            **self.metrics.model_dump(),
-            **({} if self.volumes is None else self.volumes.model_dump()),
-            **({} if self.uncertainty is None else {"uncertainty": self.uncertainty.model_dump(by_alias=True)}),
-        }
+    """Radius of the particles in the runs of the effects; None if there are none."""
