@@ -141,7 +141,7 @@ def energy() -> list[Finding]:
     tank.set_velocity(np.column_stack([rate * place[:, 2], 0 * place[:, :2]]))
     tank.engine.viscosity.measure_shear(tank.engine.rows)
     inner = (np.abs(place - np.mean(place, axis=0)) < CUBE_MM / 2 - 3.2).all(axis=1)
-    gamma = float(tank.engine.viscosity.shear.numpy()[inner].mean())
+    gamma = float(tank.engine.viscosity.system.shear.numpy()[inner].mean())
     return [
         Finding("solve: energy left of chaos, most, of six", worst, "", 0, 1, "below 1", "A is positive"),
         within("simple shear of 7 /s: gamma", gamma, "1/s", rate, 0.05, "the flow as put"),
