@@ -140,7 +140,7 @@ REPORTS = {
             "a GLB is y upward by its specification, and lies on its side where z is up",
             files.glb_y_up,
             f"import-mesh block.glb --units m {TO}",
-            (SLOT, refused("block.glb", "--up|y-up|axis")),
+            (SLOT, refused("block.glb", "mesh.up|y-up|axis")),
         ),
     ),
     "sheets": (

@@ -11,25 +11,28 @@ from benchmarks.fuzz_lab import MESHES, PLAN
 from benchmarks.fuzz_mutations import ODD, flipped, rekeyed, repainted, reworded
 
 OPTIONS = (
-    *("--mm-per-px", "--depth-mm", "--ends", "--via", "--roi", "--face-mm", "--face-corners", "--ruler"),
-    *("--ruler-mm", "--mask", "--second-photo", "--edge-fraction", "--tilt", "--wall-angle-deg", "--volume-ml"),
-    *("--jobs", "--out", "--markers", "--assumed", "--keep-branches", "--json", "--quiet", "--threads"),
-    *("--device", "--frames-every-s", "--units", "--up", "--base-mm", "--dam-height-mm", "--path", "--data"),
+    *("--mm-per-px", "--depth-mm", "--ends", "--via", "--roi", "--face-mm", "--width-mm", "--set"),
+    *("--mask", "--preset", "--seed"),
+    *("--jobs", "--out", "--markers", "--json", "--quiet", "--threads"),
+    *("--device", "--units", "--data"),
     *("--format", "--cell", "--shard", "--batch", "--line", "--width-mm", "--walls", "--outline", "--caliper"),
 )
 WORDS = (
     *("", "-", "--", "0", "-1", "1,2", "1,2 3,4", "40,101", "160,98", "0,1", "1_0", "nan", "1e400", "crack.png", "."),
     *("trial.toml", "run", "..", "notes.txt", "/dev/null", "/nowhere", "\u202e", "x" * 5000, "160x40"),
     *("lean", "all", "z", "mm", "cpu", "cuda:9", "readings.csv", "run/solid.json", "1/2", "2/1", "*"),
+    *("crack.tilt=steep", "photo.via_px=[[1,2]]", "photo.edge_fraktion=0.7", "seed=-1", "a.b.c.d.e=1", "fluid=", "=1"),
 )
 LINES = (
-    "digitise crack.png --depth-mm 8 --mm-per-px 0.4 --ends 40,101 160,98 --volume-ml 3 --out new",
-    "digitise crack.png --depth-mm 8 --face-mm 80x80 --face-corners '0,199 199,199 199,0 0,0' --out new",
-    "digitise crack.png --depth-mm 8 --ruler '0,0 100,0' --ruler-mm 40 --ends 40,101 160,98 --via 100,100 --out new",
+    "digitise crack.png --depth-mm 8 --mm-per-px 0.4 --ends 40,101 160,98 --set path.volume_ml=3 --out new",
+    "digitise crack.png --depth-mm 8 --face-mm 80x80 --set photo.face_corners_px=[[0,199],[199,199],[199,0],[0,0]] "
+    "--out new",
+    "digitise crack.png --depth-mm 8 --set photo.ruler_px=[[0,0],[100,0]] --set photo.ruler_mm=40 --ends 40,101 160,98 "
+    "--via 100,100 --out new",
     "digitise trial.toml --out new --json",
-    "simulate run --threads 1 --device cpu --frames-every-s 0.1",
+    "simulate run --threads 1 --device cpu --set output.frames_every_s=0.1",
     "validate run --device cpu --json",
-    "import-mesh block.stl --units mm --up z --out new",
+    "import-mesh block.stl --units mm --set mesh.up=z --out new",
     "robot run --cell cell.toml --format all --out robot",
     "sweep study.toml --dry-run --jobs 1 --batch 1 --shard 1/2 --out sweep",
     "compare run twin --out compared",

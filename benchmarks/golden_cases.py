@@ -101,6 +101,11 @@ PLAIN = [(50.0, 118.0), (130.0, 108.0), (220.0, 120.0), (310.0, 102.0)]
 ENDS = ("--ends", "50,118", "310,102")
 
 
+def _set(*settings: str) -> list[str]:
+    """Return the arguments that give settings, each as table.key=value."""
+    return [word for setting in settings for word in ("--set", setting)]
+
+
 def _trace(bench: Bench, *arguments: object, depth: object = 8) -> None:
     bench.sealtwin("digitise", bench.given / "photo.png", "--depth-mm", depth, *arguments, "--out", bench.out / "run")
 
@@ -114,31 +119,31 @@ def _steep(bench: Bench) -> None:
     """At 50 degrees, flared unequally, with a given volume."""
     line = [(80.0, 190.0), (130.0, 130.0), (170.0, 95.0), (240.0, 25.0)]
     inputs.draw_photo(bench.given / "photo.png", [(line, 18.0)], seed=2)
-    tilt = ("--tilt", "flare", "--wall-angle-deg", "4,9", "--volume-ml", 0.6)
+    tilt = _set("crack.tilt=flare", "crack.wall_angle_deg=[4,9]", "path.volume_ml=0.6")
     _trace(bench, "--mm-per-px", 0.12, "--ends", "80,190", "240,25", *tilt)
 
 
 def _narrow(bench: Bench) -> None:
     inputs.draw_photo(bench.given / "photo.png", [(PLAIN, 10.0)], seed=3)
-    _trace(bench, "--mm-per-px", 0.1, *ENDS, "--tilt", "vertical", "--edge-fraction", 0.6, depth=5)
+    _trace(bench, "--mm-per-px", 0.1, *ENDS, *_set("crack.tilt=vertical", "photo.edge_fraction=0.6"), depth=5)
 
 
 def _wide(bench: Bench) -> None:
     inputs.draw_photo(bench.given / "photo.png", [(PLAIN, 32.0)], seed=4)
-    _trace(bench, "--mm-per-px", 0.1, *ENDS, "--tilt", "funnel")
+    _trace(bench, "--mm-per-px", 0.1, *ENDS, *_set("crack.tilt=funnel"))
 
 
 def _lit(bench: Bench) -> None:
     """Two photos of walls that catch the light, from either side and uneven."""
     for name, glint, light in (("photo.png", 0.5, (1.3, 0.8)), ("second.png", -0.5, (0.8, 1.3))):
         inputs.draw_photo(bench.given / name, [(PLAIN, 22.0)], seed=5, glint=glint, light=light)
-    _trace(bench, "--mm-per-px", 0.1, *ENDS, "--second-photo", bench.given / "second.png")
+    _trace(bench, "--mm-per-px", 0.1, *ENDS, *_set(f"photo.second_photo={bench.given / 'second.png'}"))
 
 
 def _branches(bench: Bench) -> None:
     side = [(180.0, 114.0), (210.0, 160.0), (225.0, 190.0)]
     inputs.draw_photo(bench.given / "photo.png", [(PLAIN, 16.0), (side, 10.0)], seed=6)
-    _trace(bench, "--mm-per-px", 0.1, *ENDS, "--keep-branches", "--tilt", "vertical")
+    _trace(bench, "--mm-per-px", 0.1, *ENDS, *_set("photo.branches=keep", "crack.tilt=vertical"))
 
 
 def _mask(bench: Bench) -> None:
@@ -152,12 +157,12 @@ def _via(bench: Bench) -> None:
     """A crack that parts and joins again; the way round below is asked for."""
     below = [(110.0, 110.0), (150.0, 160.0), (220.0, 165.0), (260.0, 112.0)]
     inputs.draw_photo(bench.given / "photo.png", [(PLAIN, 12.0), (below, 12.0)], seed=8)
-    _trace(bench, "--mm-per-px", 0.1, *ENDS, "--via", "150,160 220,165", "--tilt", "vertical")
+    _trace(bench, "--mm-per-px", 0.1, *ENDS, "--via", "150,160 220,165", *_set("crack.tilt=vertical"))
 
 
 def _automatic(bench: Bench) -> None:
     inputs.draw_photo(bench.given / "photo.png", [(PLAIN, 16.0)], seed=9)
-    _trace(bench, "--mm-per-px", 0.1, "--assumed", "--roi", "20,60 340,170")
+    _trace(bench, "--mm-per-px", 0.1, *_set("photo.scale_is=assumed"), "--roi", "20,60 340,170")
 
 
 def _reversed(bench: Bench) -> None:
@@ -165,16 +170,17 @@ def _reversed(bench: Bench) -> None:
     inputs.draw_photo(bench.given / "photo.png", [(PLAIN, 14.0)], seed=10)
     depths = bench.given / "depths.csv"
     depths.write_text("s_mm,depth_mm\n0,6.0\n8,7.5\n16,9.0\n26,8.0\n", encoding="utf-8")
-    ruler = ("--ruler", "20,200 340,200", "--ruler-mm", 32)
-    _trace(bench, *ruler, "--ends", "310,102", "50,118", "--tilt", "flare", "--wall-angle-deg", 5, depth=depths)
+    ruler = _set("photo.ruler_px=[[20,200],[340,200]]", "photo.ruler_mm=32")
+    tilt = _set("crack.tilt=flare", "crack.wall_angle_deg=5")
+    _trace(bench, *ruler, "--ends", "310,102", "50,118", *tilt, depth=depths)
 
 
 def _open(bench: Bench) -> None:
     """Across the whole face, whose corners give the scale: both ends are open."""
     line = [(-20.0, 90.0), (90.0, 116.0), (200.0, 98.0), (380.0, 125.0)]
     inputs.draw_photo(bench.given / "photo.png", [(line, 15.0)], seed=11)
-    corners = "20,200 340,200 340,20 20,20"
-    _trace(bench, "--face-mm", "32x18", "--face-corners", corners, "--ends", "20,99", "340,119")
+    corners = "[[20,200],[340,200],[340,20],[20,20]]"
+    _trace(bench, "--face-mm", "32x18", *_set(f"photo.face_corners_px={corners}"), "--ends", "20,99", "340,119")
 
 
 def _markers(bench: Bench) -> None:
@@ -185,7 +191,7 @@ def _markers(bench: Bench) -> None:
     shutil.copy(FIXTURE / "photo.jpg", bench.given / "photo.png")
     ends = (f"{x},{y}" for x, y in photo["ends_px"])
     scale = ("--markers", bench.given / "markers.toml", "--face-mm", "160x40")
-    _trace(bench, *scale, "--ends", *ends, "--tilt", "vertical", depth=16)
+    _trace(bench, *scale, "--ends", *ends, *_set("crack.tilt=vertical"), depth=16)
 
 
 def _sheet(bench: Bench, name: str, **declared: object) -> None:
@@ -300,19 +306,21 @@ def _sheet_datum(bench: Bench) -> None:
 
 
 def _mesh(bench: Bench, name: str, scale: float, *arguments: object, text: bool = False, **shape: float) -> None:
-    """``scale`` is a millimetre in the file's unit; ``--up y`` among the arguments turns the block to match."""
+    """``scale`` is a millimetre in the file's unit; ``mesh.up=y`` among the arguments turns the block to match."""
     vertices, faces = inputs.slotted_block(**shape)
-    if "y" in arguments:
+    if "mesh.up=y" in arguments:
         vertices = vertices[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
     inputs.write_mesh(bench.given / name, vertices * scale, faces, text=text)
-    bench.sealtwin("import-mesh", bench.given / name, *arguments, "--data", "synthetic", "--out", bench.out / "run")
+    bench.sealtwin(
+        "import-mesh", bench.given / name, *arguments, *_set("mesh.data=synthetic"), "--out", bench.out / "run"
+    )
 
 
 def _mesh_path(bench: Bench) -> None:
     """With a centreline and a volume that are given."""
     path = bench.given / "path.csv"
     path.write_text("".join(f"{x} {20 + 0.2 * (i % 3)}\n" for i, x in enumerate(range(22, 79, 4))), encoding="utf-8")
-    _mesh(bench, "block.off", 1.0, "--units", "mm", "--path", path, "--volume-ml", 1.5)
+    _mesh(bench, "block.off", 1.0, "--units", "mm", *_set(f"mesh.path={path}", "path.volume_ml=1.5"))
 
 
 def _robot(bench: Bench, formats: str) -> None:
@@ -377,7 +385,7 @@ CASES = (
     Case("mesh-stl-binary", lambda bench: _mesh(bench, "block.stl", 1.0, "--units", "mm")),
     Case("mesh-stl-text", lambda bench: _mesh(bench, "block.stl", 0.1, "--units", "cm", text=True, wander_mm=3.0)),
     Case("mesh-ply", lambda bench: _mesh(bench, "block.ply", 1.0, "--units", "mm", floor_half_mm=0.8)),
-    Case("mesh-obj", lambda bench: _mesh(bench, "block.obj", 1.0, "--units", "mm", "--up", "y", wander_mm=1.5)),
+    Case("mesh-obj", lambda bench: _mesh(bench, "block.obj", 1.0, "--units", "mm", *_set("mesh.up=y"), wander_mm=1.5)),
     Case("mesh-off-path", _mesh_path),
     Case("mesh-glb", lambda bench: _mesh(bench, "block.glb", 1e-3, "--units", "m", depth_mm=7.0)),
     Case("sweep", _sweep),

@@ -35,10 +35,9 @@ from sealtwin.study.drawn_runs import draw
 from sealtwin.study.extra_runs import vary
 from sealtwin.study.moved_inputs import Base, moved_bench, moved_paste
 from sealtwin.study.runner import Bench, Sealing, seal
-from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import start_job
 from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.trial_file import Trial, load_trial
+from sealtwin.trial.trial_file import Trial, load_trial, with_settings
 from sealtwin.trial.validate_stage import read_spread, readings_of
 from simulate.slot.run import pour
 from validate.compare import error_uncertainty

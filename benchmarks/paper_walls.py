@@ -18,10 +18,9 @@ from sealtwin.core import record_files
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.core.settings import checked
-from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import STAGES, start_job
 from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.trial_file import Trial, load_trial
+from sealtwin.trial.trial_file import Trial, load_trial, with_settings
 
 WALLS: dict[str, dict[str, Any]] = {
     "undercut 4.84, as shipped": {},

@@ -34,7 +34,7 @@ def damaged_kernels(folder: Path) -> None:
 def filmed(folder: Path) -> None:
     """Make RUN with frames, the first of which is a link to a device without end."""
     digitised(folder)
-    _sealtwin(folder, "simulate", "RUN", "--device", "cpu", "--frames-every-s", "0.3")
+    _sealtwin(folder, "simulate", "RUN", "--device", "cpu", "--set", "output.frames_every_s=0.3")
     frame = min((folder / "RUN" / "frames").glob("*.vtp"))
     frame.unlink()
     frame.symlink_to("/dev/zero")

@@ -83,7 +83,7 @@ ANSWERS = (
     ),
     Answer(
         "path_jumps_to_joint",
-        "digitise photo.jpg --path-only --mm-per-px 0.2 --ends 202,7 213,412 --out {out}/run",
+        "digitise photo.jpg --set photo.path_only=true --mm-per-px 0.2 --ends 202,7 213,412 --out {out}/run",
         ("--via",),
         (0, 3),
     ),

@@ -72,7 +72,7 @@ REPORTS = {
             "CesiumGS/cesium-native/pull/1108",
             "positions stored as normalised integers come out half or twice as large",
             third_files.glb_quantized,
-            f"import-mesh block.glb --units m --up y {TO}",
+            f"import-mesh block.glb --units m --set mesh.up=y {TO}",
             (SLOT, refused("block.glb", "quantiz|normali|integer")),
         ),
     ),

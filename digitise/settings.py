@@ -149,7 +149,7 @@ class PhotoInput(Settings):
     """Use of side cracks: keep makes them part of outline and solid. The nozzle always follows the main crack. A side
     crack is at least three times as long as wide."""
     markers: MarkerBoard | None = None
-    """ArUco markers in the plane of the face: dictionary, size_mm, and markers, a list of tables of id, x_mm, y_mm."""
+    """Markers round the crack, of which 'sealtwin markers' prints a frame and writes the table."""
     lens: Literal["auto", "none"] = "auto"
     """Lens model: auto fits one radial term if the markers show it, none assumes no distortion."""
     camera_distance_mm: float | None = Field(default=None, gt=10, le=20_000)

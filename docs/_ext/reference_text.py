@@ -14,6 +14,7 @@ from typing import Any, get_args
 import sealtwin
 from digitise.robots.cell import RobotCell
 from sealtwin.cli.app import app
+from sealtwin.cli.settings_options import describe
 from sealtwin.core.settings import Settings, described
 from sealtwin.core.settings_text import allowed, meaning
 from sealtwin.study.study_file import Study
@@ -33,6 +34,7 @@ def commands_text() -> str:
     group: Any = get_command(app)
     parts = []
     for name, command in group.commands.items():
+        describe(command)
         context = command.make_context(f"sealtwin {name}", [], resilient_parsing=True)
         usage = " ".join(["sealtwin", name, *command.collect_usage_pieces(context)])
         parts.append(

@@ -23,8 +23,8 @@ from sealtwin.api.trials import CalibrationResult
 from sealtwin.core import files
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import checked
-from sealtwin.study.study_file import load_study, with_settings
-from sealtwin.trial.trial_file import Trial, load_trial, trial_text
+from sealtwin.study.study_file import load_study
+from sealtwin.trial.trial_file import Trial, load_trial, trial_text, with_settings
 from validate.figures import theme
 
 HOME = Path(__file__).resolve().parent

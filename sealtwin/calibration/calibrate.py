@@ -60,25 +60,27 @@ def calibrate(
     held_out: Sequence[Path] = (),
     budget: int = LEAST_BUDGET,
     date: day | None = None,
+    settings: Mapping[str, Any] | None = None,
 ) -> Calibration:
     """Find the settings ``ranges`` of trials by their readings; write material, posterior, record and page.
 
-    ``ranges`` gives the ends of each setting by dotted name; ``out`` None stands for reports/<trial>-calibrated. Runs
-    that are made are kept: after a kill the same call goes on, and gives the same files.
+    ``ranges`` gives the ends of each setting by dotted name; ``out`` None stands for reports/<trial>-calibrated;
+    ``settings`` by dotted name replace those of all trial files. Runs that are made are kept: after a kill the same
+    call goes on, and gives the same files.
 
     Raises:
         InputError: A trial, a setting or a role cannot be used, or the folder holds something else.
         NumericalError: A quarter of the runs has no result.
         BusyError: Another process works in the folder.
     """
-    frees = _checked(trials, ranges, held_out)
-    folder = out or Path("reports", f"{load_trial(trials[0]).folder_name}-calibrated")
+    frees = _checked(trials, ranges, held_out, settings)
+    folder = out or Path("reports", f"{load_trial(trials[0], settings).folder_name}-calibrated")
     require_folder(folder)
     if folder.is_dir() and not (folder / LIBRARY).is_dir():
         refuse_foreign(folder, "calibration")
     with holding(folder), progress:
         twins, others = (
-            [Twin(file, folder / LIBRARY, how, progress) for file in group] for group in (trials, held_out)
+            [Twin(file, folder / LIBRARY, how, progress, settings) for file in group] for group in (trials, held_out)
         )
         _require_different([*twins, *others])
         frees = [Free(free.name, free.low, free.high, _measured(free, twins)) for free in frees]
@@ -102,7 +104,12 @@ def calibrate(
         return Calibration(content, twins, others)
 
 
-def _checked(trials: Sequence[Path], ranges: Mapping[str, tuple[float, float]], held_out: Sequence[Path]) -> list[Free]:
+def _checked(
+    trials: Sequence[Path],
+    ranges: Mapping[str, tuple[float, float]],
+    held_out: Sequence[Path],
+    settings: Mapping[str, Any] | None,
+) -> list[Free]:
     if not 1 <= len(ranges) <= MOST_FREE:
         raise InputError(f"{len(ranges)} free settings: give 1 to {MOST_FREE}; {LEAST_BUDGET} runs resolve no more.")
     for name, (low, high) in ranges.items():
@@ -118,7 +125,7 @@ def _checked(trials: Sequence[Path], ranges: Mapping[str, tuple[float, float]], 
     roles: dict[Literal["held-out", "calibrated-on"], Sequence[Path]] = {"held-out": trials, "calibrated-on": held_out}
     for wrong, group in roles.items():
         for file in group:
-            readings = load_trial(file).readings
+            readings = load_trial(file, settings).readings
             if readings is not None and readings.role == wrong:
                 right = "calibrated-on" if wrong == "held-out" else "held-out"
                 raise InputError(

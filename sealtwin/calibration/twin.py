@@ -14,10 +14,10 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
 from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
-from sealtwin.study.study_file import PlannedRun, with_settings
+from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
 from sealtwin.trial.job import check_sheet, require_sample
-from sealtwin.trial.trial_file import Trial, load_trial
+from sealtwin.trial.trial_file import Trial, load_trial, with_settings
 from validate.calibration.free import Free
 from validate.calibration.posterior import ReadLevels
 from validate.metrics.baselines import are_compared
@@ -40,14 +40,21 @@ SEEDS = 2**31
 class Twin:
     """A trial, digitised, with its readings and the runs of it that were made."""
 
-    def __init__(self, file: Path, library: Path, how: SweepOptions, progress: Progress) -> None:
+    def __init__(
+        self,
+        file: Path,
+        library: Path,
+        how: SweepOptions,
+        progress: Progress,
+        settings: Mapping[str, Any] | None = None,
+    ) -> None:
         """Digitise the crack and read the sheet. Raises InputError as a sweep does, or for a trial without readings."""
         from validate.metrics.volumes import mouth_widths_mm
         from validate.readings.read_readings import read_readings
         from validate.uncertainty.reading_errors import budget_of
 
         self.file, self._how, self._progress = file, how, progress
-        trial = load_trial(file)
+        trial = load_trial(file, settings)
         held, self.fluid = _fit_to_calibrate(file, trial)
         self.trial = trial.loaded(file.parent)
         self.held: Readings = held

@@ -1,19 +1,25 @@
 """Answers of the commands: results on stdout, narration on stderr, an exit code and one sentence for each fault."""
 
+import functools
+import inspect
 import io
+import itertools
 import json
 import os
 import re
 import sys
-from collections.abc import Iterator, Sequence
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
 
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
+from sealtwin.cli.settings_options import describe, parameter, parameters, settings_of
 from sealtwin.core.errors import SealtwinError, naming
 from sealtwin.packages_check import foreign_package
 
@@ -46,11 +52,9 @@ Text = str | None
 Number = float | None
 File = Path | None
 Out = Annotated[File, option("Run folder; default: reports/<trial name> under the current folder.", "DIR")]
-Device = Annotated[
-    str, option("Device of the fluid run; naming a device that is absent is an error.", "auto|cpu|cuda:0")
-]
-Json = Annotated[bool, flag("--json", "Print one JSON object on stdout, everything else on stderr.")]
-Quiet = Annotated[bool, flag("--quiet", "Print no narration and no progress; warnings are printed.")]
+DEVICE = option("Device of the fluid run; naming a device that is absent is an error.", "auto|cpu|cuda:0")
+JSON = flag("--json", "Print one JSON object on stdout, everything else on stderr.")
+QUIET = flag("--quiet", "Print no narration and no progress; warnings are printed.")
 
 
 @dataclass(frozen=True)
@@ -64,10 +68,11 @@ class Answer:
 class Command:
     """Options of a command that concern its answer, and the device of its fluid run."""
 
-    device: str
-    as_json: bool
-    quiet: bool
-    stdout: TextIO  # Standard output, for the answer alone: whatever a library prints is sent to stderr
+    device: str = "cpu"
+    as_json: bool = False
+    quiet: bool = False
+    stdout: TextIO = field(default_factory=lambda: sys.stdout)
+    """Standard output, for the answer alone: whatever a library prints is sent to stderr."""
 
     def say(self, text: str) -> None:
         if not self.quiet:
@@ -116,11 +121,24 @@ class Commands(TyperGroup):
             raise
 
 
-class OnceEach(TyperCommand):
-    """Command that refuses an option given twice, unless it is a list. Click takes the last value without a word."""
+class CheckedCommand(TyperCommand):
+    """Command that answers a removed option by its new spelling, and refuses one that is given twice and is no list.
+
+    Click takes the last value without a word. The help of a setting's option is read when it is shown.
+    """
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        describe(self)
+        super().format_help(ctx, formatter)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        try:
+            _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        except typer.TyperException as fault:
+            option = getattr(fault, "option_name", "")
+            if spelling := removed_options().get(self.name or "", {}).get(option):
+                ctx.fail(f"{option}: now {spelling}")
+            raise
         for option in given:
             one = isinstance(option, TyperOption) and not (option.multiple or option.is_flag)
             if one and given.count(option) > 1:
@@ -128,13 +146,55 @@ class OnceEach(TyperCommand):
         return super().parse_args(ctx, args)
 
 
+def answers(
+    *names: str, needs: Sequence[str] = (), device: bool = False, quiet: bool = True, as_json: bool = True
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a function of a ``Command`` and its own parameters the options of an answer, and let it end as a command.
+
+    Its parameter ``settings`` stands for --set and for the options of every day in ``names``; those in ``needs`` are
+    required.
+    """
+    ends = [("device", str, DEVICE, "auto")] if device else []
+    ends += [("as_json", bool, JSON, False)] if as_json else []
+    ends += [("quiet", bool, QUIET, False)] if quiet else []
+
+    def decorated(function: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(function)
+        def command(**given: Any) -> None:
+            answer = Command(**{name: given.pop(name) for name, *_ in ends})
+            with ending(answer):
+                if "set" in given:
+                    options = {name: given.pop(name) for name in names}
+                    given["settings"] = settings_of(options, given.pop("set") or ())
+                function(answer, **given)
+
+        own = list(inspect.signature(function).parameters.values())[1:]
+        shown = [*itertools.chain(*(_shown(one, names, needs) for one in own)), *itertools.starmap(parameter, ends)]
+        command.__signature__ = inspect.Signature(shown)  # pyright: ignore[reportAttributeAccessIssue]
+        command.__annotations__ = {one.name: one.annotation for one in shown}
+        return command
+
+    return decorated
+
+
+def _shown(own: inspect.Parameter, names: Sequence[str], needs: Sequence[str]) -> Iterable[inspect.Parameter]:
+    """Return the options in place of a function's own parameter."""
+    if own.name == "settings":
+        return parameters(names, needs)
+    return [own.replace(kind=inspect.Parameter.KEYWORD_ONLY)]
+
+
+def removed_options() -> dict[str, dict[str, str]]:
+    """Return what is given in place of options that went, by command and option."""
+    return tomllib.loads(files("sealtwin").joinpath("templates/removed_options.toml").read_text(encoding="utf-8"))
+
+
 @contextmanager
-def answering(device: str, as_json: bool, quiet: bool) -> Iterator[Command]:
+def ending(command: Command) -> Iterator[None]:
     """Turn faults that the user can mend into one message and an exit code; bugs keep their traceback."""
-    command = Command(device, as_json, quiet, sys.stdout)
     try:
         with redirect_stdout(sys.stderr):
-            yield command
+            yield
     except SealtwinError as fault:
         command.fail(str(fault), fault.exit_code)
     except BrokenPipeError:

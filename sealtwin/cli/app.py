@@ -21,7 +21,13 @@ from sealtwin.cli import (
     studies,
     trials,
 )
-from sealtwin.cli.answer import Commands, OnceEach, open_missing_streams, refuse_foreign_packages, take_any_name
+from sealtwin.cli.answer import (
+    CheckedCommand,
+    Commands,
+    open_missing_streams,
+    refuse_foreign_packages,
+    take_any_name,
+)
 
 app = typer.Typer(
     name="sealtwin",
@@ -65,7 +71,7 @@ for command in (
     trials.init,
     doctor.doctor,
 ):
-    app.command(cls=OnceEach)(command)
+    app.command(cls=CheckedCommand)(command)
 
 
 @app.callback(invoke_without_command=True)

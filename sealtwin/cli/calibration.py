@@ -6,25 +6,17 @@ from typing import Annotated, Any
 
 import typer
 
-from sealtwin.cli.answer import (
-    GATE_FAILED,
-    Answer,
-    Device,
-    File,
-    Json,
-    Quiet,
-    Text,
-    answering,
-    argument,
-    option,
-)
+from sealtwin.cli.answer import GATE_FAILED, Answer, Command, File, Text, answers, argument, option
 from sealtwin.cli.material import day_of
 from sealtwin.cli.numbers import count_option, read_number
+from sealtwin.cli.settings_options import Given
 
 LEAST_BUDGET = 40  # That of sealtwin.calibration; --help must not load it
 
 
+@answers(device=True)
 def calibrate(
+    command: Command,
     trials: Annotated[list[Path], argument("TRIAL ...", 'Trial files whose readings have the role "calibrated-on".')],
     free: Annotated[
         list[str],
@@ -34,6 +26,7 @@ def calibrate(
             "SETTING=LOW:HIGH",
         ),
     ],
+    settings: Given,
     hold_out: Annotated[
         list[Path] | None, option('A trial that is predicted and judged: role "held-out"; can be repeated.', "TRIAL")
     ] = None,
@@ -42,10 +35,7 @@ def calibrate(
     ] = LEAST_BUDGET,
     out: Annotated[File, option("The folder; default: reports/<trial name>-calibrated.", "DIR")] = None,
     date: Annotated[Text, option("Day of the calibration; default: today.", "YYYY-MM-DD")] = None,
-    device: Device = "auto",
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Find settings by the readings of trials: a posterior, what it determines, and a prediction of other trials.
 
@@ -55,28 +45,39 @@ def calibrate(
     Example: sealtwin calibrate trial.toml --free fluid.yield_stress_pa=3:60 --free fluid.viscosity_pa_s=0.2:5
     --hold-out other.toml
     """
-    with answering(device, as_json, quiet) as command:
-        from sealtwin.calibration.calibrate import calibrate as find
-        from sealtwin.core.cluster import cores
-        from sealtwin.lab.facts_above import facts_above
-        from sealtwin.lab.held_out import note_use
-        from sealtwin.study.sweep import SweepOptions
-        from sealtwin.trial.trial_file import load_trial
-        from simulate.device import choose_device, describe_device
+    from sealtwin.calibration.calibrate import calibrate as find
+    from sealtwin.core.cluster import cores
+    from sealtwin.lab.facts_above import facts_above
+    from sealtwin.lab.held_out import note_use
+    from sealtwin.study.sweep import SweepOptions
+    from sealtwin.trial.trial_file import load_trial
+    from simulate.device import choose_device, describe_device
 
-        ranges = _ranges(free)
-        for file in hold_out or []:
-            facts_above(load_trial(file), file.parent)
-        chosen = choose_device(device)
-        command.say(f"Device: {describe_device(chosen)}")
-        count = jobs or (cores() if chosen == "cpu" else 1)
-        # A process of its own costs seconds, once for each round.
-        how = SweepOptions(device=chosen, jobs=0 if count == 1 else count)
-        when = day.today() if date is None else day_of(date)
-        done = find(trials, ranges, out, how, command.progress(), held_out=hold_out or [], budget=budget, date=when)
-        for twin in done.calibrated:
-            note_use(twin.sheet, twin.readings, f"calibration of '{done.content['name']}'")
-        command.reply(Answer(done.content, _lines(done.content), 0 if done.content["possible"] else GATE_FAILED))
+    ranges = _ranges(free)
+    if twice := sorted(ranges.keys() & settings.keys()):
+        raise typer.BadParameter(f"--set {twice[0]} beside --free, which finds it; give one")
+    for file in hold_out or []:
+        facts_above(load_trial(file, settings), file.parent)
+    chosen = choose_device(command.device)
+    command.say(f"Device: {describe_device(chosen)}")
+    count = jobs or (cores() if chosen == "cpu" else 1)
+    # A process of its own costs seconds, once for each round.
+    how = SweepOptions(device=chosen, jobs=0 if count == 1 else count)
+    when = day.today() if date is None else day_of(date)
+    done = find(
+        trials,
+        ranges,
+        out,
+        how,
+        command.progress(),
+        held_out=hold_out or [],
+        budget=budget,
+        date=when,
+        settings=settings,
+    )
+    for twin in done.calibrated:
+        note_use(twin.sheet, twin.readings, f"calibration of '{done.content['name']}'")
+    command.reply(Answer(done.content, _lines(done.content), 0 if done.content["possible"] else GATE_FAILED))
 
 
 def _ranges(given: list[str]) -> dict[str, tuple[float, float]]:

@@ -3,30 +3,30 @@
 import time
 from collections.abc import Callable
 
-from sealtwin.cli.answer import BUG, Answer, Json, answering
+from sealtwin.cli.answer import BUG, Answer, Command, answers
 
 
-def doctor(as_json: Json = False) -> None:
+@answers(quiet=False)
+def doctor(command: Command) -> None:
     """Print versions, stage numbers, devices and the results of a self-test of about a second."""
-    with answering("auto", as_json, quiet=False) as command:
-        from sealtwin.core.run_folder import versions
-        from sealtwin.core.stage_keys import number_words
-        from sealtwin.trial.stage_numbers import NUMBERS
+    from sealtwin.core.run_folder import versions
+    from sealtwin.core.stage_keys import number_words
+    from sealtwin.trial.stage_numbers import NUMBERS
 
-        checks: dict[str, str] = {}
-        healthy = True
-        for name, check in SELF_TESTS.items():
-            began = time.perf_counter()
-            try:
-                checks[name] = f"ok, {check()} ({time.perf_counter() - began:.1f} s)"
-            except Exception as fault:  # A self-test may fail in any way; the answer names it.
-                checks[name] = f"FAILED: {type(fault).__name__}: {fault}"
-                healthy = False
-        content = {"version": 1, "versions": versions(), "stage_numbers": NUMBERS, "checks": checks, "healthy": healthy}
-        facts = {**versions(), **checks}
-        facts["sealtwin"] += f", stage numbers {number_words(NUMBERS)}"
-        lines = [f"{name:<24} {fact}" for name, fact in facts.items()]
-        command.reply(Answer(content, lines, 0 if healthy else BUG))
+    checks: dict[str, str] = {}
+    healthy = True
+    for name, check in SELF_TESTS.items():
+        began = time.perf_counter()
+        try:
+            checks[name] = f"ok, {check()} ({time.perf_counter() - began:.1f} s)"
+        except Exception as fault:  # A self-test may fail in any way; the answer names it.
+            checks[name] = f"FAILED: {type(fault).__name__}: {fault}"
+            healthy = False
+    content = {"version": 1, "versions": versions(), "stage_numbers": NUMBERS, "checks": checks, "healthy": healthy}
+    facts = {**versions(), **checks}
+    facts["sealtwin"] += f", stage numbers {number_words(NUMBERS)}"
+    lines = [f"{name:<24} {fact}" for name, fact in facts.items()]
+    command.reply(Answer(content, lines, 0 if healthy else BUG))
 
 
 def _packages() -> str:

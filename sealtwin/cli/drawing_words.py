@@ -1,6 +1,5 @@
 """Remedies for a drawn crack that the import of its mesh refuses: they name layers and options of 'import-dxf'."""
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +10,6 @@ NO_RECTANGLE = (
     "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
     "Draw a rectangle round the crack, or none: the block then reaches 12 mm beyond the crack.",
 )
-SETTING = re.compile(r"\b[a-z]+_(?:mm|ml|mm_s|px)\b")
 IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
     "outline": ("", "Mend the drawn lines there."),
     "face": ("The crack takes more of the sample's face than it leaves.", "Draw the edge on the layer FACE larger."),
@@ -31,17 +29,10 @@ IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
 
 
 @contextmanager
-def of_a_drawing(drawing: Path, trial: Path) -> Iterator[None]:
-    """Let a ShapeError from within name the drawing, and what to draw or to give instead.
-
-    Another InputError that names a setting says that it is one of the trial.
-    """
+def of_a_drawing(drawing: Path) -> Iterator[None]:
+    """Let a ShapeError from within name the drawing, and what to draw or to give instead."""
     try:
         yield
     except ShapeError as fault:
         wrong, remedy = IN_A_DRAWING.get(fault.kind, ("", "Check --units and the layers."))
         raise InputError(f"{drawing}: {wrong or fault.wrong} {remedy}") from None
-    except InputError as fault:
-        if trial.is_file() and (setting := SETTING.search(str(fault))):
-            raise InputError(f"{drawing}: {fault} {setting[0]} is a setting of {trial}.") from None
-        raise

@@ -5,17 +5,19 @@ from typing import Annotated, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, Json, Number, Quiet, Text, answering, argument, option
+from sealtwin.cli.answer import Answer, Command, Number, Text, answers, argument, option
 from sealtwin.cli.drawing_words import of_a_drawing
 from sealtwin.cli.numbers import number_option
-from sealtwin.cli.samples import Data
+from sealtwin.cli.settings_options import Given
 from sealtwin.cli.trial_answer import run_trial
 
 LEAST_MM, MOST_MM = 0.1, 500.0
 """Limits of a drawn crack's depth and width: those of [crack] depth_mm."""
 
 
+@answers()
 def export(
+    command: Command,
     folders: Annotated[list[Path], argument("RUN...", "Digitised run folders.")],
     formats: Annotated[
         str,
@@ -26,8 +28,6 @@ def export(
         ),
     ],
     out: Annotated[Path, option("Folder for the files.", "DIR")],
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Write traced cracks as masks, as annotations in COCO's form, or as drawings for CAD.
 
@@ -35,24 +35,26 @@ def export(
 
     Example: sealtwin export reports/paper-trial --format dxf,mask --out drawn
     """
-    with answering("cpu", as_json, quiet) as command:
-        from sealtwin.core.run_folder import look_into
-        from sealtwin.trial.exports import KINDS, export_runs
-        from sealtwin.trial.job import other_versions, shown
+    from sealtwin.core.run_folder import look_into
+    from sealtwin.trial.exports import KINDS, export_runs
+    from sealtwin.trial.job import other_versions, shown
 
-        asked = formats.split(",")
-        if unknown := [name for name in asked if name not in KINDS]:
-            raise typer.BadParameter(f"--format {unknown[0]}: allowed are {', '.join(KINDS)}")
-        written = export_runs(folders, [kind for kind in KINDS if kind in asked], out)
-        names = [shown(path) for path in written]
-        others = other_versions(*map(look_into, folders), stage="digitise")
-        command.reply(Answer({"version": 1, "files": names, "other_versions": others}, [*others, *names]))
+    asked = formats.split(",")
+    if unknown := [name for name in asked if name not in KINDS]:
+        raise typer.BadParameter(f"--format {unknown[0]}: allowed are {', '.join(KINDS)}")
+    written = export_runs(folders, [kind for kind in KINDS if kind in asked], out)
+    names = [shown(path) for path in written]
+    others = other_versions(*map(look_into, folders), stage="digitise")
+    command.reply(Answer({"version": 1, "files": names, "other_versions": others}, [*others, *names]))
 
 
+@answers()
 def import_dxf(
+    command: Command,
     drawing: Annotated[Path, argument("DRAWING", "A DXF of the crack seen from above.")],
     depth_mm: Annotated[float, number_option("Depth of the crack's level floor.")],
     out: Annotated[Path, option("Folder for the mesh, trial.toml and run/.", "DIR")],
+    settings: Given,
     outline: Annotated[Text, option("Layer with the crack's edge as a closed line; default: OUTLINE.", "LAYER")] = None,
     walls: Annotated[
         tuple[str, str] | None,
@@ -64,9 +66,6 @@ def import_dxf(
         Literal["mm", "cm", "m", "inch", "foot"] | None,
         option("Unit of the drawing, in place of the one that it states; where it states none, it is not guessed."),
     ] = None,
-    data: Data = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Turn a crack drawn in CAD into a solid with upright walls and a nozzle path.
 
@@ -75,22 +74,21 @@ def import_dxf(
 
     Example: sealtwin import-dxf crack.dxf --line CENTRELINE --width-mm 3 --depth-mm 16 --out drawn
     """
-    with answering("cpu", as_json, quiet) as command:
-        if (line is None) != (width_mm is None):
-            raise typer.BadParameter("--line and --width-mm go together: a line has no width of its own")
-        if sum(given is not None for given in (outline, walls, line)) > 1:
-            raise typer.BadParameter("--outline, --walls and --line: give one of them")
-        if walls is not None and walls[0].upper() == walls[1].upper():
-            raise typer.BadParameter(f"--walls {walls[0]} {walls[1]}: the walls are on two layers, one each")
-        for name, value in (("--depth-mm", depth_mm), ("--width-mm", width_mm)):
-            if value is not None and not LEAST_MM < value <= MOST_MM:
-                raise typer.BadParameter(f"{name} {value:g}: expected more than {LEAST_MM:g}, at most {MOST_MM:g}")
-        from sealtwin.trial.drawn_trial import write_drawn_trial
+    if (line is None) != (width_mm is None):
+        raise typer.BadParameter("--line and --width-mm go together: a line has no width of its own")
+    if sum(given is not None for given in (outline, walls, line)) > 1:
+        raise typer.BadParameter("--outline, --walls and --line: give one of them")
+    if walls is not None and walls[0].upper() == walls[1].upper():
+        raise typer.BadParameter(f"--walls {walls[0]} {walls[1]}: the walls are on two layers, one each")
+    for name, value in (("--depth-mm", depth_mm), ("--width-mm", width_mm)):
+        if value is not None and not LEAST_MM < value <= MOST_MM:
+            raise typer.BadParameter(f"{name} {value:g}: expected more than {LEAST_MM:g}, at most {MOST_MM:g}")
+    from sealtwin.trial.drawn_trial import write_drawn_trial
 
-        drawn = None if line is None or width_mm is None else (line, width_mm)
-        shown_by = {"outline": outline, "walls": walls, "line": drawn}
-        with of_a_drawing(drawing, out / "trial.toml"):
-            trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, data or "undeclared")
-            for note in notes:
-                command.warn(f"note: {note}")
-            run_trial(command, trial, out / "run", ("digitise",))
+    drawn = None if line is None or width_mm is None else (line, width_mm)
+    shown_by = {"outline": outline, "walls": walls, "line": drawn}
+    with of_a_drawing(drawing):
+        trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, settings)
+        for note in notes:
+            command.warn(f"note: {note}")
+        run_trial(command, trial, out / "run", ("digitise",))

@@ -5,11 +5,13 @@ from typing import Annotated, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, File, Json, Quiet, Text, answering, argument, flag, option
+from sealtwin.cli.answer import Answer, Command, File, Text, answers, argument, flag, option
 from sealtwin.cli.numbers import count_option
 
 
+@answers()
 def ingest(
+    command: Command,
     folder: Annotated[Path, argument("FOLDER", "Photos, sheets and notes; nothing in it is changed.")],
     out: Annotated[Path, option("Gets a folder for each trial, pairing.csv and the catalogue.", "LAB")],
     pairing: Annotated[
@@ -17,8 +19,6 @@ def ingest(
     ] = None,
     dry_run: Annotated[bool, flag("--dry-run", "Pair, trace, check and tell; write nothing.")] = False,
     jobs: Annotated[int, count_option("Samples traced at the same time.", 1, 64)] = 1,
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
 
@@ -42,36 +42,35 @@ def ingest(
 
     Example: sealtwin ingest measurements --out lab --dry-run
     """
-    with answering("cpu", as_json, quiet) as command:
-        from sealtwin.cli.folder_answer import checked_answer
-        from sealtwin.lab.ingest import ingest as take_in
-        from sealtwin.lab.run_checks import check_runs
+    from sealtwin.cli.folder_answer import checked_answer
+    from sealtwin.lab.ingest import ingest as take_in
+    from sealtwin.lab.run_checks import check_runs
 
-        with command.progress() as progress:
-            ingested = take_in(folder, out, progress, pairing=pairing, dry_run=dry_run)
-        command.reply(checked_answer(ingested, *check_runs(ingested, folder, command.progress(), jobs)))
+    with command.progress() as progress:
+        ingested = take_in(folder, out, progress, pairing=pairing, dry_run=dry_run)
+    command.reply(checked_answer(ingested, *check_runs(ingested, folder, command.progress(), jobs)))
 
 
+@answers(quiet=False)
 def lab(
+    command: Command,
     action: Annotated[Literal["list", "show", "export"], argument("list|show|export")],
     folder: Annotated[Path, argument("LAB", "The folder that 'sealtwin ingest' made.")],
     sample: Annotated[Text, argument("SAMPLE", "Of show.")] = None,
     out: Annotated[File, option("Of export.", "CSV")] = None,
-    as_json: Json = False,
 ) -> None:
     """Query a lab's catalogue: list LAB, show LAB SAMPLE, export LAB --out FILE.csv."""
-    with answering("cpu", as_json, quiet=False) as command:
-        if (action == "show") != (sample is not None):
-            raise typer.BadParameter("give a sample with show, and with show only")
-        if (action == "export") != (out is not None):
-            raise typer.BadParameter("give --out with export, and with export only")
-        from sealtwin.cli.folder_answer import list_answer, show_answer
-        from sealtwin.lab.catalogue import export
+    if (action == "show") != (sample is not None):
+        raise typer.BadParameter("give a sample with show, and with show only")
+    if (action == "export") != (out is not None):
+        raise typer.BadParameter("give --out with export, and with export only")
+    from sealtwin.cli.folder_answer import list_answer, show_answer
+    from sealtwin.lab.catalogue import export
 
-        if out is not None:
-            rows = export(folder, out)
-            command.reply(Answer({"version": 1, "file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"]))
-        elif sample is not None:
-            command.reply(show_answer(folder, sample))
-        else:
-            command.reply(list_answer(folder))
+    if out is not None:
+        rows = export(folder, out)
+        command.reply(Answer({"version": 1, "file": out.as_posix(), "rows": rows}, [f"{out}: {rows} rows"]))
+    elif sample is not None:
+        command.reply(show_answer(folder, sample))
+    else:
+        command.reply(list_answer(folder))

@@ -2,31 +2,32 @@
 
 from datetime import date as day
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, File, Json, Number, Quiet, Text, answering, argument, option
+from sealtwin.cli.answer import Answer, Command, Number, Text, answers, argument, option
 from sealtwin.cli.numbers import number_option, read_number
-from sealtwin.cli.option_names import options_named
-from sealtwin.cli.samples import board, two_numbers
+from sealtwin.cli.settings_options import Given, two_numbers
 from sealtwin.core.errors import InputError
+
+if TYPE_CHECKING:
+    from digitise.settings import PhotoInput
 
 CONE = "38x19x57 for Kantro's mini-cone"
 
 
+@answers("markers", "face_mm")
 def material(
+    command: Command,
     method: Annotated[Literal["spread", "bead", "rheometer"], argument("spread|bead|rheometer")],
     source: Annotated[
         Path, argument("PHOTO|CSV", "Photo of the paste on the plate, or a table of shear_rate_per_s,stress_pa.")
     ],
     density_kg_m3: Annotated[float, number_option("Density of the paste, as of a weighed syringe.", 100, 20_000)],
     data: Annotated[Literal["measured", "reconstructed", "synthetic"], option("Origin of the photo or table.")],
+    settings: Given,
     out: Annotated[Path, option("The file to write, for fluid.material of a trial.", "FILE")] = Path("material.toml"),
-    markers: Annotated[
-        File, option("The printed markers, as 'sealtwin markers --toml' writes them; for photos.", "TOML")
-    ] = None,
-    face_mm: Annotated[Text, option("Opening of the printed frame; for photos.", "WxH")] = None,
     cone_mm: Annotated[
         Text, option(f"The cone's inner diameters below and above, and its height: {CONE}.", "AxBxH")
     ] = None,
@@ -58,8 +59,6 @@ def material(
         option("Where that nozzle began, from the opening's lower left corner: shows the pump's delay.", "X,Y"),
     ] = None,
     date: Annotated[Text, option("Day of the measurement; default: today.", "YYYY-MM-DD")] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Measure a paste, and write material.toml for trials.
 
@@ -71,55 +70,55 @@ def material(
 
     sealtwin material rheometer curve.csv --density-kg-m3 1690 --data measured
     """
-    with answering("cpu", as_json, quiet) as command:
-        when = day_of(date)
-        of_spread = {"--cone-mm": cone_mm, "--early": early}
-        of_bead = {"--asked-mm3-s": asked_mm3_s, "--speed-mm-s": speed_mm_s, "--start-mm": start_mm}
-        of_photo = {"--markers": markers, "--face-mm": face_mm, "--mass-g": mass_g, "--mass-error-g": mass_error_g}
-        of_photo |= {"--edge-n-m": edge_n_m, "--edge-error-n-m": edge_error_n_m}
-        others = {"spread": of_bead, "bead": of_spread, "rheometer": {**of_photo, **of_spread, **of_bead}}[method]
-        if wrong := [name for name, value in others.items() if value is not None]:
-            raise typer.BadParameter(f"{wrong[0]} is no option of {method}")
-        known: dict[str, Any] = {
-            "density_kg_m3": density_kg_m3,
-            "density_error_kg_m3": density_error_kg_m3,
-            "mass_g": mass_g,
-            "mass_error_g": mass_error_g,
-            "edge_n_m": edge_n_m,
-            "edge_error_n_m": edge_error_n_m,
-        }
-        if method == "rheometer":
-            from sealtwin.material.by_rheometer import material_of_table
+    when = day_of(date)
+    of_spread = {"--cone-mm": cone_mm, "--early": early}
+    of_bead = {"--asked-mm3-s": asked_mm3_s, "--speed-mm-s": speed_mm_s, "--start-mm": start_mm}
+    of_photo = {**settings, "--mass-g": mass_g, "--mass-error-g": mass_error_g}
+    of_photo |= {"--edge-n-m": edge_n_m, "--edge-error-n-m": edge_error_n_m}
+    others = {"spread": of_bead, "bead": of_spread, "rheometer": {**of_photo, **of_spread, **of_bead}}[method]
+    if wrong := [name for name, value in others.items() if value is not None]:
+        raise typer.BadParameter(f"{wrong[0]} is no option of {method}")
+    known: dict[str, Any] = {
+        "density_kg_m3": density_kg_m3,
+        "density_error_kg_m3": density_error_kg_m3,
+        "mass_g": mass_g,
+        "mass_error_g": mass_error_g,
+        "edge_n_m": edge_n_m,
+        "edge_error_n_m": edge_error_n_m,
+    }
+    if method == "rheometer":
+        from sealtwin.material.by_rheometer import material_of_table
 
-            with options_named():
-                found = material_of_table(source, density_kg_m3, density_error_kg_m3, data, when)
-            facts, extra = {}, []
+        found = material_of_table(source, density_kg_m3, density_error_kg_m3, data, when)
+        facts, extra = {}, []
+    else:
+        if not {"photo.markers", "photo.face_mm"} <= settings.keys():
+            raise typer.BadParameter(f"a {method} needs --markers TOML and --face-mm WxH of the frame in the photo")
+        if "photo.data" in settings:
+            raise typer.BadParameter("--set photo.data beside --data: give one")
+        seen = {**settings, "photo.data": data}
+        if method == "spread":
+            known["cone_mm"] = None if cone_mm is None else _three(cone_mm)
+            photos = [_photo_and_time(text) for text in early or ()]
+            found, facts, extra = _spread(source, seen, known, photos, when, command.say)
         else:
-            if markers is None or face_mm is None:
-                raise typer.BadParameter(f"a {method} needs --markers TOML and --face-mm WxH of the frame in the photo")
-            seen = {"markers": board(markers), "face_mm": two_numbers(face_mm, "x", "--face-mm"), "data": data}
-            if method == "spread":
-                known["cone_mm"] = None if cone_mm is None else _three(cone_mm)
-                photos = [_photo_and_time(text) for text in early or ()]
-                found, facts, extra = _spread(source, seen, known, photos, when, command.say)
-            else:
-                if mass_g is None or asked_mm3_s is None or speed_mm_s is None:
-                    raise typer.BadParameter("a bead needs --mass-g, --asked-mm3-s and --speed-mm-s")
-                known |= {"asked_mm3_s": asked_mm3_s, "speed_mm_s": speed_mm_s}
-                known["start_mm"] = None if start_mm is None else two_numbers(start_mm, ",", "--start-mm")
-                found, facts, extra = _bead(source, seen, known, when, command.say)
-        from sealtwin.core.files import write_unless_other
-        from sealtwin.material.paste import material_text
+            if mass_g is None or asked_mm3_s is None or speed_mm_s is None:
+                raise typer.BadParameter("a bead needs --mass-g, --asked-mm3-s and --speed-mm-s")
+            known |= {"asked_mm3_s": asked_mm3_s, "speed_mm_s": speed_mm_s}
+            known["start_mm"] = None if start_mm is None else two_numbers(start_mm, ",", "--start-mm")
+            found, facts, extra = _bead(source, seen, known, when, command.say)
+    from sealtwin.core.files import write_unless_other
+    from sealtwin.material.paste import material_text
 
-        write_unless_other({out: material_text(found).encode()})
-        low, high = found.yield_stress_95_pa
-        lines = [f"Yield stress {found.yield_stress_pa:.3g} Pa, 95 % {low:.3g} to {high:.3g} Pa ({found.method})."]
-        if found.viscosity_pa_s is not None:
-            doubt = f"standard uncertainty {found.viscosity_error_percent:.0f} %"
-            lines.append(f"Viscosity {found.viscosity_pa_s:.3g} Pa s, {doubt}.")
-        lines += [f"{text[0].upper()}{text[1:]}." for text in found.basis] + extra
-        lines.append(f'{out}: in a trial, [fluid] material = "{out.name}".')
-        command.reply(Answer({"version": 1, "file": out.as_posix(), **found.model_dump(mode="json"), **facts}, lines))
+    write_unless_other({out: material_text(found).encode()})
+    low, high = found.yield_stress_95_pa
+    lines = [f"Yield stress {found.yield_stress_pa:.3g} Pa, 95 % {low:.3g} to {high:.3g} Pa ({found.method})."]
+    if found.viscosity_pa_s is not None:
+        doubt = f"standard uncertainty {found.viscosity_error_percent:.0f} %"
+        lines.append(f"Viscosity {found.viscosity_pa_s:.3g} Pa s, {doubt}.")
+    lines += [f"{text[0].upper()}{text[1:]}." for text in found.basis] + extra
+    lines.append(f'{out}: in a trial, [fluid] material = "{out.name}".')
+    command.reply(Answer({"version": 1, "file": out.as_posix(), **found.model_dump(mode="json"), **facts}, lines))
 
 
 Found = tuple[Any, dict[str, Any], list[str]]
@@ -134,15 +133,11 @@ def _spread(
     when: day,
     say: Any,
 ) -> Found:
-    from digitise.settings import PhotoInput
     from sealtwin.core.settings import checked
     from sealtwin.material.by_spread import Heap, material_of
 
     heap = checked(Heap, photo, {key: value for key, value in known.items() if value is not None})
-    with options_named():
-        # Made as a trial's would be, so that its faults are the same.
-        settings = checked(PhotoInput, photo, {"file": photo.resolve(), **seen})
-        found, estimate, spread = material_of(settings, Path(), heap, early, when, say)
+    found, estimate, spread = material_of(_photo_input(photo, seen), Path(), heap, early, when, say)
     facts = {
         "spread_mm": 2 * spread.radius_mm,
         "spread_error_mm": 2 * spread.radius_error_mm,
@@ -156,14 +151,11 @@ def _spread(
 
 
 def _bead(photo: Path, seen: dict[str, Any], known: dict[str, Any], when: day, say: Any) -> Found:
-    from digitise.settings import PhotoInput
     from sealtwin.core.settings import checked
     from sealtwin.material.by_bead import LaidBead, material_of_bead
 
-    with options_named():
-        laid = checked(LaidBead, photo, {key: value for key, value in known.items() if value is not None})
-        settings = checked(PhotoInput, photo, {"file": photo.resolve(), **seen})
-        found, estimate, bead = material_of_bead(settings, Path(), laid, when)
+    laid = checked(LaidBead, photo, {key: value for key, value in known.items() if value is not None})
+    found, estimate, bead = material_of_bead(_photo_input(photo, seen), Path(), laid, when)
     for warning in bead.warnings:
         say(f"note: {warning}")
     row, flow, delay = estimate.pump_row(laid), estimate.flow_mm3_s, estimate.delay_s
@@ -188,6 +180,17 @@ def _bead(photo: Path, seen: dict[str, Any], known: dict[str, Any], when: day, s
         "pump_row": row,
     }
     return found, facts, lines
+
+
+def _photo_input(photo: Path, settings: dict[str, Any]) -> "PhotoInput":
+    """Return the settings of the photo, which are checked as those of a trial are. Raises InputError."""
+    from sealtwin.trial.trial_file import sample_trial
+
+    if others := [name for name in settings if not name.startswith("photo.")]:
+        raise InputError(f"--set {others[0]}: a photo of a paste has settings of [photo] only.")
+    trial = sample_trial("photo", photo, {"photo.path_only": True, **settings})
+    assert trial.photo is not None, "a trial of a photo"
+    return trial.photo.model_copy(update={"file": photo.resolve(), "path_only": None})
 
 
 def _photo_and_time(text: str) -> tuple[Path, float]:

@@ -5,13 +5,15 @@ from typing import Annotated, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, File, Json, Quiet, answering, argument, flag, option
+from sealtwin.cli.answer import Answer, Command, File, answers, argument, flag, option
 from sealtwin.cli.numbers import count_option, number_option
-from sealtwin.cli.samples import two_numbers
+from sealtwin.cli.settings_options import Given, two_numbers
 from sealtwin.core.errors import InputError
 
 
+@answers()
 def markers(
+    command: Command,
     face_mm: Annotated[str, option("Size of the sample's face: the opening of the frame.", "WxH")],
     out: Annotated[Path, option("The page to print: .pdf or .svg.", "FILE")],
     size_mm: Annotated[float, number_option("Outer edge of a marker's black square.", 5, 200)] = 16.0,
@@ -23,86 +25,79 @@ def markers(
     ] = "8",
     paper: Annotated[Literal["a4", "a3", "letter"], option("Size of the paper, either way up.")] = "a4",
     toml: Annotated[File, option("Also write the table for the trial file here.", "FILE")] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Write a frame of markers to print, cut out and lay level with the face; print its table for the trial file.
 
     Example: sealtwin markers --face-mm 160x40 --out frame.pdf
     """
-    with answering("cpu", as_json, quiet) as command:
-        if out.suffix.lower() not in (".pdf", ".svg"):
-            raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf or .svg")
-        from digitise.scale.marker_print import as_pdf, as_svg, board_around, board_toml, draw_frame
-        from sealtwin.core.files import write_unless_other
+    if out.suffix.lower() not in (".pdf", ".svg"):
+        raise typer.BadParameter(f"--out {out}: expected a file that ends in .pdf or .svg")
+    from digitise.scale.marker_print import as_pdf, as_svg, board_around, board_toml, draw_frame
+    from sealtwin.core.files import write_unless_other
 
-        if toml is not None and toml.resolve() == out.resolve():
-            raise typer.BadParameter(f"--toml {toml}: the same file as --out")
-        face = two_numbers(face_mm, "x", "--face-mm")
-        frame = draw_frame(face, board_around(face, size_mm, dictionary, int(count)), paper)
-        table = board_toml(frame)
-        page = as_pdf(frame) if out.suffix.lower() == ".pdf" else as_svg(frame)
-        written = {out: page} if toml is None else {out: page, toml: table.encode()}
-        # "For the trial file" is easily read as a wish for its name.
-        write_unless_other(written)
-        command.say(f"{out}: print it at 100 %, and measure its ruler.")
-        if toml is not None:
-            command.say(f"Then: sealtwin digitise PHOTO --markers {toml} --face-mm {face_mm} --depth-mm ...")
-        elif not as_json:
-            command.say("For the trial file:")
-        content = {"version": 1, "file": out.as_posix(), "face_mm": face, "markers": frame.board.model_dump()}
-        command.reply(Answer(content, table.splitlines()))
+    if toml is not None and toml.resolve() == out.resolve():
+        raise typer.BadParameter(f"--toml {toml}: the same file as --out")
+    face = two_numbers(face_mm, "x", "--face-mm")
+    frame = draw_frame(face, board_around(face, size_mm, dictionary, int(count)), paper)
+    table = board_toml(frame)
+    page = as_pdf(frame) if out.suffix.lower() == ".pdf" else as_svg(frame)
+    written = {out: page} if toml is None else {out: page, toml: table.encode()}
+    # "For the trial file" is easily read as a wish for its name.
+    write_unless_other(written)
+    command.say(f"{out}: print it at 100 %, and measure its ruler.")
+    if toml is not None:
+        command.say(f"Then: sealtwin digitise PHOTO --markers {toml} --face-mm {face_mm} --depth-mm ...")
+    elif not command.as_json:
+        command.say("For the trial file:")
+    content = {"version": 1, "file": out.as_posix(), "face_mm": face, "markers": frame.board.model_dump()}
+    command.reply(Answer(content, table.splitlines()))
 
 
+@answers()
 def trace(
+    command: Command,
     target: Annotated[
         Path, argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without one, or a folder of either.")
     ],
+    settings: Given,
     port: Annotated[int | None, count_option("Port of the page; default: any that is free.", 1024, 65535)] = None,
     no_browser: Annotated[bool, flag("--no-browser", "Only print the page's address.")] = False,
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Click a crack's ends on its photo, see its walls, mend them, and save.
 
     Opens a page in your browser that only this machine can reach; it ends when you save or quit there.
-    A trial keeps all but the hints for its photo; beside a photo, a new trial is written.
+    A trial keeps all but the hints for its photo and what --set gives; beside a photo, a new trial is written.
     With a folder the page goes from photo to photo.
     """
-    with answering("cpu", as_json, quiet) as command:
-        import webbrowser
+    import webbrowser
 
-        from digitise.trace_page.page import TracePage
-        from sealtwin.trial.trace_sheets import sheet_of, sheets_in
+    from digitise.trace_page.page import TracePage
+    from sealtwin.trial.trace_sheets import sheet_of, sheets_in
 
-        sheets = sheets_in(target) if target.is_dir() else [sheet_of(target)]
+    sheets = sheets_in(target, settings) if target.is_dir() else [sheet_of(target, settings)]
+    try:
+        page = TracePage(sheets, port or 0)
+    except OSError as fault:
+        raise InputError(f"--port {port}: {fault.strerror}. Give another one, or none for any that is free.") from None
+    with page, page.doorway() as door:
+        # Printed even with --quiet: there is no other way to find the page.
+        typer.echo(f"Trace page: {page.url}", err=True)
+        command.say("If no page appears, open that address. It ends when you save or quit there, or with Ctrl-C here.")
+        if not no_browser and not webbrowser.open(door):
+            command.say("No browser could be opened; open that address yourself.")
         try:
-            page = TracePage(sheets, port or 0)
-        except OSError as fault:
-            raise InputError(
-                f"--port {port}: {fault.strerror}. Give another one, or none for any that is free."
-            ) from None
-        with page, page.doorway() as door:
-            # Printed even with --quiet: there is no other way to find the page.
-            typer.echo(f"Trace page: {page.url}", err=True)
-            command.say(
-                "If no page appears, open that address. It ends when you save or quit there, or with Ctrl-C here."
-            )
-            if not no_browser and not webbrowser.open(door):
-                command.say("No browser could be opened; open that address yourself.")
-            try:
-                page.wait()
-            except KeyboardInterrupt:
-                command.interrupted("what was saved is kept." if page.saved else "nothing was saved.")
-        saved = page.saved
-        if len(sheets) > 1:
-            listed = [{"file": one["file"], "changed": one["changed"]} for one in saved]
-            open_ = [photo["name"] for photo in page.photos if not photo["done"]]
-            told = [one["summary"] for one in saved] or ["Nothing was saved."]
-            left = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
-            command.reply(Answer({"version": 1, "saved": listed, "not_traced": open_}, [*told, left]))
-        elif not saved:
-            command.reply(Answer({"version": 1, "saved": None, "changed": []}, ["Nothing was saved."]))
-        else:
-            content = {"version": 1, "saved": saved[0]["file"], "changed": saved[0]["changed"]}
-            command.reply(Answer(content, [saved[0]["summary"], f"Next: {saved[0]['next']}"]))
+            page.wait()
+        except KeyboardInterrupt:
+            command.interrupted("what was saved is kept." if page.saved else "nothing was saved.")
+    saved = page.saved
+    if len(sheets) > 1:
+        listed = [{"file": one["file"], "changed": one["changed"]} for one in saved]
+        open_ = [photo["name"] for photo in page.photos if not photo["done"]]
+        told = [one["summary"] for one in saved] or ["Nothing was saved."]
+        left = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
+        command.reply(Answer({"version": 1, "saved": listed, "not_traced": open_}, [*told, left]))
+    elif not saved:
+        command.reply(Answer({"version": 1, "saved": None, "changed": []}, ["Nothing was saved."]))
+    else:
+        content = {"version": 1, "saved": saved[0]["file"], "changed": saved[0]["changed"]}
+        command.reply(Answer(content, [saved[0]["summary"], f"Next: {saved[0]['next']}"]))

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, Device, File, Json, Quiet, Text, answering, argument, flag, option
+from sealtwin.cli.answer import Answer, Command, File, Text, answers, argument, flag, option
 from sealtwin.cli.numbers import count_option
+from sealtwin.cli.settings_options import Given
 
 if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped
@@ -15,11 +16,11 @@ if TYPE_CHECKING:
 MOST_NAMED = 8  # Failed runs in the text of an answer; all of them are in the table
 
 
+@answers()
 def compare(
+    command: Command,
     folders: Annotated[list[Path], argument("RUN RUN ...", "Run folders, 2 to 28.")],
     out: Annotated[Path, option("Where the page goes.", "DIR")] = Path("reports", "compare"),
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Put runs side by side: settings and stage numbers that differ, levels and errors in one plot, held-out trials.
 
@@ -27,16 +28,17 @@ def compare(
 
     Example: sealtwin compare reports/paper-trial reports/paper-trial-lean
     """
-    with answering("cpu", as_json, quiet) as command:
-        if len(folders) < 2:
-            raise typer.BadParameter("give two run folders or more")
-        from sealtwin.study.run_comparison import compare_runs
+    if len(folders) < 2:
+        raise typer.BadParameter("give two run folders or more")
+    from sealtwin.study.run_comparison import compare_runs
 
-        content, sheet = compare_runs(folders, out)
-        command.reply(Answer(content, compared_lines(content, sheet)))
+    content, sheet = compare_runs(folders, out)
+    command.reply(Answer(content, compared_lines(content, sheet)))
 
 
+@answers(device=True)
 def map(
+    command: Command,
     folder: Annotated[Path, argument("STUDY", "The folder of a sweep.")],
     caliper: Annotated[
         File,
@@ -53,9 +55,6 @@ def map(
         bool, flag("--any-volume", 'Map runs whose volume is off by over 5 % too, as those of preset "paper".')
     ] = False,
     fills: Annotated[bool, option("Compute some nine runs once more, to draw how they fill.")] = True,
-    device: Device = "auto",
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Draw a study of two settings as the paper draws its own: levels, map of the error, influences, fills, cost.
 
@@ -64,23 +63,24 @@ def map(
 
     Example: sealtwin map reports/paper-132 --caliper fixtures/paper-trial/caliper.csv
     """
-    with answering(device, as_json, quiet) as command:
-        from sealtwin.study.study_map import map_study
-        from simulate.device import choose_device
+    from sealtwin.study.study_map import map_study
+    from simulate.device import choose_device
 
-        drawn_on = choose_device(device) if fills else None
-        mapped = map_study(folder, out, caliper, data, drawn_on, command.progress(), any_volume=any_volume)
-        if caliper is not None:
-            from sealtwin.lab.held_out import note_use
+    drawn_on = choose_device(command.device) if fills else None
+    mapped = map_study(folder, out, caliper, data, drawn_on, command.progress(), any_volume=any_volume)
+    if caliper is not None:
+        from sealtwin.lab.held_out import note_use
 
-            note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
-        command.reply(Answer(mapped.content, mapped_lines(mapped)))
+        note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
+    command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
 LAUNCH = 256  # Runs of the paper's size in one launch on a GPU: 2 GB of its memory, 6 if nothing freezes
 
 
+@answers(device=True)
 def sweep(
+    command: Command,
     targets: Annotated[
         list[Path] | None,
         argument(
@@ -89,8 +89,9 @@ def sweep(
             "shards.",
         ),
     ] = None,
+    *,
+    settings: Given,
     out: Annotated[File, option("The sweep's folder; default: reports/<study name>.", "DIR")] = None,
-    device: Device = "auto",
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
     batch: Annotated[
         int | None,
@@ -110,8 +111,6 @@ def sweep(
     retry: Annotated[bool, flag("--retry", "Compute runs once more that failed.")] = False,
     dry_run: Annotated[bool, flag("--dry-run", "Check all settings, digitise, estimate; inject nothing.")] = False,
     example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Run a trial many times with other settings: a grid, a list or a Latin hypercube, on all cores.
 
@@ -124,56 +123,55 @@ def sweep(
 
     sealtwin sweep merge reports/paper-132-1-of-2 reports/paper-132-2-of-2 --out reports/paper-132
     """
-    with answering(device, as_json, quiet) as command:
-        if example is not None:
-            if targets:
-                raise typer.BadParameter("--example beside a study: it only writes a study file to start from")
-            from sealtwin.trial.starter_files import write_example_study
+    if example is not None:
+        if targets:
+            raise typer.BadParameter("--example beside a study: it only writes a study file to start from")
+        from sealtwin.trial.starter_files import write_example_study
 
-            write_example_study(example)
-            command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
-            return
-        if not targets:
-            raise typer.BadParameter("give a study; --example FILE writes one to start from")
-        from sealtwin.study import sweep as sweeps
+        write_example_study(example)
+        command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
+        return
+    if not targets:
+        raise typer.BadParameter("give a study; --example FILE writes one to start from")
+    from sealtwin.study import sweep as sweeps
 
-        verb = str(targets[0])
-        if verb == "status":
-            if len(targets) != 2:
-                raise typer.BadParameter("status: give the folder of one sweep")
-            found = sweeps.status(targets[1])
-            command.reply(Answer(found, swept_lines(found)))
-            return
-        if verb == "merge":
-            if len(targets) < 2 or out is None:
-                raise typer.BadParameter("merge: give the folders of the shards, and --out")
-            merged = sweeps.merge(targets[1:], out)
-            command.reply(Answer(merged, swept_lines(merged), merged["exit_code"]))
-            return
-        if len(targets) != 1:
-            raise typer.BadParameter(f"{len(targets)} studies: give one")
-        from sealtwin.core.cluster import cores
-        from sealtwin.lab.held_out import note_study
-        from simulate.device import choose_device, describe_device
+    verb = str(targets[0])
+    if verb == "status":
+        if len(targets) != 2:
+            raise typer.BadParameter("status: give the folder of one sweep")
+        found = sweeps.status(targets[1])
+        command.reply(Answer(found, swept_lines(found)))
+        return
+    if verb == "merge":
+        if len(targets) < 2 or out is None:
+            raise typer.BadParameter("merge: give the folders of the shards, and --out")
+        merged = sweeps.merge(targets[1:], out)
+        command.reply(Answer(merged, swept_lines(merged), merged["exit_code"]))
+        return
+    if len(targets) != 1:
+        raise typer.BadParameter(f"{len(targets)} studies: give one")
+    from sealtwin.core.cluster import cores
+    from sealtwin.lab.held_out import note_study
+    from simulate.device import choose_device, describe_device
 
-        part = _shard(shard)
-        chosen = choose_device(device)
-        command.say(f"Device: {describe_device(chosen)}")
-        on_cpu = chosen == "cpu"
-        options = sweeps.SweepOptions(
-            device=chosen,
-            jobs=jobs or (cores() if on_cpu else 1),
-            batch=batch or (1 if on_cpu else LAUNCH),
-            keep_runs=keep_runs,
-            retry=retry,
-            dry_run=dry_run,
-            scheduler=scheduler,
-            shard=part,
-        )
-        swept = sweeps.sweep(targets[0], out, options, command.progress())
-        if swept["best"] is not None:
-            note_study(targets[0])
-        command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
+    part = _shard(shard)
+    chosen = choose_device(command.device)
+    command.say(f"Device: {describe_device(chosen)}")
+    on_cpu = chosen == "cpu"
+    options = sweeps.SweepOptions(
+        device=chosen,
+        jobs=jobs or (cores() if on_cpu else 1),
+        batch=batch or (1 if on_cpu else LAUNCH),
+        keep_runs=keep_runs,
+        retry=retry,
+        dry_run=dry_run,
+        scheduler=scheduler,
+        shard=part,
+    )
+    swept = sweeps.sweep(targets[0], out, options, command.progress(), settings)
+    if swept["best"] is not None:
+        note_study(targets[0], settings)
+    command.reply(Answer(swept, swept_lines(swept), swept["exit_code"]))
 
 
 def _shard(text: str | None) -> tuple[int, int]:

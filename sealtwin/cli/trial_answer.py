@@ -1,13 +1,11 @@
 """Stages run by a command, and their answer: the content of run.json and a few lines for people."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import nullcontext
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sealtwin.cli.answer import GATE_FAILED, Answer, Command
-from sealtwin.cli.option_names import OptionProgress, options_named
 
 if TYPE_CHECKING:
     from sealtwin.trial.job import StageName
@@ -16,7 +14,7 @@ if TYPE_CHECKING:
     from validate.result import Comparison, FluidFigures, PredictedLevel, SampleFigures, TrialResult
 
 
-SAY_ORIGIN = ": give --data, or write data in the trial file (measured, reconstructed, synthetic)."
+SAY_ORIGIN = "; photo.data or mesh.data declares it (measured, reconstructed, synthetic)."
 
 
 def run_trial(
@@ -24,25 +22,22 @@ def run_trial(
     file: Path,
     out: Path | None,
     stages: "Sequence[StageName]",
+    settings: Mapping[str, Any] | None = None,
     *,
     trial: "Trial | None" = None,
-    frames_every_s: float | None = None,
     threads: int = 1,
 ) -> None:
-    """Run stages of a trial file and answer.
+    """Run stages of a trial file, with ``settings`` by dotted name in place of its own, and answer.
 
-    ``trial`` is the trial of a photo or a mesh, the ``file``, that has no trial file; ``frames_every_s`` replaces the
-    trial's own.
+    ``trial`` is the trial of a photo or a mesh, the ``file``, that has no trial file.
     """
     from sealtwin.lab.facts_above import facts_above
     from sealtwin.trial import pipeline
     from sealtwin.trial.trial_file import load_trial
 
-    by_options = trial is not None
-    trial = with_frames(trial or load_trial(file), frames_every_s)
+    trial = trial or load_trial(file, settings)
     above = facts_above(trial, file.parent, compared="validate" in stages)
-    with command.progress() as shown, options_named() if by_options else nullcontext():
-        progress = OptionProgress(shown) if by_options else shown
+    with command.progress() as progress:
         result = pipeline.run_trial(trial, file.parent, out, stages, command.device, progress, threads, above).result
     _reply(command, result, stages)
 
@@ -51,38 +46,29 @@ def resume(
     command: Command,
     path: Path,
     stage: "StageName",
+    settings: Mapping[str, Any],
     *,
-    frames_every_s: float | None = None,
     threads: int = 1,
     uncertainty: bool = False,
 ) -> None:
-    """Run one stage of the trial that a run folder holds and answer; ``uncertainty`` adds its extra runs before."""
+    """Run one stage of the trial that a run folder holds and answer; ``uncertainty`` adds its extra runs before.
+
+    ``settings`` by dotted name replace those of RUN/trial.toml, which then records them.
+    """
     from sealtwin.core.run_folder import open_folder
     from sealtwin.lab.facts_above import facts_above
     from sealtwin.trial.job import resume_job
     from sealtwin.trial.pipeline import run_stages
 
     with open_folder(path, create=False) as folder, command.progress() as progress:
-        job = resume_job(folder, command.device, progress)
-        job = replace(job, above=facts_above(job.trial, job.source, compared=stage == "validate"))
+        job = resume_job(folder, command.device, progress, settings)
+        job = replace(job, above=facts_above(job.trial, job.source, compared=stage == "validate"), threads=threads)
         if uncertainty:
             from sealtwin.study.extra_runs import vary
 
             vary(job)
-        job = replace(job, trial=with_frames(job.trial, frames_every_s), threads=threads)
         result = run_stages(job, (stage,)).result
     _reply(command, result, (stage,))
-
-
-def with_frames(trial: "Trial", frames_every_s: float | None) -> "Trial":
-    """Return the trial with another time between frames, or as it is for None. Raises InputError."""
-    if frames_every_s is None:
-        return trial
-    from sealtwin.core.settings import checked
-    from sealtwin.trial.trial_file import Output
-
-    output = {**trial.output.model_dump(mode="json"), "frames_every_s": frames_every_s}
-    return trial.model_copy(update={"output": checked(Output, Path("--frames-every-s"), output)})
 
 
 def _reply(command: Command, result: "TrialResult", stages: "Sequence[StageName]") -> None:

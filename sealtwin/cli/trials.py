@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sealtwin.cli.answer import Answer, Device, File, Json, Out, Quiet, answering, argument, flag, option
-from sealtwin.cli.numbers import count_option, number_option
+from sealtwin.cli.answer import Answer, Command, File, Out, answers, argument, flag, option
+from sealtwin.cli.numbers import count_option
+from sealtwin.cli.settings_options import FLUID, Given
 from sealtwin.cli.trial_answer import resume, run_trial
 
 if TYPE_CHECKING:
@@ -15,15 +16,6 @@ if TYPE_CHECKING:
 ALL_STAGES: "tuple[StageName, ...]" = ("digitise", "simulate", "validate")
 TrialFile = Annotated[Path, argument("TRIAL", "A trial.toml; 'sealtwin init DIR' writes one.")]
 RunFolderPath = Annotated[Path, argument("RUN", "A run folder.")]
-FilmOut = Annotated[File, option("A name that ends in .gif or .mp4; default: RUN/fill.gif.", "FILE")]
-DemoOut = Annotated[File, option("Folder for trial/ and run/; default: reports/demo.", "DIR")]
-FramesEveryS = Annotated[
-    float | None,
-    number_option(
-        "Write the fluid to RUN/frames every so many simulated seconds, for ParaView (fill.pvd) and 'sealtwin film'; "
-        "in place of frames_every_s in the trial's table output."
-    ),
-]
 Threads = Annotated[
     int,
     count_option(
@@ -32,27 +24,33 @@ Threads = Annotated[
 ]
 
 
-def film(folder: RunFolderPath, out: FilmOut = None, as_json: Json = False, quiet: Quiet = False) -> None:
-    """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --frames-every-s 0.1' writes.
+@answers()
+def film(
+    command: Command,
+    folder: RunFolderPath,
+    out: Annotated[File, option("A name that ends in .gif or .mp4; default: RUN/fill.gif.", "FILE")] = None,
+) -> None:
+    """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --set output.frames_every_s=0.1' writes.
 
     It shows the section along the crack and the crack from above, coloured by speed, at the speed of the run. GIF plays
     anywhere; MP4 (VP9) has all colours, plays in browsers and VLC, and needs an OpenCV that can write it.
     """
-    with answering("auto", as_json, quiet) as command:
-        from sealtwin.core.run_folder import look_into
-        from sealtwin.trial.job import other_versions, shown
-        from sealtwin.trial.pipeline import make_film
+    from sealtwin.core.run_folder import look_into
+    from sealtwin.trial.job import other_versions, shown
+    from sealtwin.trial.pipeline import make_film
 
-        path = out or folder / "fill.gif"
-        with command.progress() as progress:
-            frames, lasts_s = make_film(folder, path, progress)
-        others = other_versions(look_into(folder), stage="simulate")
-        content = {"version": 1, "film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2)}
-        lines = [*others, f"Film: {shown(path)}, {frames} frames, {lasts_s:.1f} s."]
-        command.reply(Answer({**content, "other_versions": others}, lines))
+    path = out or folder / "fill.gif"
+    with command.progress() as progress:
+        frames, lasts_s = make_film(folder, path, progress)
+    others = other_versions(look_into(folder), stage="simulate")
+    content = {"version": 1, "film": shown(path), "frames": frames, "lasts_s": round(lasts_s, 2)}
+    lines = [*others, f"Film: {shown(path)}, {frames} frames, {lasts_s:.1f} s."]
+    command.reply(Answer({**content, "other_versions": others}, lines))
 
 
+@answers()
 def robot(
+    command: Command,
     folder: Annotated[File, argument("RUN", "A digitised run folder.")] = None,
     cell: Annotated[File, option("The robot's cell file: taught points, limits, languages.", "FILE")] = None,
     formats: Annotated[
@@ -69,48 +67,45 @@ def robot(
         flag("--allow-automatic", "Accept a crack that was found automatically, once you have looked at it."),
     ] = False,
     example: Annotated[File, option("Write a commented cell file to start from.", "FILE")] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Write a run's nozzle path for a robot: txt, CSV, Epson SPEL+, G-code, URScript.
 
     Example: sealtwin robot reports/paper-trial --cell cell.toml --format spel
     """
-    with answering("cpu", as_json, quiet) as command:
-        if example is not None:
-            if folder is not None or cell is not None:
-                raise typer.BadParameter("--example beside RUN or --cell: it only writes a cell file to start from")
-            from sealtwin.trial.starter_files import write_example_cell
+    if example is not None:
+        if folder is not None or cell is not None:
+            raise typer.BadParameter("--example beside RUN or --cell: it only writes a cell file to start from")
+        from sealtwin.trial.starter_files import write_example_cell
 
-            write_example_cell(example)
-            command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
-            return
-        if folder is None or cell is None:
-            raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
-        from digitise.robots.cell import FORMATS
-        from sealtwin.core.run_folder import open_folder
-        from sealtwin.trial.robot_files import REPORT, write_robot_files
+        write_example_cell(example)
+        command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
+        return
+    if folder is None or cell is None:
+        raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
+    from digitise.robots.cell import FORMATS
+    from sealtwin.core.run_folder import open_folder
+    from sealtwin.trial.robot_files import REPORT, write_robot_files
 
-        asked = [] if formats is None else formats.split(",")
-        if unknown := [name for name in asked if name not in (*FORMATS, "all")]:
-            raise typer.BadParameter(f"--format {unknown[0]}: allowed are {', '.join(FORMATS)} and all")
-        with open_folder(folder, create=False) as run:
-            report = write_robot_files(run, cell, asked, out, allow_automatic=allow_automatic)
-        for name in report["kept"]:
-            command.warn(f"a robot file was edited since it was written; yours is kept as {name}.")
-        for warning in report["warnings"]:
-            command.warn(f"note: {warning}")
-        frame = report["frame"]
-        lines = [
-            *report["other_versions"],
-            f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, "
-            f"{report['sealant_mm3'] / 1000:.3g} ml; "
-            f"the worst of {frame['taught_points']} taught points misses by {frame['worst_residual_mm']:.2f} mm, "
-            f"the face is {frame['tilt_deg']:.1f} degrees from level.",
-            *_pump_line(report.get("pump")),
-            f"Robot files: {', '.join([*report['files'], REPORT])} in {report['folder']}",
-        ]
-        command.reply(Answer(report, lines))
+    asked = [] if formats is None else formats.split(",")
+    if unknown := [name for name in asked if name not in (*FORMATS, "all")]:
+        raise typer.BadParameter(f"--format {unknown[0]}: allowed are {', '.join(FORMATS)} and all")
+    with open_folder(folder, create=False) as run:
+        report = write_robot_files(run, cell, asked, out, allow_automatic=allow_automatic)
+    for name in report["kept"]:
+        command.warn(f"a robot file was edited since it was written; yours is kept as {name}.")
+    for warning in report["warnings"]:
+        command.warn(f"note: {warning}")
+    frame = report["frame"]
+    lines = [
+        *report["other_versions"],
+        f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, "
+        f"{report['sealant_mm3'] / 1000:.3g} ml; "
+        f"the worst of {frame['taught_points']} taught points misses by {frame['worst_residual_mm']:.2f} mm, "
+        f"the face is {frame['tilt_deg']:.1f} degrees from level.",
+        *_pump_line(report.get("pump")),
+        f"Robot files: {', '.join([*report['files'], REPORT])} in {report['folder']}",
+    ]
+    command.reply(Answer(report, lines))
 
 
 def _pump_line(pump: dict[str, Any] | None) -> list[str]:
@@ -125,50 +120,40 @@ def _pump_line(pump: dict[str, Any] | None) -> list[str]:
     return [f"Pump: asked for {asked} mm³/s to give {wanted}, {within}{waits}."]
 
 
-def demo(out: DemoOut = None, device: Device = "auto", as_json: Json = False, quiet: Quiet = False) -> None:
-    """Run the paper's trial, reconstructed: copy its photo, readings and trial, then run all stages."""
-    with answering(device, as_json, quiet) as command:
-        from sealtwin.trial.starter_files import place_paper_trial
-
-        folder = out or Path("reports", "demo")
-        place_paper_trial(folder / "trial")
-        command.say(f"The trial that runs: {folder / 'trial' / 'trial.toml'}")
-        run_trial(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
-
-
-def run(
-    trial: TrialFile,
-    out: Out = None,
-    frames_every_s: FramesEveryS = None,
-    threads: Threads = 1,
-    device: Device = "auto",
-    as_json: Json = False,
-    quiet: Quiet = False,
+@answers(device=True)
+def demo(
+    command: Command, out: Annotated[File, option("Folder for trial/ and run/; default: reports/demo.", "DIR")] = None
 ) -> None:
+    """Run the paper's trial, reconstructed: copy its photo, readings and trial, then run all stages."""
+    from sealtwin.trial.starter_files import place_paper_trial
+
+    folder = out or Path("reports", "demo")
+    place_paper_trial(folder / "trial")
+    command.say(f"The trial that runs: {folder / 'trial' / 'trial.toml'}")
+    run_trial(command, folder / "trial" / "trial.toml", folder / "run", ALL_STAGES)
+
+
+@answers(*FLUID, device=True)
+def run(command: Command, trial: TrialFile, settings: Given, out: Out = None, threads: Threads = 1) -> None:
     """Bring a whole trial up to date: digitise, simulate, validate, report.
 
     During the fluid run RUN/progress.json holds its progress and health.csv its numerical quality; a checkpoint every
     ten seconds lets the same command continue after a kill. The trial's table output asks for snapshots and frames.
     """
-    with answering(device, as_json, quiet) as command:
-        run_trial(command, trial, out, ALL_STAGES, frames_every_s=frames_every_s, threads=threads)
+    run_trial(command, trial, out, ALL_STAGES, settings, threads=threads)
 
 
-def simulate(
-    folder: RunFolderPath,
-    frames_every_s: FramesEveryS = None,
-    threads: Threads = 1,
-    device: Device = "auto",
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
+@answers(*FLUID, device=True)
+def simulate(command: Command, folder: RunFolderPath, settings: Given, threads: Threads = 1) -> None:
     """Inject the sealant into a digitised run folder; its settings are those of RUN/trial.toml."""
-    with answering(device, as_json, quiet) as command:
-        resume(command, folder, "simulate", frames_every_s=frames_every_s, threads=threads)
+    resume(command, folder, "simulate", settings, threads=threads)
 
 
+@answers(device=True)
 def validate(
+    command: Command,
     folder: RunFolderPath,
+    settings: Given,
     uncertainty: Annotated[
         bool,
         flag(
@@ -179,18 +164,14 @@ def validate(
             "is a prediction, with a 95 % band of its own.",
         ),
     ] = False,
-    device: Device = "auto",
-    as_json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Compare a simulated run folder with its readings, if there are any, and write the report."""
-    with answering(device, as_json, quiet) as command:
-        resume(command, folder, "validate", uncertainty=uncertainty)
+    resume(command, folder, "validate", settings, uncertainty=uncertainty)
 
 
-def init(folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:
+@answers(quiet=False, as_json=False)
+def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:
     """Write a commented trial and an empty sheet for readings to start from."""
-    with answering("auto", as_json=False, quiet=False) as command:
-        from sealtwin.trial.starter_files import write_starter
+    from sealtwin.trial.starter_files import write_starter
 
-        command.reply(Answer({}, [str(written) for written in write_starter(folder)]))
+    command.reply(Answer({}, [str(written) for written in write_starter(folder)]))

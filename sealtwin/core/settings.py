@@ -4,7 +4,7 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -175,11 +175,33 @@ def _reason(error: ErrorDetails) -> str:
 
 def _keys_beside(kind: type[Settings], location: tuple[int | str, ...]) -> list[str]:
     """Return the keys that are allowed in the table of a misspelt key."""
+    table = table_of(kind, location)
+    return [] if table is None else sorted(table.model_fields)
+
+
+def table_of(kind: type[Settings], location: Sequence[int | str]) -> type[Settings] | None:
+    """Return the table of a key, whose place in a file is given by its parts; parts that no table has are skipped."""
     table: type[Settings] | None = kind
     for part in location[:-1]:
         if table is not None and part in table.model_fields:
             table = _settings_in(table.model_fields[str(part)].annotation)
-    return [] if table is None else sorted(table.model_fields)
+    return table
+
+
+def names_file(kind: type[Settings], name: str) -> bool:
+    """Return True if the setting of that dotted name is, or may be, the name of a file."""
+    *_, key = parts = name.split(".")
+    table = table_of(kind, parts)
+    if table is None or key not in table.model_fields:
+        return False
+    annotation = table.model_fields[key].annotation
+    # A table of a file alone may be given by that file's name.
+    inner = _settings_in(annotation)
+    return _has_path(annotation) or (inner is not None and "file" in inner.model_fields)
+
+
+def _has_path(annotation: Any) -> bool:
+    return annotation is Path or any(map(_has_path, getattr(annotation, "__args__", ())))
 
 
 def dotted_names(kind: type[Settings]) -> list[str]:

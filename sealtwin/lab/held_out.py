@@ -1,7 +1,9 @@
 """Readings that a study or a calibration of a lab used to choose by."""
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -50,14 +52,15 @@ def readings_hash(readings: Profile) -> str:
     return hashlib.sha256(table.astype("<f8").tobytes()).hexdigest()
 
 
-def note_study(file: Path) -> None:
+def note_study(file: Path, settings: Mapping[str, Any] | None = None) -> None:
     """Write a study into the catalogue of the lab by whose readings it ranked its runs, if there is one.
 
-    Raises InputError if the study, its trial or the catalogue cannot be read.
+    ``settings`` by dotted name replaced those of its trial. Raises InputError if the study, its trial or the catalogue
+    cannot be read.
     """
     study = load_study(file)
     base = file.parent / study.trial
-    trial = load_trial(base)
+    trial = load_trial(base, settings)
     if trial.readings is not None:
         sheet = base.parent / trial.readings.file
         note_use(sheet, read_readings(sheet, trial.readings), f"study '{study.name}'")

@@ -13,16 +13,15 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.settings import checked
 from sealtwin.lab.found_files import DEFAULTS, NAMED_FILES, PICTURES, Role
 from sealtwin.lab.note_sentences import quantities, read_sentences
-from sealtwin.lab.note_words import ALTERNATIVES, COLUMNS, DATA, DEPTH, OF_READINGS, OWN, SCALE, is_unit, of_columns
+from sealtwin.lab.note_words import ALTERNATIVES, DATA, DEPTH, OF_READINGS, OWN, SCALE, is_unit, of_columns
 from sealtwin.lab.notes import Note, NoteEntry, OfNote, read_cell, read_note, seems_to_say
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.lab.sample_outcome import LONGEST_QUESTION, KeptFile, SampleOutcome, kept_as, note_of
 from sealtwin.lab.sheets import read_fill
-from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import LARGEST_SHEET_BYTES
 from sealtwin.trial.quick_trial import ASSUMED, toml_value
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.trial_file import Trial, with_settings
 from validate.readings.read_readings import read_readings
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetFaults
@@ -256,11 +255,7 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
         settings[key] = it.stand_in
         if not outcome.note.meant & {key, *it.others}:
             outcome.faults.append(f"{key} is not said{it.remedy} in {DEFAULTS}, or in the sample's note (NAME.toml).")
-    columns = {key: settings.pop(key) for key in list(settings) if key.startswith(f"{COLUMNS}.")}
-    content = with_settings({}, settings)
-    if columns:
-        content["readings"]["columns"] = {key.rpartition(".")[2]: value for key, value in columns.items()}
-    return content
+    return with_settings({}, settings)
 
 
 def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
@@ -344,7 +339,8 @@ def rest_of(outcome: SampleOutcome) -> dict[str, Any]:
     """Return the values of path, nozzle and solver that nobody says, and that 'sealtwin quick' marks as assumed."""
     settings = outcome.note.entries
     tables: dict[str, Any] = {table: Trial.model_fields[table].default for table in ("path", "nozzle", "solver")}
-    values = {f"{table}.{key}": getattr(one, key) for table, one in tables.items() for key in ASSUMED[table]}
+    names = [name.partition(".") for name in ASSUMED]
+    values = {f"{table}.{key}": getattr(tables[table], key) for table, _, key in names if table in tables}
     values |= _solver()
     replaced = {
         "path.plan": "path.",

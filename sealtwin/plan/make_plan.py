@@ -25,12 +25,11 @@ from sealtwin.plan.search import Case, Goal, discrepancy, target_of
 from sealtwin.plan.shape import Knots, limits_of, require_possible
 from sealtwin.plan.verify import Misfit, Planned, Round, Verifier, misfit, require_plannable
 from sealtwin.study.runner import Bench, read_bench
-from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import require_sample, shown, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
 from sealtwin.trial.stage_numbers import numbers_up_to
-from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, trial_text
+from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, trial_text, with_settings
 
 REPORT, TABLE, PAGE, LEVEL = "plan.json", "plan.csv", "plan.html", "level.csv"
 VERIFICATION, SAMPLE = "verification", "sample"
@@ -196,13 +195,15 @@ def make_plan(
     jobs: int = 1,
     cell_file: Path | None = None,
     posterior: Path | None = None,
+    settings: Mapping[str, Any] | None = None,
 ) -> MadePlan:
     """Plan a trial in a folder of its own, by default reports/NAME-plan.
 
-    After a kill the same command searches again, in seconds, and keeps the particle runs that are done. Raises
-    InputError if the trial, the cell or the posterior cannot be used, and NumericalError if a run fails.
+    ``settings`` by dotted name replace those of the trial file. After a kill the same command searches again, in
+    seconds, and keeps the particle runs that are done. Raises InputError if the trial, the cell or the posterior cannot
+    be used, and NumericalError if a run fails.
     """
-    given = load_trial(file)
+    given = load_trial(file, settings)
     require_sample(given, file.parent)
     trial = require_plannable(given.loaded(file.parent), str(file))
     cell = None if cell_file is None else read_cell(cell_file)

@@ -14,9 +14,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Profile, Run, Solid
 from sealtwin.core.settings import checked
 from sealtwin.study.runner import Bench, read_bench
-from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import Job
-from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.trial_file import Trial, with_settings
 from validate.settings import ANGLE, OF_THE_WALLS
 
 OF_THE_PATH = ("speed_mm_s", "start_mm")

@@ -32,23 +32,23 @@ FAULT = "fault.txt"
 THUMBNAIL_PX = 720  # Wide enough to see the walls, small enough for a page of a hundred
 OWN = {LISTING, CSV, SHEET}
 
-Tables = Mapping[str, Mapping[str, Any]]
-
 
 @dataclass(frozen=True)
 class PlannedPhoto:
     file: Path  # The photo, or a trial file that names one
     name: str  # Name of its run folder
-    tables: Tables  # Tables of a trial from the command line's options, for a photo without a trial file
+    settings: Mapping[str, Any]  # From the command line, by dotted name
 
     @property
     def crack(self) -> int | str | None:
         """Number of the crack to take, of those that are found."""
-        return self.tables.get("photo", {}).get("crack")
+        return self.settings.get("photo.crack")
 
     def trial(self) -> Trial:
         """Return its trial. Raises InputError if its settings cannot be used."""
-        return load_trial(self.file) if _is_trial(self.file) else sample_trial("photo", self.file, self.tables)
+        if _is_trial(self.file):
+            return load_trial(self.file, self.settings)
+        return sample_trial("photo", self.file, self.settings)
 
 
 @dataclass(frozen=True)
@@ -116,17 +116,22 @@ def are_several(targets: Sequence[Path]) -> bool:
     return len(targets) > 1 or targets[0].is_dir() or _is_pattern(targets[0])
 
 
-def plan(targets: Sequence[Path], tables: Tables) -> list[PlannedPhoto]:
-    """Return an entry for each photo, in the order given. A trial file of its name beside it replaces ``tables``.
+def plan(targets: Sequence[Path], settings: Mapping[str, Any]) -> list[PlannedPhoto]:
+    """Return an entry for each photo, in the order given.
 
-    Raises InputError if a folder or a pattern holds no photo.
+    ``settings`` by dotted name replace those of a trial file that is given. A trial file of a photo's name beside it
+    replaces them: it is what differs in this photo. Raises InputError if a folder or a pattern holds no photo.
     """
     named = [file for target in targets for file in _photos(target)]
     own = [beside if (beside := file.with_suffix(".toml")).is_file() else file for file in named]
     # A mask or a second photo is part of another photo's trial.
     parts = {part for file in set(own) if _is_trial(file) for part in _parts(file)}
     kept = list(dict.fromkeys(file for photo, file in zip(named, own, strict=True) if photo.absolute() not in parts))
-    return [PlannedPhoto(file, name, tables) for file, name in zip(kept, _names(kept), strict=True)]
+    given = {*named}
+    return [
+        PlannedPhoto(file, name, settings if file in given else {})
+        for file, name in zip(kept, _names(kept), strict=True)
+    ]
 
 
 def digitise_many(
@@ -178,8 +183,7 @@ def _chosen(planned: Sequence[PlannedPhoto], table: Path) -> list[PlannedPhoto]:
     chosen = {item.file: number for item in planned if (number := cracks.get(files.as_text_cell(as_text(item.file))))}
 
     def with_choice(item: PlannedPhoto) -> PlannedPhoto:
-        photo = {**item.tables.get("photo", {}), "crack": chosen[item.file]}
-        return replace(item, tables={**item.tables, "photo": photo})
+        return replace(item, settings={**item.settings, "photo.crack": chosen[item.file]})
 
     return [with_choice(item) if item.file in chosen and not _is_trial(item.file) else item for item in planned]
 

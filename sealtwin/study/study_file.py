@@ -11,19 +11,16 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.settings import MOST_FAULTS, Settings, checked, read_settings
-from sealtwin.trial.trial_file import PRINTABLE, SETTINGS, TABLES, Trial, folder_name, no_such_setting
-from simulate.settings import REPLACED_BY_CURVE
+from sealtwin.trial.trial_file import (
+    PRINTABLE,
+    SETTINGS,
+    TABLES,
+    Trial,
+    folder_name,
+    no_such_setting,
+    with_settings,
+)
 
-_CURVES = ("fluid.curve", "fluid.cooling")
-_SHEARED = ("fluid.consistency_pa_s_n", "fluid.flow_index")
-IN_PLACE_OF = {
-    "fluid.U": (("fluid.viscosity_pa_s",), _SHEARED, _CURVES),
-    "fluid.viscosity_pa_s": (("fluid.U", "fluid.D_cm"), _SHEARED, _CURVES),
-    "fluid.consistency_pa_s_n": (("fluid.U", "fluid.D_cm"), ("fluid.viscosity_pa_s",), _CURVES),
-    "path.volume_ml": (("path.weighed",),),
-    "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in REPLACED_BY_CURVE)),
-}
-"""Settings that exclude each other: a study over one removes from the trial each group whose first setting is there."""
 MOST_RUNS = 20_000  # A night's work on one core at a second each; more is a value too many in a grid
 
 Value = TypeVar("Value")
@@ -155,6 +152,11 @@ class Study(Settings):
         return self._design()[1]
 
     @property
+    def names(self) -> set[str]:
+        """Dotted names of all settings that it gives."""
+        return {*self.fixed, *self._design()[0]}
+
+    @property
     def folder_name(self) -> str:
         return folder_name(self.name)
 
@@ -211,20 +213,6 @@ def raise_faults(faults: Mapping[str, list[int]]) -> None:
     shown = [f"{_runs(numbers)}: {sentence}" for sentence, numbers in list(faults.items())[:MOST_FAULTS]]
     more = len(faults) - len(shown)
     raise InputError("\n".join([*shown, f"and {more} more faults."] if more else shown))
-
-
-def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a trial's tables with other settings, by dotted name, which replace those that they exclude."""
-    changed = {name: dict(value) if isinstance(value, dict) else value for name, value in content.items()}
-    for name, value in settings.items():
-        table, _, key = name.rpartition(".")
-        home = changed.setdefault(table, {}) if table else changed
-        home[key] = value
-        for group in IN_PLACE_OF.get(name, ()) if value is not None else ():
-            if group[0].rpartition(".")[2] in home:
-                for other in set(group) - set(settings):
-                    home.pop(other.rpartition(".")[2], None)
-    return changed
 
 
 def _runs(numbers: list[int]) -> str:

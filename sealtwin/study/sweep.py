@@ -45,10 +45,16 @@ class SweepOptions(Computing):
     shard: tuple[int, int] = (1, 1)  # The i-th of n parts of the study
 
 
-def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progress) -> dict[str, Any]:
+def sweep(
+    file: Path,
+    out: Path | None,
+    options: SweepOptions,
+    progress: Progress,
+    settings: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
     """Compute all runs of a study that are not done yet, and return the --json object of the command.
 
-    ``out`` is its folder; None: reports/<name of the study>.
+    ``out`` is its folder; None: reports/<name of the study>. ``settings`` by dotted name replace those of its trial.
 
     Raises:
         InputError: Settings of any run cannot be used, which is checked before the first one starts; or the folder is
@@ -57,7 +63,9 @@ def sweep(file: Path, out: Path | None, options: SweepOptions, progress: Progres
     """
     study = load_study(file)
     base = file.parent / study.trial
-    planned = plan_runs(study, file, load_trial(base))
+    if twice := sorted(study.names & (settings or {}).keys()):
+        raise InputError(f"--set {twice[0]} beside {file}, which gives it itself; change it there.")
+    planned = plan_runs(study, file, load_trial(base, settings))
     if planned[0].trial.fluid is None:
         raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
     planned = [replace(run, trial=run.trial.loaded(base.parent)) for run in planned]

@@ -1,5 +1,6 @@
 """The trial of a crack that was drawn in CAD: its mesh, its line, and a trial file that names both."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -8,19 +9,19 @@ import numpy as np
 from sealtwin.core import files
 from sealtwin.core.run_folder import require_folder
 from sealtwin.core.settings import checked
-from sealtwin.trial.trial_file import LINE_BREAKING, Trial, trial_text
+from sealtwin.trial.trial_file import Trial, name_of, trial_text, with_settings
 
 MESH, LINE, TRIAL = "drawing.obj", "line.csv", "trial.toml"
 """Files of such a trial."""
 
 
 def write_drawn_trial(
-    drawing: Path, folder: Path, depth_mm: float, units: Any, shown_by: dict[str, Any], data: str
+    drawing: Path, folder: Path, depth_mm: float, units: Any, shown_by: dict[str, Any], settings: Mapping[str, Any]
 ) -> tuple[Path, list[str]]:
     """Write the mesh of a drawn crack, its centreline if it was drawn, and a trial; return the trial file and notes.
 
-    ``shown_by`` holds the layers of ``drawn_crack``. Raises InputError where the drawing cannot be used, or where
-    a file of that name is there that holds anything else.
+    ``shown_by`` has the layers of ``drawn_crack``; ``settings`` are those of the trial, by dotted name. Raises
+    InputError if the drawing cannot be used, or if a file of that name is there that holds anything else.
     """
     from digitise.drawing.drawn_block import drawn_crack
     from digitise.drawing.drawn_layers import DrawnLayers
@@ -30,16 +31,16 @@ def write_drawn_trial(
     drawn = open_drawing(drawing, units)
     crack = drawn_crack(DrawnLayers(drawn), depth_mm, **shown_by)
     notes = [*drawn.notes, *drawn.not_read()]
-    mesh = {"file": MESH, "data": data, "units": "mm"}
+    mesh = {"file": MESH, "data": "undeclared", "units": "mm"}
     contents = {folder / MESH: crack.as_obj()}
     if crack.line_mm is not None:
         rows = "".join(f"{x:.4f},{y:.4f}\n" for x, y in crack.line_mm)
         contents[folder / LINE] = f"x_mm,y_mm\n{rows}".encode()
         mesh["path"] = LINE
-    name = LINE_BREAKING.sub("-", drawing.stem)[:80].strip() or "drawing"
     floor = f"{depth_mm:g} mm deep, with upright walls and a level floor"
     note = f"The crack is that of the drawing {drawing.name} in {drawn.unit}, {floor}."
-    trial = checked(Trial, drawing, {"name": name, "note": note, "mesh": mesh})
+    content = {"name": name_of(drawing, "drawing"), "note": note, "mesh": mesh}
+    trial = checked(Trial, drawing, with_settings(content, settings))
     contents[folder / TRIAL] = trial_text(trial).encode()
     files.write_unless_other(contents)
     length_mm = 0.0 if crack.line_mm is None else float(np.linalg.norm(np.diff(crack.line_mm, axis=0), axis=1).sum())

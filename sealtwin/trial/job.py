@@ -1,7 +1,7 @@
 """Trial in the run folder of its stages, and the inputs that each stage depends on."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -111,9 +111,11 @@ def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progre
     return Job(trial, source, folder, sheet, device, progress)
 
 
-def resume_job(folder: RunFolder, device: str, progress: Progress) -> Job:
-    """Set up the trial that a run folder already holds."""
-    trial = load_trial(folder.path / "trial.toml")
+def resume_job(folder: RunFolder, device: str, progress: Progress, settings: Mapping[str, Any] | None = None) -> Job:
+    """Set up the trial that a run folder already holds, with ``settings`` by dotted name in place of its own."""
+    trial = load_trial(folder.path / "trial.toml", settings)
+    if settings:
+        return start_job(trial, folder.path, folder, device, progress)
     sheet = None if trial.readings is None else folder.path / trial.readings.file
     return Job(trial, folder.path, folder, sheet, device, progress)
 
@@ -174,7 +176,7 @@ def adopt_trial(job: Job) -> None:
     Neither photo nor mesh is copied: a photo may hold the place and the person that took it, and a scan is large. The
     manifest has their hashes.
     """
-    if job.source.resolve() == job.path.resolve():
+    if job.source.resolve() == job.path.resolve() and load_trial(job.path / "trial.toml") == job.trial:
         return
     if job.sheet is not None and job.trial.readings is not None:
         files.write_if_new(job.path / job.trial.readings.file, plain_files.read_bytes(job.sheet, LARGEST_SHEET_BYTES))

@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from sealtwin.core.files import write_bytes
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trial_file import Trial
+from sealtwin.trial.trial_file import Trial, seen_from, with_settings
 
 BYTE_ORDER_MARK = "\ufeff"  # Mark that Windows' Notepad puts before the text
 
@@ -34,9 +35,11 @@ data = "undeclared"  # Nobody said where the photo comes from: "measured", "reco
 class TrialFile:
     """Trial file as it was when the page opened."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, settings: Mapping[str, Any] | None = None) -> None:
+        """Let ``settings`` by dotted name replace those of the file when it is saved."""
         # A link stays one: its target is written.
         self.path = path
+        self._settings = seen_from(path.parent, settings or {})
         self._target = path.resolve()
         self._content = read_bytes(self._target)
 
@@ -54,7 +57,8 @@ class TrialFile:
             )
         text = self._content.decode("utf-8")
         before = tomllib.loads(text.removeprefix(BYTE_ORDER_MARK))
-        edited, changed = with_hints(text, hints, shape)
+        edited, changed = with_hints(text, hints, shape, self._settings)
+        before = with_settings(before, self._settings)
         after = tomllib.loads(edited.removeprefix(BYTE_ORDER_MARK))
         kept = {key: value for key, value in before["photo"].items() if key not in Hints.model_fields}
         given = {"photo": {**kept, **hints.said()}}
@@ -76,9 +80,10 @@ class TrialFile:
 class NewTrial:
     """New trial file beside a photo, with the photo's name."""
 
-    def __init__(self, photo: Path) -> None:
+    def __init__(self, photo: Path, settings: Mapping[str, Any] | None = None) -> None:
         """Raise InputError if there is a file of that name, which can be traced itself."""
         self.photo, self.path = photo, photo.with_suffix(".toml")
+        self._settings = seen_from(photo.parent, settings or {})
         self._refuse_another()
 
     def save(self, hints: Hints, shape: Shape) -> list[str]:
@@ -89,11 +94,12 @@ class NewTrial:
         document: Any = tomlkit.parse(NEW_TRIAL)
         document["name"] = self.photo.stem[:80]
         document["photo"]["file"] = self.photo.name
-        text, changed = with_hints(tomlkit.dumps(document), hints, shape)
-        text = "\n".join([text, *map(_from_starter, NEEDED)])
-        checked(Trial, self.path, tomllib.loads(text))
+        text = "\n".join([tomlkit.dumps(document), *map(_from_starter, NEEDED)])
+        text, changed = with_hints(text, hints, shape, self._settings)
+        trial = checked(Trial, self.path, tomllib.loads(text))
         write_bytes(self.path, text.encode("utf-8"))
-        return [*changed, 'data = "undeclared"', *(f"the starter's [{name}]" for name in NEEDED)]
+        undeclared = ['data = "undeclared"'] if trial.shown_by.data == "undeclared" else []
+        return [*changed, *undeclared, *(f"the starter's [{name}]" for name in NEEDED)]
 
     def _refuse_another(self) -> None:
         if self.path.exists():
@@ -103,13 +109,17 @@ class NewTrial:
             )
 
 
-def with_hints(text: str, hints: Hints, shape: Shape) -> tuple[str, list[str]]:
-    """Return a trial file's text with hints and shape, comments and order kept, and the keys that changed."""
+def with_hints(text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any]) -> tuple[str, list[str]]:
+    """Return a trial file's text with hints, shape and settings, and the keys that changed.
+
+    Comments and order are kept. ``settings`` by dotted name are written first.
+    """
     import tomlkit
 
     windows = "\r\n" in text
     mark = BYTE_ORDER_MARK if text.startswith(BYTE_ORDER_MARK) else ""
     document = tomlkit.parse(text.removeprefix(mark).replace("\r\n", "\n"))
+    replaced = _replaced(document, settings)
     photo: Any = document["photo"]
     said = hints.said()
     gone = [key for key in Hints.model_fields if key not in said and key in photo]
@@ -117,9 +127,26 @@ def with_hints(text: str, hints: Hints, shape: Shape) -> tuple[str, list[str]]:
         photo.remove(key)
     if "crack" not in document and shape.said():
         document["crack"] = tomlkit.table()
-    changed = [*_filled(photo, said), *gone, *_filled(document.get("crack", {}), shape.said())]
+    changed = [*replaced, *_filled(photo, said), *gone, *_filled(document.get("crack", {}), shape.said())]
     edited = tomlkit.dumps(document)
     return mark + (edited.replace("\n", "\r\n") if windows else edited), changed
+
+
+def _replaced(document: Any, settings: Mapping[str, Any]) -> list[str]:
+    """Put settings into their tables; return the keys that changed."""
+    import tomlkit
+
+    wanted, changed = with_settings(document.unwrap(), settings), list[str]()
+    for name in dict.fromkeys(name.partition(".")[0] for name in settings):
+        if not isinstance(wanted[name], dict):
+            changed += _filled(document, {name: wanted[name]})
+            continue
+        home = document.setdefault(name, tomlkit.table())
+        gone = [key for key in home if key not in wanted[name]]
+        for key in gone:
+            home.remove(key)
+        changed += [*gone, *_filled(home, wanted[name])]
+    return changed
 
 
 def _filled(table: Any, said: dict[str, Any]) -> list[str]:

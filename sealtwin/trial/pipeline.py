@@ -52,8 +52,8 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
     look_into(folder)
     if not (folder / FRAMES).is_file():
         raise InputError(
-            f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --frames-every-s 0.1' runs the fluid again and "
-            "writes frames."
+            f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --set output.frames_every_s=0.1' writes "
+            "frames, by another fluid run."
         )
     from validate.figures.film import write_film
     from validate.figures.snapshots import FillScene

@@ -1,7 +1,6 @@
 """The trial of 'sealtwin quick': what was given, and the starter's settings for all else, each marked as assumed."""
 
 import hashlib
-import os
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,17 +11,18 @@ from sealtwin.core.files import write_text
 from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
-from sealtwin.trial.trial_file import LINE_BREAKING, Trial
+from sealtwin.trial.trial_file import Trial, name_of, seen_from, with_settings
 
-Tables = Mapping[str, Mapping[str, Any]]
+STARTER = tomllib.loads(TRIAL)
+NOT_ASSUMED = ("crack.depth_mm", "path.flow", "path.ramp_mm", "path.lead_in_mm")
+"""Settings of the starter that are always given, or that are a default."""
 ASSUMED = {
-    "crack": ("tilt", "wall_angle_deg"),
-    "path": ("volume_ml", "trim_mm", "speed_mm_s"),
-    "fluid": ("U", "D_cm", "yield_stress_pa", "freeze_after_s"),
-    "solver": ("preset", "radius_mm", "settle_s"),
-    "nozzle": ("diameter_mm",),
+    f"{table}.{key}": value
+    for table in ("crack", "path", "fluid", "solver", "nozzle")
+    for key, value in STARTER[table].items()
+    if f"{table}.{key}" not in NOT_ASSUMED
 }
-"""Settings that are the starter's where they are not given."""
+"""Settings that are the starter's if they are not given, by dotted name."""
 NOBODY = "undeclared"  # Origin of a photo, and origin and role of readings, that nobody said: they validate nothing
 MARK = "# Written by 'sealtwin quick', as it was while its check is "
 """First line of the file, ahead of a hash of the others: what nobody edited may be written anew."""
@@ -32,35 +32,51 @@ HEAD = """\
 """
 
 
-def quick_trial(photo: Path, folder: Path, given: Tables, sheet: Path | None) -> tuple[str, list[str]]:
+def quick_trial(photo: Path, folder: Path, settings: Mapping[str, Any], sheet: Path | None) -> tuple[str, list[str]]:
     """Return the text of a trial file in ``folder``, and its assumptions as "table.key = value".
 
-    ``given`` holds settings of [photo] and [crack], None for one that was not given. Raises InputError, naming the
-    photo, where one cannot be used, or where a file is missing.
+    ``settings`` are those given, by dotted name. Raises InputError, naming the photo, if one cannot be used, or if a
+    file is missing.
     """
     for file in (photo, *([] if sheet is None else [sheet])):
         if not file.is_file():
             raise InputError(f"{file}: no such file.")
-    starter = tomllib.loads(TRIAL)
-    said = {table: {key: value for key, value in keys.items() if value is not None} for table, keys in given.items()}
-    said["photo"] = {"file": _from(folder, photo), **said["photo"]}
-    assumed = {table: {key: starter[table][key] for key in keys} for table, keys in ASSUMED.items()}
-    assumed = {"photo": {"data": NOBODY}} | assumed
+    sheets = {} if sheet is None else {"readings.file": sheet}
+    if twice := sorted({"photo.file", *sheets} & settings.keys()):
+        raise InputError(f"{photo}: {twice[0]} is given twice; give it once.")
+    given = seen_from(folder, {"photo.file": photo, **settings, **sheets})
+    defaults = {"photo.data": NOBODY, **ASSUMED}
     if sheet is not None:
-        said["readings"] = {"file": _from(folder, sheet)}
-        assumed["readings"] = {"data": NOBODY, "role": NOBODY}
-    told = [f"{table}.{key} = {toml_value(value)}" for table, keys in assumed.items() for key, value in keys.items()]
-    name = LINE_BREAKING.sub("-", photo.stem)[:80].strip() or "photo"
-    head = {"name": name, "note": f"Assumed, not measured or given: {', '.join(told)}."}
-    tables = {table: (said.get(table, {}), assumed.get(table, {})) for table in dict.fromkeys([*said, *assumed])}
-    checked(Trial, photo, {**head, **{table: {**keys, **more} for table, (keys, more) in tables.items()}})
+        defaults |= {"readings.data": NOBODY, "readings.role": NOBODY}
+    content = with_settings(with_settings({"name": name_of(photo, "photo")}, defaults), given)
+    # A given setting replaces those that it excludes, too.
+    assumed = {name: value for name, value in defaults.items() if name not in given and _is_in(content, name)}
+    sentences = [f"{name} = {toml_value(value)}" for name, value in assumed.items()]
+    content = {"note": f"Assumed, not measured or given: {', '.join(sentences)}.", **content}
+    checked(Trial, photo, content)
+    return _text(folder, content, given, assumed), sentences
+
+
+def _text(folder: Path, content: Mapping[str, Any], given: Mapping[str, Any], assumed: Mapping[str, Any]) -> str:
+    head = {key: content[key] for key in ("name", "note", "seed") if key in content}
     lines = [HEAD.format(file=(folder / "trial.toml").as_posix(), run=(folder / "run").as_posix())]
     lines += [f"{key} = {toml_value(value)}" for key, value in head.items()]
-    for table, (keys, more) in tables.items():
-        lines += ["", f"[{table}]", *(f"{key} = {toml_value(value)}" for key, value in keys.items())]
-        lines += [f"{key} = {toml_value(value)}  # assumed" for key, value in more.items()]
-    content = "\n".join(lines) + "\n"
-    return f"{MARK}{_check(content)}\n{content}", told
+    tables = dict.fromkeys(name.partition(".")[0] for name in (*given, *assumed) if "." in name)
+    for table in tables:
+        lines += ["", f"[{table}]", *_rows(table, given), *(f"{row}  # assumed" for row in _rows(table, assumed))]
+    text = "\n".join(lines) + "\n"
+    return f"{MARK}{_check(text)}\n{text}"
+
+
+def _is_in(content: Mapping[str, Any], name: str) -> bool:
+    table, _, key = name.partition(".")
+    return key in content[table]
+
+
+def _rows(table: str, settings: Mapping[str, Any]) -> list[str]:
+    """Return the lines of one table of a trial file."""
+    parts = [(*name.partition(".")[::2], value) for name, value in settings.items()]
+    return [f"{key} = {toml_value(value)}" for home, key, value in parts if home == table and key]
 
 
 def write_quick_trial(path: Path, text: str) -> None:
@@ -77,15 +93,6 @@ def write_quick_trial(path: Path, text: str) -> None:
 
 def _check(content: str) -> str:
     return hashlib.sha256(content.encode()).hexdigest()[:12]
-
-
-def _from(folder: Path, file: Path) -> str:
-    """Return a file as seen from the trial's folder, so that both can be moved together and no home is named."""
-    try:
-        return Path(os.path.relpath(file, folder)).as_posix()
-    except ValueError:
-        # On another drive of Windows.
-        return file.absolute().as_posix()
 
 
 def toml_value(value: Any) -> str:

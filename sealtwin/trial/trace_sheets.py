@@ -1,6 +1,7 @@
 """Photos of trials for the trace page, and how their hints are saved."""
 
 import shlex
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,14 +10,15 @@ from digitise.settings import PhotoInput
 from digitise.trace_page.page import Opened, Sheet
 from digitise.trace_page.session import UNSCALED_MM_PER_PX, Hints, Shape, TraceSession
 from sealtwin.core.errors import InputError
+from sealtwin.core.settings import checked
 from sealtwin.trial.photo_hints import NewTrial, TrialFile
-from sealtwin.trial.trial_file import load_trial
+from sealtwin.trial.trial_file import load_trial, seen_from, with_settings
 
 
-def sheets_in(folder: Path) -> list[Sheet]:
+def sheets_in(folder: Path, given: Mapping[str, Any]) -> list[Sheet]:
     """Return the trials with a photo in a folder and the photos that none of them names, by the photos' names.
 
-    Raises InputError where there is neither.
+    ``given`` are settings by dotted name, in place of the trials' own. Raises InputError where there is neither.
     """
     sheets: dict[Path, Sheet] = {}
     for trial in sorted(folder.glob("*.toml")):
@@ -28,18 +30,18 @@ def sheets_in(folder: Path) -> list[Sheet]:
         if settings is not None:
             # A mask and a second photo are no cracks of their own.
             named = (settings.file, settings.mask, settings.second_photo)
-            sheets |= {(folder / one).resolve(): sheet_of(trial) for one in named if one is not None}
+            sheets |= {(folder / one).resolve(): sheet_of(trial, given) for one in named if one is not None}
     photos = [file for file in folder.iterdir() if file.suffix.lower() in PHOTO_SUFFIXES and file.is_file()]
-    sheets |= {file.resolve(): sheet_of(file) for file in photos if file.resolve() not in sheets}
+    sheets |= {file.resolve(): sheet_of(file, given) for file in photos if file.resolve() not in sheets}
     if not sheets:
         raise InputError(f"{folder}: no photo and no trial with a photo lies in it.")
     unique = {sheet.name: sheet for sheet in sheets.values()}
     return [unique[name] for name in sorted(unique)]
 
 
-def sheet_of(path: Path) -> Sheet:
-    """Return a trial file's photo, or a photo that has no trial yet."""
-    return Sheet(path.name, lambda: _opened(path), lambda: _traced(path))
+def sheet_of(path: Path, given: Mapping[str, Any]) -> Sheet:
+    """Return a trial file's photo, or a photo that has no trial yet; ``given`` as of ``sheets_in``."""
+    return Sheet(path.name, lambda: _opened(path, given), lambda: _traced(path))
 
 
 def _traced(path: Path) -> bool:
@@ -51,27 +53,28 @@ def _traced(path: Path) -> bool:
     return photo is not None and (photo.ends_px is not None or photo.mask is not None)
 
 
-def _opened(path: Path) -> Opened:
+def _opened(path: Path, given: Mapping[str, Any]) -> Opened:
     """Return the session of a trial file or of a photo, how to save its hints, and facts for the page."""
     # A photo that was saved on the page before has its trial by now.
     if path.suffix.lower() != ".toml" and path.with_suffix(".toml").is_file() and _traced(path):
         path = path.with_suffix(".toml")
     if path.suffix.lower() == ".toml":
-        loaded = load_trial(path)
+        loaded = load_trial(path, given)
         settings = loaded.photo
         if settings is None:
             raise InputError(f"{path}: this trial starts from a mesh; there is no photo to trace.")
         # A path alone has no [crack].
         shape = Shape() if loaded.crack is None else Shape.of(loaded.crack)
-        trial, hints = TrialFile(path), Hints.of(settings)
+        trial, hints = TrialFile(path, given), Hints.of(settings)
         facts = {"saves_to": f"Saves into {path.name}, and keeps its comments."}
         runs, new = loaded.fluid is not None, False
         tables = [key for key in Shape.model_fields if isinstance(getattr(loaded.crack, key, None), tuple)]
     else:
-        trial, hints, shape = NewTrial(path), Hints(), Shape()
-        settings = PhotoInput(file=Path(path.name), data="undeclared", mm_per_px=UNSCALED_MM_PER_PX)
+        trial = NewTrial(path, given)
+        settings, hints = _of_photo(path, given)
+        shape, tables = _shape(path, given)
         facts = {"saves_to": f"Writes {trial.path.name} beside the photo, with the starter's sealant."}
-        runs, new, tables = True, True, []
+        runs, new = True, True
     facts |= {"is_new": new, "path_only": bool(settings.path_only), "shape": shape.said(), "tables": tables}
 
     def save(hints: Hints, shape: Shape) -> dict[str, Any]:
@@ -84,3 +87,21 @@ def _opened(path: Path) -> Opened:
         }
 
     return Opened(TraceSession(settings, path.parent, hints), save, facts)
+
+
+def _of_photo(path: Path, given: Mapping[str, Any]) -> tuple[PhotoInput, Hints]:
+    """Return settings and hints of a photo without a trial. Raises InputError."""
+    photo = {"photo": {"file": path.name, "data": "undeclared"}}
+    content = with_settings(photo, seen_from(path.parent, given))["photo"]
+    if content.keys() & {"markers", "face_mm", "ruler_px", "mm_per_px"}:
+        settings = checked(PhotoInput, path, content)
+        return settings, Hints.of(settings)
+    settings = checked(PhotoInput, path, {**content, "mm_per_px": UNSCALED_MM_PER_PX})
+    return settings, Hints.of(settings).model_copy(update={"mm_per_px": None})
+
+
+def _shape(path: Path, given: Mapping[str, Any]) -> tuple[Shape, list[str]]:
+    """Return the shape that settings give, and the keys of it that they give as a table. Raises InputError."""
+    values = {key: given[f"crack.{key}"] for key in Shape.model_fields if f"crack.{key}" in given}
+    tables = [key for key, value in values.items() if isinstance(value, list)]
+    return checked(Shape, path, {key: value for key, value in values.items() if key not in tables}), tables

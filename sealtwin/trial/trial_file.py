@@ -2,6 +2,7 @@
 
 import difflib
 import json
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,9 +13,9 @@ from pydantic import Field, model_validator
 from digitise.settings import CrackShape, MeshInput, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Solid
-from sealtwin.core.settings import Settings, checked, dotted_names, read_settings
+from sealtwin.core.settings import Settings, checked, dotted_names, read_toml
 from simulate.material_file import Material
-from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
+from simulate.settings import REPLACED_BY_CURVE, Fluid, Nozzle, SampleSlope, Solver
 from validate.settings import ANGLE, Gate, Readings, Uncertainty
 
 LONGEST_FOLDER_BYTES = 120
@@ -150,23 +151,78 @@ def folder_name(name: str) -> str:
     return kept.encode()[:LONGEST_FOLDER_BYTES].decode(errors="ignore").strip(".-") or "trial"
 
 
-def load_trial(path: Path) -> Trial:
-    """Read and check a trial file. Raises InputError as ``read_settings``."""
-    return read_settings(Trial, path, name="trial file", starter="'sealtwin init DIR' writes a trial to start from")
+def load_trial(path: Path, settings: Mapping[str, Any] | None = None) -> Trial:
+    """Read and check a trial file, with ``settings`` by dotted name in place of its own. Raises as ``read_settings``.
+
+    A fault of one of ``settings`` names the command line's --set in place of the file.
+    """
+    given = settings or {}
+    content = read_toml(path, name="trial file", starter="'sealtwin init DIR' writes a trial to start from")
+
+    def named(place: str) -> str:
+        below = any(f"{place}.".startswith(f"{name}.") for name in given)
+        above = place not in Trial.model_fields and any(name.startswith(f"{place}.") for name in given)
+        return "--set" if below or above else str(path)
+
+    return checked(Trial, path, with_settings(content, given), named)
 
 
-def sample_trial(kind: Literal["photo", "mesh"], file: Path, tables: Mapping[str, Mapping[str, Any]]) -> Trial:
+def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: Mapping[str, Any]) -> Trial:
     """Build a trial that turns a photo or a mesh into a solid and a path.
 
-    ``tables`` holds settings of [photo] and [crack] or of [mesh], and of [path]; None stands for a default. Raises
-    InputError as ``load_trial``.
+    ``settings`` are by dotted name. Raises InputError as ``load_trial``.
     """
-    content: dict[str, Any] = {"crack": {}} if kind == "photo" and "crack" in tables else {}
-    for table, settings in tables.items():
-        content[table] = {name: value for name, value in settings.items() if value is not None}
-    content[kind] = {"file": file.name, "data": "undeclared", **content.get(kind, {})}
-    content["name"] = LINE_BREAKING.sub("-", file.stem)[:80].strip() or kind
-    return checked(Trial, file, content)
+    if f"{kind}.file" in settings:
+        raise InputError(f"{kind}.file beside {file}: give one {kind}.")
+    content = {"name": name_of(file, kind), kind: {"file": file.name, "data": "undeclared"}}
+    return checked(Trial, file, with_settings(content, settings))
+
+
+def name_of(file: Path, otherwise: str) -> str:
+    """Return the name of a trial that is called by its photo, mesh or drawing."""
+    return LINE_BREAKING.sub("-", file.stem)[:80].strip() or otherwise
+
+
+def seen_from(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings with files as seen from the trial's folder, so that both can be moved and no home is named."""
+    return {name: _seen_from(folder, value) if isinstance(value, Path) else value for name, value in settings.items()}
+
+
+def _seen_from(folder: Path, file: Path) -> str:
+    try:
+        return Path(os.path.relpath(file, folder)).as_posix()
+    except ValueError:
+        # On another drive of Windows.
+        return file.absolute().as_posix()
+
+
+_CURVES = ("fluid.curve", "fluid.cooling")
+_SHEARED = ("fluid.consistency_pa_s_n", "fluid.flow_index")
+IN_PLACE_OF = {
+    "fluid.U": (("fluid.viscosity_pa_s",), _SHEARED, _CURVES),
+    "fluid.viscosity_pa_s": (("fluid.U", "fluid.D_cm"), _SHEARED, _CURVES),
+    "fluid.consistency_pa_s_n": (("fluid.U", "fluid.D_cm"), ("fluid.viscosity_pa_s",), _CURVES),
+    "path.volume_ml": (("path.weighed",),),
+    "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in REPLACED_BY_CURVE)),
+}
+"""Settings that exclude each other: one that is given removes from the trial each group whose first one is there."""
+
+
+def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a trial's tables with other settings, by dotted name, which replace those that they exclude."""
+    changed = dict(content)
+    for name, value in settings.items():
+        *tables, key = name.split(".")
+        home = changed
+        for table in tables:
+            home[table] = dict(inner) if isinstance(inner := home.get(table), dict) else {}
+            home = home[table]
+        home[key] = value
+        for group in IN_PLACE_OF.get(name, ()) if value is not None else ():
+            if group[0].rpartition(".")[2] in home:
+                for other in set(group) - set(settings):
+                    home.pop(other.rpartition(".")[2], None)
+    return changed
 
 
 def trial_text(trial: Trial) -> str:

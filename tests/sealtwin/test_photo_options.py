@@ -5,17 +5,14 @@ from pathlib import Path
 import pytest
 import typer
 
-from sealtwin.cli.samples import along, board, one_or_two, points, two_numbers
+from sealtwin.cli.settings_options import along, board, points, two_numbers
 from sealtwin.core.errors import InputError
 
 
 def test_points_and_numbers_are_read_as_written():
     assert points("1,2 3.5,-4", "--via") == [(1.0, 2.0), (3.5, -4.0)]
-    assert points(None, "--via") is None
     assert two_numbers("160x40", "x", "--face-mm") == (160.0, 40.0)
-    assert one_or_two("11", "--wall-angle-deg") == 11.0
-    assert one_or_two("11,8", "--wall-angle-deg") == (11.0, 8.0)
-    assert along("16", "--depth-mm", "depth_mm") == 16.0
+    assert along("16", "--depth-mm") == 16.0
 
 
 @pytest.mark.parametrize("text", ["1;2", "1,2,3", "a,b", "nan,1", "1,inf", "", ","])
@@ -27,13 +24,13 @@ def test_anything_but_two_finite_numbers_is_refused_by_its_option(text):
 @pytest.mark.parametrize("text", ["deep", "nan", "inf", "16 mm", ""])
 def test_a_depth_that_is_no_number_is_refused(text):
     with pytest.raises(typer.BadParameter, match="--depth-mm"):
-        along(text, "--depth-mm", "depth_mm")
+        along(text, "--depth-mm")
 
 
 def test_depths_along_the_crack_come_from_a_table(tmp_path):
     table = tmp_path / "depths.csv"
     table.write_text("s_mm,depth_mm\n0,12\n40,16.5\n")
-    assert along(str(table), "--depth-mm", "depth_mm") == [[0.0, 12.0], [40.0, 16.5]]
+    assert along(str(table), "--depth-mm") == [[0.0, 12.0], [40.0, 16.5]]
 
 
 @pytest.mark.parametrize(
@@ -50,7 +47,7 @@ def test_depths_along_the_crack_come_from_a_table(tmp_path):
 def test_a_table_is_read_as_spreadsheets_save_it(tmp_path, content):
     table = tmp_path / "depths.csv"
     table.write_bytes(content.encode())
-    assert along(str(table), "--depth-mm", "depth_mm") == [[0.0, 12.0], [40.0, 16.5]]
+    assert along(str(table), "--depth-mm") == [[0.0, 12.0], [40.0, 16.5]]
 
 
 @pytest.mark.parametrize(
@@ -70,14 +67,14 @@ def test_a_table_of_depths_that_cannot_be_used_is_named(tmp_path: Path, content,
     table = tmp_path / "depths.csv"
     table.write_text(content)
     with pytest.raises(InputError, match=named) as fault:
-        along(str(table), "--depth-mm", "depth_mm")
+        along(str(table), "--depth-mm")
     assert "depths.csv" in str(fault.value)
 
 
 def test_a_table_in_a_spreadsheets_other_encoding_is_read(tmp_path):
     table = tmp_path / "depths.csv"
     table.write_bytes("s_mm,depth_mm\n0,16\n".encode("utf-16"))
-    assert along(str(table), "--depth-mm", "depth_mm") == [[0.0, 16.0]]
+    assert along(str(table), "--depth-mm") == [[0.0, 16.0]]
 
 
 def test_markers_come_from_the_file_that_the_trial_takes_them_from(tmp_path):

@@ -94,14 +94,14 @@ def forked(_: Any, space: Any) -> None:
 
 DRAWN = "import-dxf {given}/a.dxf --depth-mm 8 --out {out}"
 ALONG = f"{DRAWN} --line L --width-mm 3"
-OF_A_MESH = ("mesh.up", "--up", "drawing.obj", "Mesh", "Trace it again", "R2010", "px")
+OF_A_MESH = ("mesh.up", "drawing.obj", "Mesh", "Trace it again", "R2010", "px")
 DRAWINGS = [
     WrongInput("frame of a spline-fit line", drawing(framed), ALONG, ("the drawn line is 41.2 mm long",), 0),
     WrongInput(
         "drawing of which nobody says where it comes from",
         drawing(lambda _, space: ring(space)),
         DRAWN,
-        ("undeclared", "--data"),
+        ("undeclared", "photo.data"),
         0,
     ),
     WrongInput(
@@ -305,7 +305,7 @@ MESHES = [
         "mesh of which nobody says where it comes from",
         mesh("m.stl", as_stl),
         imported("m.stl"),
-        ("mesh: undeclared", "--data"),
+        ("mesh: undeclared", "mesh.data"),
         0,
     ),
     WrongInput(
@@ -335,7 +335,7 @@ MESHES = [
     WrongInput(
         "decimal commas in a path",
         line_beside("x_mm;y_mm\n20,5;20,0\n79,5;20,0\n"),
-        imported("m.stl") + " --path {given}/line.csv",
+        imported("m.stl") + " --set mesh.path={given}/line.csv",
         ("line.csv", "its decimals are commas", "20,5;20,0"),
     ),
     WrongInput(

@@ -94,7 +94,9 @@ def _beside_markers(place: Path) -> None:
 
 
 INGEST = "ingest {given}/folder --out {out} --dry-run --quiet"
-ON_PAPER = "digitise {given}/photo.png --depth-mm 16 --ends 100,130 320,132 --tilt vertical --out {out} --mm-per-px"
+ON_PAPER = (
+    "digitise {given}/photo.png --depth-mm 16 --ends 100,130 320,132 --set crack.tilt=vertical --out {out} --mm-per-px"
+)
 SHEET = "s [mm];level [mm]\n1;-1,5\n5;-1,4\n9;-1,6\n"
 OF_SHEET = LAB + '[readings]\nrole = "held-out"\n'
 NOT_SAID = LAB.replace("0.1", "0.5").partition("[path]")[0] + '[solver]\nmodel = "slot"\n'
@@ -237,14 +239,14 @@ CASES: list[WrongInput] = [
         "a typed scale that markers in the photo contradict",
         _beside_markers,
         f"{ON_PAPER} 0.5",
-        ("4 markers of 4x4_50", "0.4 mm/px, 20.0% below --mm-per-px 0.5", "20.0 mm wide", "--markers"),
+        ("4 markers of 4x4_50", "0.4 mm/px, 20.0% below photo.mm_per_px = 0.5", "20.0 mm wide", "photo.markers"),
         0,
     ),
     WrongInput(
         "a typed scale beside markers that agree",
         _beside_markers,
         f"{ON_PAPER} 0.4",
-        ("4 markers of 4x4_50", "0.4 mm/px, 0.0%", "--markers"),
+        ("4 markers of 4x4_50", "0.4 mm/px, 0.0%", "photo.markers"),
         0,
         ("measure one",),
     ),

@@ -26,7 +26,7 @@ from sealtwin.study.photos import PlannedPhoto, digitise_many, plan
 from tests.pictures import mortar, with_crack, write_png
 from tests.places import FIXTURE
 
-TABLES = {"photo": {"mm_per_px": 0.1}, "crack": {"depth_mm": 16.0}, "path": {}}
+GIVEN = {"photo.mm_per_px": 0.1, "crack.depth_mm": 16.0}
 
 
 def _digitise(*arguments):
@@ -133,7 +133,7 @@ def test_the_contact_sheet_shows_what_was_found_of_a_photo_that_was_refused(tmp_
 def test_names_with_markup_or_formulas_stay_text(tmp_path, lab):
     name = "=cmd&<b>x.png"
     shutil.copy(lab / "first.png", tmp_path / name)
-    report = digitise_many(plan([tmp_path], TABLES), tmp_path / "out", Progress())
+    report = digitise_many(plan([tmp_path], GIVEN), tmp_path / "out", Progress())
     assert report.exit_code == 0
     assert "<b>" not in (tmp_path / "out" / "index.html").read_text()
     row = replace(report.rows[0], file="=cmd()", warnings=("+1", "x"))
@@ -147,7 +147,7 @@ def test_photos_of_one_name_do_not_share_a_folder(tmp_path):
     for name in ("a/x.jpg", "a/x.png", "b/X.jpg", "b/y.jpg"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    names = [item.name for item in plan([tmp_path / "a", tmp_path / "b"], TABLES)]
+    names = [item.name for item in plan([tmp_path / "a", tmp_path / "b"], GIVEN)]
     assert len({name.casefold() for name in names}) == 4
     assert names[3] == "y"
 
@@ -156,7 +156,7 @@ def test_a_photo_with_a_trial_beside_it_is_digitised_by_that(tmp_path):
     for name in ("trial.toml", "photo.jpg", "caliper.csv"):
         shutil.copy(FIXTURE / name, tmp_path / name)
     (tmp_path / "trial.toml").rename(tmp_path / "photo.toml")
-    report = digitise_many(plan([tmp_path], {"photo": {}, "crack": {}, "path": {}}), tmp_path / "out", Progress())
+    report = digitise_many(plan([tmp_path], {}), tmp_path / "out", Progress())
     assert report.exit_code == 0, report.rows
     assert "markers" in report.rows[0].scale_source
     assert report.rows[0].path_source == "ends"
@@ -169,7 +169,7 @@ def test_a_mask_named_by_a_trial_is_no_photo_of_its_own(tmp_path):
         'name = "a"\n[photo]\nfile = "a.png"\ndata = "measured"\nmm_per_px = 0.1\nmask = "a_mask.png"\n'
         "[crack]\ndepth_mm = 16\n"
     )
-    assert [item.file.name for item in plan([tmp_path], TABLES)] == ["a.toml"]
+    assert [item.file.name for item in plan([tmp_path], GIVEN)] == ["a.toml"]
 
 
 def test_a_bug_in_one_photo_is_told_of_and_costs_no_other_one(tmp_path, lab, monkeypatch):
@@ -181,7 +181,7 @@ def test_a_bug_in_one_photo_is_told_of_and_costs_no_other_one(tmp_path, lab, mon
         return real(job, stages)
 
     monkeypatch.setattr(batch, "run_stages", burst)
-    report = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
+    report = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
     assert report.exit_code == 1
     assert [row.status for row in report.rows] == ["bug", "ok"]
     assert "ZeroDivisionError: on purpose" in (tmp_path / "first" / "fault.txt").read_text()
@@ -197,7 +197,7 @@ def test_an_interrupted_batch_tells_of_what_is_done(tmp_path, lab, monkeypatch):
 
     monkeypatch.setattr(batch, "run_stages", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
+        digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
     assert [row["folder"] for row in json.loads((tmp_path / "batch.json").read_text())["photos"]] == ["first"]
 
 
@@ -207,7 +207,7 @@ def test_two_batches_cannot_share_a_folder(tmp_path, lab):
 
         def other():
             try:
-                digitise_many(plan([lab / "first.png"], TABLES), tmp_path / "out", Progress())
+                digitise_many(plan([lab / "first.png"], GIVEN), tmp_path / "out", Progress())
             except InputError as fault:
                 refusals.append(str(fault))
 
@@ -240,21 +240,21 @@ def test_a_listing_of_somebody_else_is_not_overwritten(tmp_path, lab):
 def test_no_photos_name_is_a_way_out_or_a_file_of_the_batch(tmp_path, name):
     """The stem of "...jpg" is "..": its run folder would be the folder above."""
     (tmp_path / name).touch()
-    folder = plan([tmp_path / name], TABLES)[0].name
+    folder = plan([tmp_path / name], GIVEN)[0].name
     assert not folder.startswith(".")
     assert "." not in folder
 
 
 def test_numbers_for_photos_of_one_name_are_not_other_photos_names(tmp_path):
     places = ("p/a/x.png", "q/a/x.png", "r/a/x.png", "s/a-x-2.png")
-    names = [item.name for item in plan([tmp_path / place for place in places], TABLES)]
+    names = [item.name for item in plan([tmp_path / place for place in places], GIVEN)]
     assert len({name.casefold() for name in names}) == 4
     assert names[3] == "a-x-2"
 
 
 def test_a_name_that_is_not_utf8_fails_alone(tmp_path, lab):
     shutil.copy(lab / "first.png", tmp_path / "caf\udce9.png")
-    report = digitise_many(plan([tmp_path, lab / "first.png"], TABLES), tmp_path / "out", Progress())
+    report = digitise_many(plan([tmp_path, lab / "first.png"], GIVEN), tmp_path / "out", Progress())
     assert [row.status for row in report.rows] == ["failed", "ok"]
     assert "caf\\xe9.png: a name that is not UTF-8" in report.rows[0].reason
     assert json.loads((tmp_path / "out" / "batch.json").read_text())["failed"] == 1
@@ -265,14 +265,14 @@ def test_a_full_disk_is_told_for_each_photo_and_is_no_bug(tmp_path, lab):
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, hard))
     try:
-        report = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
+        report = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert report.exit_code == 6
     for row in report.rows:
         assert row.reason.startswith(str(tmp_path / row.folder))
         assert "File too large" in row.reason
-    assert digitise_many(plan([lab / "first.png"], TABLES), tmp_path, Progress()).exit_code == 0
+    assert digitise_many(plan([lab / "first.png"], GIVEN), tmp_path, Progress()).exit_code == 0
 
 
 def test_a_bug_on_a_full_disk_stops_nothing(tmp_path, lab, monkeypatch):
@@ -281,7 +281,7 @@ def test_a_bug_on_a_full_disk_stops_nothing(tmp_path, lab, monkeypatch):
         raise ZeroDivisionError("on purpose")
 
     monkeypatch.setattr(batch, "run_stages", burst)
-    report = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress())
+    report = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
     assert [row.status for row in report.rows] == ["bug", "bug"]
     assert "Traceback" in report.rows[0].reason
 
@@ -289,7 +289,10 @@ def test_a_bug_on_a_full_disk_stops_nothing(tmp_path, lab, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
-        (("--mm-per-px", 0.1, "--depth-mm", 16, "--ends", "1,2", "3,4", "--out", "x"), "--ends for several photos"),
+        (
+            ("--mm-per-px", 0.1, "--depth-mm", 16, "--ends", "1,2", "3,4", "--out", "x"),
+            "photo.ends_px for several photos",
+        ),
         (("--mm-per-px", 0.1, "--depth-mm", 16), "--out"),
     ],
 )
@@ -303,8 +306,8 @@ def test_what_a_mac_leaves_beside_a_photo_is_no_photo(tmp_path):
     """Named by itself a hidden file is taken, as by any command."""
     for name in ("crack.jpg", "._crack.jpg", ".hidden.jpg"):
         (tmp_path / name).touch()
-    assert [item.file.name for item in plan([tmp_path], TABLES)] == ["crack.jpg"]
-    assert [item.file.name for item in plan([tmp_path / ".hidden.jpg"], TABLES)] == [".hidden.jpg"]
+    assert [item.file.name for item in plan([tmp_path], GIVEN)] == ["crack.jpg"]
+    assert [item.file.name for item in plan([tmp_path / ".hidden.jpg"], GIVEN)] == [".hidden.jpg"]
 
 
 def test_a_folder_without_photos_is_named(tmp_path):
@@ -324,12 +327,12 @@ class _Deadly(PlannedPhoto):
 @pytest.mark.slow
 def test_killed_processes_cost_no_photo_that_is_done(tmp_path, lab):
     """Both photos of the broken pool are told of; a later call makes up for it."""
-    good = plan([lab / "first.png"], TABLES)
-    report = digitise_many([*good, _Deadly(lab / "second.png", "second", TABLES)], tmp_path, Progress(), jobs=2)
+    good = plan([lab / "first.png"], GIVEN)
+    report = digitise_many([*good, _Deadly(lab / "second.png", "second", GIVEN)], tmp_path, Progress(), jobs=2)
     assert report.exit_code == 6
     assert "killed" in report.rows[1].reason
     assert (tmp_path / "index.html").is_file()
-    again = digitise_many(plan([lab / "first.png", lab / "second.png"], TABLES), tmp_path, Progress(), jobs=2)
+    again = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress(), jobs=2)
     assert again.exit_code == 0
 
 

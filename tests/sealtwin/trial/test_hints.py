@@ -9,7 +9,9 @@ from sealtwin.core.errors import InputError
 from sealtwin.trial import photo_hints as hints_module
 from sealtwin.trial.photo_hints import NewTrial, TrialFile, with_hints
 from sealtwin.trial.starter_files import TRIAL
+from sealtwin.trial.trace_sheets import sheet_of
 from sealtwin.trial.trial_file import load_trial
+from tests.pictures import mortar, with_crack, write_png
 
 ENDS = ((12.5, 340.0), (905.0, 377.1))
 SAME = Shape()
@@ -222,5 +224,30 @@ def test_a_trial_that_is_there_is_not_replaced(tmp_path):
 
 
 def test_numbers_are_written_as_they_were_said():
-    edited, _ = with_hints(COMMENTED, Hints(ends_px=((0.1, 1e-7), (12345.6, 3.0)), mm_per_px=0.05), SAME)
+    edited, _ = with_hints(COMMENTED, Hints(ends_px=((0.1, 1e-7), (12345.6, 3.0)), mm_per_px=0.05), SAME, {})
     assert tomllib.loads(edited)["photo"]["ends_px"] == [[0.1, 1e-7], [12345.6, 3.0]]
+
+
+def test_settings_of_the_command_are_saved_with_the_hints(tmp_path):
+    """They drew the walls on the page; those that exclude each other replace each other, and comments stay."""
+    path = _trial(tmp_path, f"{COMMENTED}\n[fluid]\nU = 30.0\nD_cm = 0.3\nfreeze_after_s = 2.58\n")
+    settings = {"photo.edge_fraction": 0.6, "photo.mask": tmp_path / "m.png", "fluid.viscosity_pa_s": 0.5, "seed": 3}
+    changed = TrialFile(path, settings).save(Hints(ends_px=ENDS, mm_per_px=0.1), SAME)
+    assert {"edge_fraction", "mask", "viscosity_pa_s", "seed"} <= {*changed}
+    read = tomllib.loads(path.read_text())
+    assert (read["photo"]["edge_fraction"], read["photo"]["mask"], read["seed"]) == (0.6, "m.png", 3)
+    assert "U" not in read["fluid"]
+    assert "Do not lose this." in path.read_text()
+
+
+def test_a_photo_without_a_trial_opens_by_the_settings_of_the_command(tmp_path):
+    photo = write_png(tmp_path / "crack.png", with_crack(mortar(), [(40, 150), (460, 140)]))
+    given = {"photo.face_mm": [50.0, 30.0], "photo.ends_px": [[40, 150], [460, 140]], "crack.depth_mm": 8, "seed": 3}
+    opened = sheet_of(photo, given).open()
+    assert opened.session.hints.ends_px == ((40.0, 150.0), (460.0, 140.0))
+    assert opened.session.hints.mm_per_px is None
+    assert opened.facts["shape"] == {"depth_mm": 8.0}
+    opened.save(opened.session.hints, Shape(depth_mm=8.0))
+    trial = load_trial(tmp_path / "crack.toml")
+    assert trial.photo is not None
+    assert (trial.seed, trial.photo.face_mm) == (3, (50.0, 30.0))

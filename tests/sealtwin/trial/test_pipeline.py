@@ -275,7 +275,7 @@ def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_th
     held = copied / "trial.toml"
     asked = held.read_text().replace("snapshots_s = []", "snapshots_s = [0.4, 0.1, 9.0]")
     held.write_text(asked)
-    arguments = ("simulate", copied, "--frames-every-s", "0.1", "--device", "cpu")
+    arguments = ("simulate", copied, "--set", "output.frames_every_s=0.1", "--device", "cpu")
     code, _, err = _finish(*arguments)
     assert code == 0, err
     assert "note: no snapshot at 9 s: the run ended after 0.61 s." in err
@@ -299,15 +299,15 @@ def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_th
 
 
 def test_a_time_between_frames_that_cannot_be_is_one_sentence(unbroken):
-    answer = CliRunner().invoke(app, ["simulate", str(unbroken[1]), "--frames-every-s", "0"])
+    answer = CliRunner().invoke(app, ["simulate", str(unbroken[1]), "--set", "output.frames_every_s=0"])
     assert answer.exit_code == 3
-    assert answer.stderr.endswith("frames_every_s = 0.0: should be greater than or equal to 0.001.\n")
+    assert answer.stderr.endswith("--set: output.frames_every_s = 0: should be greater than or equal to 0.001.\n")
 
 
 def test_a_film_without_frames_says_how_to_get_them(unbroken):
     answer = CliRunner().invoke(app, ["film", str(unbroken[1])])
     assert answer.exit_code == 3
-    assert "--frames-every-s 0.1" in answer.stderr
+    assert "--set output.frames_every_s=0.1" in answer.stderr
 
 
 def _kill_until_done(trial: Path, run: Path, delays_s: list[float]) -> int:
@@ -384,7 +384,16 @@ main()
 def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_path):
     """With kill -9, and to the bit; settings that changed since begin again, and say so."""
     trial, run, _ = unbroken
-    arguments = ["run", str(trial), "--out", str(tmp_path / "run"), "--device", "cpu", "--frames-every-s", "0.02"]
+    arguments = [
+        "run",
+        str(trial),
+        "--out",
+        str(tmp_path / "run"),
+        "--device",
+        "cpu",
+        "--set",
+        "output.frames_every_s=0.02",
+    ]
     process = subprocess.Popen([sys.executable, "-c", KEEPING_EVERY_FRAME, *arguments], stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 60
     while not (tmp_path / "run" / "checkpoint.npz").is_file():

@@ -229,12 +229,9 @@ def test_what_the_starter_only_hints_at_is_valid_too(tmp_path, uncommented, left
 
 def test_a_photo_without_a_trial_makes_one():
     ends_px = ((12.0, 340.0), (905.0, 377.0))
-    tables = {
-        "photo": {"mm_per_px": 0.1, "face_mm": None, "scale_is": "assumed", "ends_px": ends_px, "via_px": None},
-        "crack": {"depth_mm": 16.0, "tilt": "lean", "wall_angle_deg": (11.0, 11.0)},
-        "path": {"volume_ml": None},
-    }
-    trial = sample_trial("photo", Path("some/photo.png"), tables)
+    photo = {"photo.mm_per_px": 0.1, "photo.scale_is": "assumed", "photo.ends_px": ends_px}
+    crack = {"crack.depth_mm": 16.0, "crack.tilt": "lean", "crack.wall_angle_deg": (11.0, 11.0)}
+    trial = sample_trial("photo", Path("some/photo.png"), {**photo, **crack})
     assert trial.name == "photo"
     assert trial.photo is not None
     assert trial.photo.scale_is == "assumed"
@@ -246,9 +243,9 @@ def test_a_photo_without_a_trial_makes_one():
 
 def test_a_photo_of_any_name_makes_a_trial():
     """A trial's name is one line of text; what a camera or a joker calls a file need not be."""
-    tables = {"photo": {"mm_per_px": 0.1}, "crack": {"depth_mm": 16.0}, "path": {}}
-    assert sample_trial("photo", Path("a\nb\x07.jpg"), tables).name == "a-b-"
-    assert sample_trial("photo", Path(f"{'x' * 200}.jpg"), tables).name == "x" * 80
+    given = {"photo.mm_per_px": 0.1, "crack.depth_mm": 16.0}
+    assert sample_trial("photo", Path("a\nb\x07.jpg"), given).name == "a-b-"
+    assert sample_trial("photo", Path(f"{'x' * 200}.jpg"), given).name == "x" * 80
 
 
 @pytest.mark.parametrize(

@@ -10,10 +10,9 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.core.settings import checked
 from sealtwin.study.moved_inputs import Base, moved_bench
-from sealtwin.study.study_file import with_settings
 from sealtwin.trial.job import resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.trial_file import Trial, load_trial
+from sealtwin.trial.trial_file import Trial, load_trial, with_settings
 from sealtwin.trial.validate_stage import varied_settings
 from tests.studies import TRIAL, tiny_lab
 

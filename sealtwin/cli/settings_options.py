@@ -1,0 +1,218 @@
+"""Settings of a trial file on the command line: the options of every day, and --set for all others."""
+
+import inspect
+import re
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import typer
+
+from sealtwin.cli.numbers import read_number
+from sealtwin.core.errors import InputError
+
+Given = dict[str, Any]
+"""Settings of a trial by dotted name, in place of those of its file."""
+
+
+def two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
+    """Raises typer.BadParameter, naming the option."""
+    try:
+        first, second = (read_number(part, comma=separator != ",") for part in text.split(separator))
+    except ValueError:
+        raise typer.BadParameter(f"{option} {text}: expected two numbers, as in 12{separator}340") from None
+    return first, second
+
+
+def points(text: str | Sequence[str], option: str) -> list[tuple[float, float]]:
+    """Read ``"x,y x,y"`` in pixels. Raises typer.BadParameter, naming the option."""
+    return [two_numbers(pair, ",", option) for pair in (text.split() if isinstance(text, str) else text)]
+
+
+def along(text: str, option: str) -> float | list[list[float]]:
+    """Read a number, or the rows of a CSV with s_mm and a column that is called as the option.
+
+    Raises typer.BadParameter for text that is neither, InputError for a file that cannot be used.
+    """
+    path, column = Path(text), option.strip("-").replace("-", "_")
+    if path.suffix.lower() not in {".csv", ".txt"}:
+        return _number(text, option, f"millimetres, or a CSV with the columns s_mm and {column}")
+    from pydantic import create_model
+
+    from digitise.settings import MOST_STATIONS, Depth, Station, Width
+    from sealtwin.core.settings import Settings, checked
+    from validate.readings.samples import named_cells, read_table
+    from validate.readings.text_table import number
+
+    values: dict[str, Any] = {"s_mm": (Station, ...), column: ({"depth_mm": Depth, "width_mm": Width}[column], ...)}
+    bounds = create_model("Row", __base__=Settings, **values)
+    table = read_table(path, f"{option} takes a number, or a CSV with the columns s_mm and {column}")
+    # Between commas a decimal comma may as well set thousands apart.
+    mark = "point" if table.separator == "," else None
+    rows = []
+    for place, cells in named_cells(table, ("s_mm", column)):
+        row = [value for text in cells.values() if (value := number(text, mark)) is not None]
+        if len(row) < len(cells):
+            raise InputError(f"{place}: {list(cells.values())!r:.80}; s_mm and {column} must both be numbers, in mm.")
+        checked(bounds, path, dict(zip(cells, row, strict=True)), lambda _, place=place: str(place))
+        if rows and row[0] <= rows[-1][0]:
+            raise InputError(f"{place}: s_mm = {row[0]:g} after {rows[-1][0]:g}; list the rows by increasing s_mm.")
+        rows.append(row)
+    if not rows:
+        raise InputError(f"{path}: no rows below its header; give s_mm and {column} in each, in mm.")
+    if len(rows) > MOST_STATIONS:
+        raise InputError(f"{path}: {len(rows)} rows below its header; at most {MOST_STATIONS} are read.")
+    return rows
+
+
+def board(path: str, _: str = "") -> dict[str, Any]:
+    """Return the [photo.markers] of a TOML file, as 'sealtwin markers' writes it. Raises InputError without one."""
+    from digitise.settings import MarkerBoard
+    from sealtwin.core.settings import Settings, read_settings
+
+    class PhotoOptions(Settings):
+        markers: MarkerBoard
+
+    class MarkerFile(Settings):
+        photo: PhotoOptions
+
+    read = read_settings(MarkerFile, Path(path), name="file of markers", starter="'sealtwin markers' writes one")
+    return read.photo.markers.model_dump(mode="json")
+
+
+def _number(text: str, option: str, expected: str = "a number") -> float:
+    try:
+        return read_number(text)
+    except ValueError as fault:
+        raise typer.BadParameter(f"{option} {text}: expected {expected}; {fault}") from None
+
+
+def _count(text: str, option: str) -> int:
+    value = _number(text, option, "a whole number")
+    if value != int(value):
+        raise typer.BadParameter(f"{option} {text}: expected a whole number")
+    return int(value)
+
+
+def _size(text: str, option: str) -> list[float]:
+    return list(two_numbers(text, "x", option))
+
+
+class Everyday(NamedTuple):
+    """An option that is typed every day."""
+
+    key: str  # Dotted name of its setting, whose docstring is its help
+    metavar: str | None  # None: the values that the setting allows
+    read: Callable[[Any, str], Any] = lambda text, _: text  # Reads the text; the option's name is for messages
+    kind: Any = str | None
+
+
+OPTIONS = {
+    "depth_mm": Everyday("crack.depth_mm", "MM|CSV", along),
+    "mm_per_px": Everyday("photo.mm_per_px", "NUMBER", _number),
+    "face_mm": Everyday("photo.face_mm", "WxH", _size),
+    "markers": Everyday("photo.markers", "TOML", board),
+    "ends": Everyday("photo.ends_px", "X,Y X,Y", points, tuple[str, str] | None),
+    "via": Everyday("photo.via_px", "'X,Y ...'", points),
+    "roi": Everyday("photo.roi_px", "'X,Y ...'", points),
+    # From the current folder; a trial file's is looked for from its own.
+    "mask": Everyday("photo.mask", "PICTURE", lambda text, _: Path(text).absolute()),
+    "width_mm": Everyday("photo.width_mm", "MM|CSV", along),
+    "units": Everyday("mesh.units", None),
+    "preset": Everyday("solver.preset", None),
+    "seed": Everyday("seed", "COUNT", _count),
+}
+"""Options of every day by the name of their parameter."""
+PHOTO = ("depth_mm", "mm_per_px", "face_mm", "markers", "ends", "via", "roi", "mask", "width_mm")
+FLUID = ("preset", "seed")
+SETTING = re.compile(r"\s*(\w+(?:\.\w+){0,3})\s*=(.*)", re.ASCII | re.DOTALL)
+SET = typer.Option(
+    "--set",
+    metavar="TABLE.KEY=VALUE",
+    help="Any setting of a trial file, with its value as there, or a bare word; it replaces the file's for this call, "
+    "and may be repeated: --set crack.tilt=flare --set photo.ruler_px=[[0,0],[100,0]]",
+)
+
+
+def parameters(names: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.Parameter]:
+    """Yield the parameters of options of every day, those in ``needs`` without a default, and of --set."""
+    for name in names:
+        option, needed = OPTIONS[name], name in needs
+        shown = typer.Option(_spelt(name), metavar=option.metavar, help=option.key)
+        yield parameter(name, str if needed else option.kind, shown, inspect.Parameter.empty if needed else None)
+    yield parameter("set", list[str] | None, SET, None)
+
+
+def parameter(name: str, kind: Any, shown: Any, default: Any) -> inspect.Parameter:
+    """Return the parameter of a command that an option is read into."""
+    annotation = Annotated[kind, shown]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+
+
+def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
+    """Return settings by dotted name, of options by the names of their parameters and of "table.key=value".
+
+    Names of files are absolute. Raises typer.BadParameter for what cannot be read and for a setting that is given
+    twice, InputError for a file that cannot be used.
+    """
+    given = {name: text for name, text in options.items() if text is not None}
+    settings = {OPTIONS[name].key: OPTIONS[name].read(text, _spelt(name)) for name, text in given.items()}
+    for text in others:
+        key, value = _setting(text)
+        if beside := [name for name in settings if f"{name}.".startswith(f"{key}.") or key.startswith(f"{name}.")]:
+            raise typer.BadParameter(f"--set {text}: {beside[0]} is given already; give it once")
+        settings[key] = value
+    return settings
+
+
+def describe(command: Any) -> None:
+    """Fill in the help of a command's options of settings: first sentences of their docstrings, and their names."""
+    for shown in command.params:
+        if shown.name in OPTIONS and shown.help == OPTIONS[shown.name].key:
+            text, values = _described(shown.help)
+            shown.help = f"{text} ({shown.help})"
+            shown.metavar = shown.metavar or values
+
+
+def _spelt(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _setting(text: str) -> tuple[str, Any]:
+    """Read table.key=value. Raises typer.BadParameter."""
+    from sealtwin.core.settings import names_file
+    from sealtwin.trial.trial_file import Trial
+
+    if not (parts := SETTING.fullmatch(text)):
+        raise typer.BadParameter(f"--set {text:.80}: expected TABLE.KEY=VALUE, as crack.tilt=flare")
+    key, value = parts[1], _value(parts[2].strip())
+    return key, Path(value).absolute() if isinstance(value, str) and names_file(Trial, key) else value
+
+
+def _value(text: str) -> Any:
+    """Read a value as in TOML, a number as people write it, or a bare word."""
+    try:
+        content = tomllib.loads(f"value = {text}")
+        if content.keys() == {"value"}:
+            return content["value"]
+    except (ValueError, RecursionError):
+        pass
+    try:
+        return read_number(text)
+    except ValueError:
+        return text
+
+
+def _described(name: str) -> tuple[str, str | None]:
+    """Return the first sentence of a setting's docstring, and the values that it allows if these are few."""
+    from sealtwin.core.settings import described, table_of
+    from sealtwin.trial.trial_file import Trial
+
+    *_, key = parts = name.split(".")
+    table = table_of(Trial, parts)
+    assert table is not None, "a setting of a trial"
+    values = getattr(table.model_fields[key].annotation, "__args__", ())
+    # Square brackets are markup on a terminal.
+    sentence = re.split(r"(?<=\.)\s+(?=[A-Z])", described(table)[key])[0].translate({91: 40, 93: 41})
+    return " ".join(sentence.split()), "|".join(values) if all(isinstance(one, str) for one in values) else None

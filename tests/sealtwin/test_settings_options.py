@@ -1,0 +1,208 @@
+"""Settings on the command line: --set, the options of every day, and those that are gone."""
+
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import typer
+import typer.main
+from typer.testing import CliRunner
+
+from sealtwin.cli.answer import removed_options
+from sealtwin.cli.app import app
+from sealtwin.cli.settings_options import OPTIONS, describe, settings_of
+from sealtwin.core.settings import names_file, table_of
+from sealtwin.trial.trial_file import Trial
+from tests.pages import leave_out_pages
+from tests.places import FIXTURE, ROOT
+from tests.studies import tiny_lab
+
+REMOVED = removed_options()
+COMMANDS = typer.main.get_command(app).commands  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _sealtwin(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("crack.tilt=flare", "flare"),
+        ('crack.tilt = "flare"', "flare"),
+        ("path.volume_ml=3", 3),
+        ("path.volume_ml=1,5", 1.5),
+        ("photo.path_only=true", True),
+        ("photo.ruler_px=[[0,0],[100,0]]", [[0, 0], [100, 0]]),
+        ("photo.markers.size_mm=8", 8),
+        ("mesh.up=-z", "-z"),
+        ("seed=7", 7),
+        ("note=a = b", "a = b"),
+        ("note=1\nseed = 2", "1\nseed = 2"),
+        ("note=", ""),
+        ("output.snapshots_s=[]", []),
+        ("photo.second_photo=b.png", Path("b.png").absolute()),
+        ("crack.fill=fill.csv", Path("fill.csv").absolute()),
+    ],
+)
+def test_a_value_is_read_as_in_toml_or_as_a_bare_word(text, value):
+    assert settings_of({}, [text]) == {text.partition("=")[0].strip(): value}
+
+
+@pytest.mark.parametrize("text", ["", "crack.tilt", "=flare", "crack.=1", ".tilt=1", "a.b.c.d.e=1", "cra ck.tilt=1"])
+def test_what_names_no_setting_is_refused(text):
+    with pytest.raises(typer.BadParameter, match=r"TABLE\.KEY=VALUE"):
+        settings_of({}, [text])
+
+
+@pytest.mark.parametrize(
+    ("options", "others"),
+    [
+        ({}, ["crack.tilt=lean", "crack.tilt=flare"]),
+        ({"depth_mm": "8"}, ["crack.depth_mm=9"]),
+        ({}, ["photo.markers.size_mm=8", "photo.markers=frame.toml"]),
+        ({}, ["photo.markers=frame.toml", "photo.markers.size_mm=8"]),
+    ],
+)
+def test_a_setting_is_given_once(options, others):
+    with pytest.raises(typer.BadParameter, match="given already"):
+        settings_of(options, others)
+
+
+@pytest.mark.parametrize(
+    ("setting", "named"),
+    [
+        ("crack.tilt=steep", "--set: crack.tilt = 'steep': "),
+        ("crack.depth_mm=900", "--set: crack.depth_mm = 900"),
+        ("crack.tillt=lean", "--set: crack.tillt: no such key; did you mean 'tilt'?"),
+        ("crak.tilt=lean", "--set: crak: no such key; did you mean 'crack'?"),
+        ("photo.markers.size_mm=-1", "--set: photo.markers.size_mm = -1"),
+        ("crack.depth_mm=[[0,5],[9,900]]", "--set: crack.depth_mm.1.1 = 900"),
+    ],
+)
+def test_a_setting_is_checked_as_in_a_trial_file(tmp_path, setting, named):
+    answer = _sealtwin("digitise", FIXTURE / "trial.toml", "--out", tmp_path / "run", "--set", setting)
+    assert answer.exit_code == 3
+    assert named in answer.stderr
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    tiny_lab(tmp_path / "lab")
+    leave_out_pages(monkeypatch)
+    return tmp_path / "lab"
+
+
+def test_a_run_records_what_was_set_and_goes_on_from_there(lab):
+    """The same command redoes nothing; another value makes the stages anew that it concerns."""
+    out = lab / "out"
+    line = ("run", lab / "trial.toml", "--out", out, "--device", "cpu", "--set", "crack.tilt=flare", "--seed", 5)
+    assert _sealtwin(*line).exit_code == 0
+    recorded = tomllib.loads((out / "trial.toml").read_text())
+    assert (recorded["crack"]["tilt"], recorded["seed"]) == ("flare", 5)
+    assert "nothing to redo" in _sealtwin(*line).stderr
+    stages = json.loads((out / "manifest.json").read_text())["stages"]
+    answer = _sealtwin("simulate", out, "--device", "cpu", "--set", "seed=6")
+    assert answer.exit_code == 0, answer.output
+    recorded = tomllib.loads((out / "trial.toml").read_text())
+    assert (recorded["crack"]["tilt"], recorded["seed"]) == ("flare", 6)
+    again = json.loads((out / "manifest.json").read_text())["stages"]
+    assert again["digitise"] == stages["digitise"]
+    assert again["simulate"]["settings"]["seed"] == 6
+    refused = _sealtwin("simulate", out, "--set", "crack.tilt=lean")
+    assert refused.exit_code == 3
+    assert "[crack] is not what digitise ran with" in refused.stderr
+    assert tomllib.loads((out / "trial.toml").read_text()) == recorded
+
+
+def test_a_viscosity_replaces_the_papers_as_in_a_study(lab):
+    line = ("digitise", lab / "trial.toml", "--out", lab / "out", "--set", "fluid.viscosity_pa_s=0.5")
+    assert _sealtwin(*line).exit_code == 0
+    fluid = tomllib.loads((lab / "out" / "trial.toml").read_text())["fluid"]
+    assert fluid["viscosity_pa_s"] == 0.5
+    assert "U" not in fluid
+
+
+def test_a_quick_trial_assumes_nothing_that_is_given(lab):
+    line = ("quick", lab / "crack.png", "--mm-per-px", 0.4, "--ends", "40,101", "160,98", "--device", "cpu")
+    needed = _sealtwin(*line, "--out", lab / "out")
+    assert needed.exit_code == 2
+    given = ("--set", "crack.depth_mm=8", "--set", "crack.tilt=vertical", "--set", "fluid.viscosity_pa_s=0.5")
+    answer = _sealtwin(*line, *given, "--seed", 3, "--out", lab / "out")
+    assert answer.exit_code == 0, answer.output
+    text = (lab / "out" / "trial.toml").read_text()
+    trial = tomllib.loads(text)
+    assert (trial["crack"]["tilt"], trial["fluid"]["viscosity_pa_s"], trial["seed"]) == ("vertical", 0.5, 3)
+    assert "U" not in trial["fluid"]
+    for name in ("crack.tilt", "fluid.U", "fluid.viscosity_pa_s"):
+        assert f"{name} = " not in trial["note"]
+    assert 'tilt = "vertical"\n' in text
+
+
+def test_a_study_starts_from_the_trial_with_what_is_set(lab):
+    line = ("sweep", lab / "study.toml", "--out", lab / "out", "--device", "cpu", "--dry-run", "--set")
+    assert _sealtwin(*line, "nozzle.diameter_mm=1.9").exit_code == 0
+    runs = json.loads((lab / "out" / "plan.json").read_text())["runs"]
+    assert {run["trial"]["nozzle"]["diameter_mm"] for run in runs} == {1.9}
+    varied = next(iter(runs[0]["settings"]))
+    twice = _sealtwin(*line, f"{varied}=1")
+    assert twice.exit_code == 3
+    assert varied in twice.stderr
+
+
+def test_every_option_of_a_setting_takes_its_help_from_the_field():
+    for name, command in COMMANDS.items():
+        describe(command)
+        for shown in command.params:
+            if shown.name in OPTIONS and f"({OPTIONS[shown.name].key})" in (shown.help or ""):
+                assert re.match(r"[\w'].{20,}\. \([a-z_.]+\)$", shown.help), (name, shown.help)
+                assert shown.metavar, (name, shown.name)
+    offered = {shown.name for shown in COMMANDS["quick"].params}
+    assert offered >= OPTIONS.keys() - {"units"}
+    for option in OPTIONS.values():
+        *_, key = parts = option.key.split(".")
+        assert key in table_of(Trial, parts).model_fields  # pyright: ignore[reportOptionalMemberAccess]
+
+
+def test_help_of_all_commands_reads_no_settings():
+    script = "import sys; from sealtwin.cli.app import app\ntry: app(['--help'])\n"
+    script += "except SystemExit: print([name for name in ('numpy', 'pydantic') if name in sys.modules])"
+    shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    assert shown.endswith("[]\n")
+
+
+@pytest.mark.parametrize(("command", "option"), [(name, option) for name, gone in REMOVED.items() for option in gone])
+def test_an_option_that_is_gone_is_answered_by_its_new_spelling(command, option):
+    assert option not in {name for shown in COMMANDS[command].params for name in shown.opts}
+    for typed in ((option, "1"), (f"{option}=1",)):
+        answer = _sealtwin(command, "x", *typed, "--json")
+        assert answer.exit_code == 2
+        assert f"{option}: now {REMOVED[command][option]}" in json.loads(answer.stdout)["error"]
+    new, text = REMOVED[command][option].split(" ", maxsplit=1)
+    assert new in {name for shown in COMMANDS[command].params for name in shown.opts}
+    if new == "--set":
+        *_, last = parts = text.partition("=")[0].split(".")
+        assert last in table_of(Trial, parts).model_fields  # pyright: ignore[reportOptionalMemberAccess]
+
+
+def test_the_page_of_old_options_lists_them_all():
+    page = (ROOT / "docs" / "reference" / "from-0.2-to-1.0.md").read_text(encoding="utf-8")
+    rows = {tuple(re.findall(r"`([^`]+)`", line)) for line in page.splitlines() if line.startswith("| `")}
+    assert rows == {(name, option, now) for name, gone in REMOVED.items() for option, now in gone.items()}
+
+
+@pytest.mark.parametrize(
+    "name", ["photo.mask", "mesh.path", "readings.file", "fluid.material", "path.plan", "crack.fill"]
+)
+def test_settings_that_may_name_a_file(name):
+    assert names_file(Trial, name)
+
+
+@pytest.mark.parametrize("name", ["photo.mm_per_px", "name", "phot.mask", "photo.markers", "photo.markers.size_mm"])
+def test_settings_that_name_no_file(name):
+    assert not names_file(Trial, name)
