@@ -109,6 +109,8 @@ def schema() -> dict[str, Any]:
     content |= ReportData.model_json_schema(mode="serialization")
     meanings = _meanings()
     for record in (content, *content["$defs"].values()):
+        # Python's docstring of a table of settings has all its fields.
+        record["description"] = record["description"].partition("\n\nParameters\n")[0]
         for name, field in record.get("properties", {}).items():
             field |= {"description": meaning} if (meaning := meanings[record["title"]].get(name)) else {}
             if record is not content and '"number"' in json.dumps(field):
