@@ -8,7 +8,7 @@ of a table: a cooling that leaves them is refused.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
@@ -93,8 +93,12 @@ class CoolingCurve(_Columns):
 
 ByForm = Discriminator(lambda value: "one" if isinstance(value, str | Path) else "several")
 """Discriminator of a table that is a file's name or columns, so that an error is about the form given."""
-CurveOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[MaterialCurve, Tag("several")], ByForm]
-CoolingOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[CoolingCurve, Tag("several")], ByForm]
+if TYPE_CHECKING:
+    # A keyword is given as a file's name or a mapping, and read back as these.
+    CurveOrFile = CoolingOrFile = Any
+else:
+    CurveOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[MaterialCurve, Tag("several")], ByForm]
+    CoolingOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[CoolingCurve, Tag("several")], ByForm]
 
 
 def read_curve(path: Path) -> MaterialCurve:
