@@ -15,7 +15,7 @@ from concurrent.futures import (
     ThreadPoolExecutor,
     wait,
 )
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
@@ -147,21 +147,24 @@ class LocalExecutor(ThreadPoolExecutor):
             if self._open.closed:
                 break
             process, connection = self._worker()
-            with suppress(EOFError, OSError):
+            with ExitStack() as ending, suppress(EOFError, OSError):
+                ending.callback(process.join)
+                ending.callback(connection.close)
                 connection.send_bytes(message)
                 connection.recv()
                 reason = KILLED
                 answer = connection.recv()
+                ending.pop_all()
                 self._idle.put((process, connection))
                 return answer
-            process.join()
         return Lost(reason)
 
     def _worker(self) -> tuple[BaseProcess, Any]:
         with suppress(Empty):
             return self._idle.get_nowait()
         ours, theirs = self._context.Pipe()
-        process = self._context.Process(target=_work, args=(theirs, self._parent))
+        # As a daemon, so that the interpreter ends it, and does not wait for it, if nobody closed the executor.
+        process = self._context.Process(target=_work, args=(theirs, self._parent), daemon=True)
         with STARTING, _worker_environment():
             process.start()
         # With it open, the end of the process would not be seen.
@@ -223,6 +226,26 @@ def _end_with(parent: Any) -> None:
     os._exit(1)
 
 
+class ClusterExecutor(Executor):
+    """The workers of a Dask client. Dask's own executor waits for ever for a result that is lost on its way here."""
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Call a function in a worker. The future is cancelled if the connection to the scheduler is lost."""
+        future = Future[Any]()
+
+        def settle(task: Any) -> None:
+            try:
+                future.set_result(task.result())
+            except Exception as fault:
+                future.set_exception(fault if task.status == "error" else CancelledError())
+
+        self._client.submit(fn, *args, **kwargs, pure=False).add_done_callback(settle)
+        return future
+
+
 @contextmanager
 def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[tuple[Executor, Callable[[], int]]]:
     """Yield the executor of a scheduler, and the number of tasks that it takes at a time."""
@@ -249,7 +272,7 @@ def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[tuple[Executo
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}), client:
         _require_workers(client, address, numbers)
         # A second task for each core bridges the network's delay.
-        yield client.get_executor(pure=False), lambda: 2 * max(1, sum(client.nthreads().values()))
+        yield ClusterExecutor(client), lambda: 2 * max(1, sum(client.nthreads().values()))
 
 
 async def _greet(address: str) -> None:

@@ -1,8 +1,10 @@
 """Tasks on worker processes: what they return, what is lost, and which schedulers are refused."""
 
+import multiprocessing
 import os
 import signal
 import socket
+import subprocess
 import sys
 import threading
 import time
@@ -13,7 +15,7 @@ from multiprocessing.connection import Connection
 import psutil
 import pytest
 
-from sealtwin.core.cluster import Lost, _outcome, run_tasks
+from sealtwin.core.cluster import ClusterExecutor, Lost, _outcome, run_tasks
 from sealtwin.core.errors import InputError
 
 
@@ -121,6 +123,51 @@ def _slept(seconds):
     return {
         one.laddr for each in (parent, *parent.children()) for one in each.net_connections() if one.status == "LISTEN"
     }
+
+
+def test_results_that_nobody_reads_to_the_end_keep_no_interpreter_from_ending():
+    """A traceback that is printed keeps them; idle workers were waited for without end."""
+    script = "from sealtwin.core.cluster import run_tasks\n"
+    script += "results = run_tasks(pow, [(0, (1, 1)), (1, (1, 1)), (2, (1, 1))], 2)\nnext(results)"
+    subprocess.run([sys.executable, "-c", script], timeout=60, check=True)
+
+
+class _Unreadable:
+    def __reduce__(self):
+        return _raised_here, ()
+
+
+def _raised_here():
+    raise OSError("on purpose")
+
+
+def test_a_worker_whose_answer_cannot_be_read_ends():
+    """It waits for its next task, which would never come."""
+    ((_, outcome),) = run_tasks(_Unreadable, [(0, ())], 1)
+    assert isinstance(outcome, Lost)
+    assert multiprocessing.active_children() == []
+
+
+class _LostTask:
+    status = "finished"
+
+    def result(self):
+        raise OSError("Stream is closed")
+
+    def add_done_callback(self, called):
+        called(self)
+
+
+class _LosingClient:
+    def submit(self, *_, **__):
+        return _LostTask()
+
+
+def test_a_result_that_is_lost_on_its_way_here_is_a_lost_connection():
+    """Dask's own executor never ended it, as a scheduler was killed to see while it sent a result of 700 MB."""
+    task = ClusterExecutor(_LosingClient()).submit(pow, 1, 1)
+    with pytest.raises(InputError, match="the connection to the scheduler was lost"):
+        _outcome(task, "tcp://127.0.0.1:9")
 
 
 def test_without_dask_a_scheduler_is_refused_with_the_extra_that_brings_it(monkeypatch):
