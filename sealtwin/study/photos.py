@@ -158,8 +158,8 @@ def digitise_many(
         # One photo at a time needs no other process.
         processes = min(jobs, len(planned)) if jobs > 1 else 0
         try:
-            outcomes = run_tasks(_digitise_one, ((item, (item, out)) for item in planned), processes)
-            for done, (item, outcome) in enumerate(outcomes, start=1):
+            tasks = ((item, (item, out)) for item in planned)
+            for done, (item, outcome) in enumerate(run_tasks(_digitise_one, tasks, processes), start=1):
                 row = _failed(item, f"{outcome.reason}: {REMEDY}") if isinstance(outcome, Lost) else outcome
                 rows[row.folder] = row
                 if row.status != "ok":

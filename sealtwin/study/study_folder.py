@@ -66,10 +66,12 @@ class OutcomeFile(Result):
         return self
 
 
-def _with_solver(trial: dict[str, Any]) -> dict[str, Any]:
-    """Check what is read of a trial without its other settings, which versions may have otherwise."""
+def _with_tables(trial: dict[str, Any]) -> dict[str, Any]:
+    """Check the tables that are read of a trial without its other settings, which versions may have otherwise."""
     if not isinstance(trial.get("solver"), dict):
         raise ValueError("solver is missing")
+    if not isinstance(trial.get("readings") or {}, dict):
+        raise ValueError("readings is no table")
     return trial
 
 
@@ -81,7 +83,7 @@ class StudyRun:
     number: Annotated[int, Field(ge=1)]  # Position in the study, from 1
     key: Annotated[str, Field(pattern="^[0-9a-f]{16,}$")]
     settings: dict[str, Any]  # Varied settings by dotted name, for example {"fluid.U": 30.0, "fluid.D_cm": 0.3}
-    trial: Annotated[dict[str, Any], AfterValidator(_with_solver)] = field(repr=False)  # All settings
+    trial: Annotated[dict[str, Any], AfterValidator(_with_tables)] = field(repr=False)  # All settings
     sample: Annotated[str, Field(pattern=r"^[\w-]+$")]  # Folder below samples/ that holds the digitised crack
     kin: str  # Equal for runs that may share a launch: those that differ in the fluid alone, of as many substeps
     work_s: Amount  # Expected computing time on the machine that the estimate was calibrated on

@@ -324,6 +324,14 @@ def test_another_terminal_sees_how_far_it_is(fresh, unbroken):
         assert _status(fresh)["computed_by"] is None  # killed, it has left its name
 
 
+def test_a_plan_whose_trial_has_no_table_of_readings_is_refused(fresh):
+    plan = json.loads((fresh / "plan.json").read_text())
+    plan["runs"][0]["trial"]["readings"] = "readings.csv"
+    (fresh / "plan.json").write_text(json.dumps(plan))
+    with pytest.raises(InputError, match=r"plan\.json: not as it was written .*readings is no table"):
+        read_plan(fresh)
+
+
 def _status(out):
     answer = CliRunner().invoke(app, ["sweep", "status", str(out), "--json"])
     assert answer.exit_code == 0, answer.output
