@@ -93,11 +93,7 @@ class StudyRun:
     reason: str | None = None  # One sentence on why the run failed
     trace: str | None = None  # Traceback, where a bug made it fail
     figures: dict[str, Any] | None = None
-    """Results of a finished run: mean_error_mm, worst_error_mm, worst_at_mm, flat_level_error_mm, baselines and
-    stations_compared with readings;
-    volume_ratio, fluid_warnings, spilled_particles, particles, profile_sha256, and health, which runs of one launch
-    share.
-    """
+    """Results of a finished run, ``StudyFigures`` as they were written. Runs of one launch share their health."""
 
     @property
     def method(self) -> Method:
