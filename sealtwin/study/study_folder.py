@@ -15,6 +15,7 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator, with_co
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import Amount, Count, Result, as_record, read_checked, read_record
+from sealtwin.core.records import FROM_JSON
 from sealtwin.core.run_figures import PARTICLES, Method, RunHealth
 from sealtwin.core.stage_keys import other_numbers
 from sealtwin.trial.job import shown
@@ -28,7 +29,6 @@ PLAN, OUTCOME, PROFILE = "plan.json", "outcome.json", "profile.csv"
 AGAIN = "Give another --out, or delete it: 'sealtwin sweep STUDY.toml' computes what is missing."
 State = Literal["waiting", "done", "failed"]
 STATES: tuple[State, ...] = ("waiting", "done", "failed")
-EXACT = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 class StudyFigures(Result):
@@ -75,7 +75,7 @@ def _with_tables(trial: dict[str, Any]) -> dict[str, Any]:
     return trial
 
 
-@with_config(EXACT)
+@with_config(ConfigDict(**FROM_JSON, extra="forbid"))
 @dataclass(frozen=True)
 class StudyRun:
     """One run of a study, as the plan has it, with its outcome once it has one."""
@@ -119,7 +119,7 @@ PLANNED = tuple(one.name for one in fields(StudyRun) if one.name not in OutcomeF
 """Fields of a run in the plan; the others are its outcome."""
 
 
-@with_config(EXACT)
+@with_config(FROM_JSON)
 @dataclass(frozen=True)
 class Plan:
     """The runs that a study, or one shard of it, consists of."""

@@ -180,6 +180,12 @@ CASES: list[WrongInput] = [
         ("plan.json", "runs.0.settings = None"),
     ),
     WrongInput(
+        "plan of a study whose run has a key that no run has",
+        study_of(OUTCOME, runs=[{**PLANNED, "radius_mm": 0.4}]),
+        "sweep merge {given} --out {out}",
+        ("plan.json", "runs.0.radius_mm"),
+    ),
+    WrongInput(
         "plan of a study with a setting that is no number",
         folder_of({"plan.json": json.dumps(PLAN).replace('"solver": {}', '"solver": {"radius_mm": NaN}')}),
         "sweep merge {given} --out {out}",
