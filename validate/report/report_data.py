@@ -14,6 +14,7 @@ from typing import Any, Literal
 from sealtwin.core import solid_figures
 from sealtwin.core.records import DataKind, JsonRecord, Known
 from validate import comparison, report_input, result, settings, units
+from validate.comparison import in_unit
 from validate.report_input import Evidence, ReadingsSheet
 from validate.result import Comparison, EarlierTrials, Outcome, PredictedLevel
 from validate.uncertainty.validation import with_time
@@ -27,7 +28,7 @@ from validate.wording.sample_and_run import HEALTH_LABELS, assumptions, left_out
 class NumberWithUnit(JsonRecord):
     """A number with its unit."""
 
-    value: Known
+    value: Known = in_unit("that of unit")
     """The number; None if it does not exist."""
     unit: str
     """Unit as it is written; "1" for a pure number."""
@@ -114,7 +115,7 @@ def schema() -> dict[str, Any]:
         for name, field in record.get("properties", {}).items():
             field |= {"description": meaning} if (meaning := meanings[record["title"]].get(name)) else {}
             if record is not content and '"number"' in json.dumps(field):
-                field["unit"] = "1" if name.startswith("share") else unit_of(name)
+                field.setdefault("unit", "1" if name.startswith("share") else unit_of(name))
     return content
 
 
