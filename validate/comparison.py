@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, with_config
 
 from sealtwin.core.record_files import Amount, Positive
-from sealtwin.core.records import DataKind, JsonRecord, Known, Numbers
+from sealtwin.core.records import DataKind, JsonRecord, Numbers
+from sealtwin.core.run_figures import Known
 from validate.settings import Role
 
 PART = ConfigDict(extra="forbid")

@@ -23,7 +23,6 @@ from pydantic.json_schema import WithJsonSchema
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
-from sealtwin.core.run_figures import Known as Known
 from sealtwin.core.solid_figures import EndKind, SolidFigures
 
 Floats = NDArray[np.float64]
