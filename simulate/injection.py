@@ -188,7 +188,7 @@ class Injection:
             "solver": self.solver.model_dump(exclude={"model"}) | effective,
             "nozzle": self.nozzle.model_dump(),
             "seed": self.seed,
-            **_sloping(self.slope),
+            **self.slope.table,
         }
 
     def _effects(self, number: int) -> dict[str, Any]:
@@ -328,7 +328,7 @@ def prepare(
             radius_mm=solver.size_mm,
             factor=factor,
             yields=[paste.yields for paste in pastes],
-            settings=_sloping(slope),
+            settings=slope.table,
         )
     setup_s = time.perf_counter() - began
     frames, statistics = courses[0].frames, RunStatistics(len(pastes))
@@ -353,11 +353,6 @@ def prepare(
         volume_control=control,
         slope=slope,
     )
-
-
-def _sloping(slope: SampleSlope) -> dict[str, Any]:
-    """The table of a run's settings that says how its sample lies; none for a level sample, as ever."""
-    return {} if slope.level else {"sample": slope.model_dump()}
 
 
 def _rms_speed_mm_s(velocity_mm_s: NDArray[np.floating]) -> float | None:

@@ -396,6 +396,11 @@ class SampleSlope(Settings):
         return self.crossfall_deg == 0 == self.gradient_deg
 
     @property
+    def table(self) -> dict[str, Any]:
+        """The table [sample] of a run's recorded settings, by its name; none for a level sample."""
+        return {} if self.level else {"sample": self.model_dump()}
+
+    @property
     def down(self) -> tuple[float, float, float]:
         """Unit vector of gravity in the sample's frame."""
         x, y = (math.tan(math.radians(angle)) for angle in (self.gradient_deg, self.crossfall_deg))

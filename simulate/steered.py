@@ -81,7 +81,7 @@ class SteeredPour:
             np.zeros(self._out, dtype=bool),
             self._run.solver.size_mm,
             self._volume_mm3,
-            {} if self._slope.level else {"sample": self._slope.model_dump()},
+            self._slope.table,
         )
         return measure_profile(bed, self._run.outline, self._solid)
 

@@ -4,17 +4,23 @@ The docstring of a figure is its description in the published schema of report.j
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, with_config
+from pydantic import ConfigDict, Field, with_config
 
 from sealtwin.core.record_files import Amount, Positive
-from sealtwin.core.records import DataKind, JsonRecord, Known, Numbers
+from sealtwin.core.records import DataKind, JsonRecord, Numbers
+from sealtwin.core.run_figures import Known
 from validate.settings import Role
 
 PART = ConfigDict(extra="forbid")
+
+
+def in_unit(unit: str) -> Any:
+    """Return a field whose unit its name does not end with, for the published schema."""
+    return Field(json_schema_extra={"unit": unit})
 
 
 @with_config(PART)
@@ -176,7 +182,7 @@ class MassBalance(JsonRecord):
     """Sealant below the measured level, over the covered length."""
     readings_state: Literal["wet", "cured"] | None
     """Declared state of the sealant when it was read; None if nobody declared it."""
-    shrinkage_percent: float | None
+    shrinkage_percent: float | None = in_unit("%")
     """Declared shrinkage until it was read; None if nobody declared it."""
     readings_when_dispensed_mm3: float
     """The same before the sealant shrank, if that is declared."""
@@ -255,7 +261,7 @@ class MeanLevelBudget(JsonRecord):
     """Standard uncertainty by the readings."""
     numerics_mm: float | None
     """Standard uncertainty by the numerics: the particles' size, the scatter of single runs, and volume gained or lost;
-    None without several runs at each of three sizes."""
+    None without runs of three sizes."""
     inputs_mm: float | None
     """Standard uncertainty by the declared inputs; None if none was varied."""
     validation_mm: float
@@ -334,15 +340,15 @@ class Alignment(JsonRecord):
 class SizeSeries(JsonRecord):
     """One number at three particle sizes."""
 
-    values: tuple[float, ...]
+    values: tuple[float, ...] = in_unit("mm")
     """Mean over the runs of each size."""
     runs: tuple[int, ...]
     """Number of runs at each size, which differ in seed."""
-    scatter: float | None
-    """Standard deviation of a single run; None if each size was run once, as are the next two."""
-    order_95: tuple[float, float] | None
+    scatter: float = in_unit("mm")
+    """Standard deviation of a single run."""
+    order_95: tuple[float, float]
     """Ends of the 95 % range of the order of convergence, within 0.5 to 2."""
-    band: float | None
+    band: float = in_unit("mm")
     """Half-width of 95 % of the middle size's error, without the scatter of single runs."""
 
 
@@ -362,7 +368,7 @@ class InputEffect(JsonRecord):
 
     name: str
     """Key of the input in the table [uncertainty]."""
-    standard: float
+    standard: float = in_unit("that of the name")
     """Declared standard uncertainty, in the unit that the name ends with."""
     mean_level_mm: float
     """Change of the mean level."""

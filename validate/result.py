@@ -12,7 +12,7 @@ from pydantic import Field
 from sealtwin.core.record_files import read_record
 from sealtwin.core.records import DataKind, JsonRecord, Numbers, PathSource, WidthSource
 from sealtwin.core.solid_figures import Span, WeighedCavity
-from validate.comparison import ErrorUncertainty, InputEffect, LevelMetrics, StationError, VolumeComparison
+from validate.comparison import ErrorUncertainty, InputEffect, LevelMetrics, StationError, VolumeComparison, in_unit
 from validate.settings import Gate
 
 COMPARISON, PREDICTION, EARLIER, RESULT = "comparison.json", "prediction.json", "earlier_trials.json", "run.json"
@@ -155,22 +155,25 @@ class Bias(JsonRecord):
     """mean_level_mm, fill_ratio or heap_mm2."""
     relative: bool
     """True if bias is a factor and scatter a share; else both are in the quantity's unit."""
-    bias: float
+    bias: float = in_unit("that of the quantity; 1 if relative")
     """Computed minus read, mean over the trials; if relative, computed over read, geometric mean."""
-    scatter: float
+    scatter: float = in_unit("that of the quantity; 1 if relative")
     """Standard deviation of that from trial to trial; if relative, of its logarithm. It includes errors of readings."""
     trials: int
     """Number of trials."""
 
 
+OF_QUANTITY = in_unit("that of the quantity")
+
+
 class Expectation(Bias):
     """Value of a quantity that the readings of a new trial should find."""
 
-    computed: float
+    computed: float = OF_QUANTITY
     """Value that was computed for this trial."""
-    expected: float
+    expected: float = OF_QUANTITY
     """The same less the bias, or over it if it is a factor."""
-    expected_95: tuple[float, float]
+    expected_95: tuple[float, float] = OF_QUANTITY
     """Ends of the 95 % interval for the next trial's readings, by Student's t."""
 
 

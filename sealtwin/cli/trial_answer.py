@@ -172,8 +172,8 @@ def _extra_runs(uncertainty: "ErrorUncertainty") -> Iterator[str]:
         errors = ", ".join(f"{error_mm:.2f}" for error_mm in error.values)
         radii = ", ".join(f"{radius_mm:.3g}" for radius_mm in sizes.radii_mm)
         runs = ", ".join(map(str, error.runs))
-        known = "one run each is no uncertainty" if error.band is None else f"± {error.band:.2f} mm (95 %)"
-        yield f"Particle size: mean error {errors} mm at radii of {radii} mm, by {runs} runs: {known}."
+        band = f"± {error.band:.2f} mm (95 %)"
+        yield f"Particle size: mean error {errors} mm at radii of {radii} mm, by {runs} runs: {band}."
     if inputs := uncertainty.inputs:
         effects = ", ".join(f"{INPUTS[one.name][0]} {one.mean_level_mm:+.2f} mm" for one in inputs)
         how = MODELS[inputs[0].model]

@@ -4,6 +4,7 @@ import csv
 import hashlib
 import io
 import json
+import math
 import os
 import re
 import secrets
@@ -107,9 +108,20 @@ def read_json(path: Path) -> Any:
 def parse_json(text: str) -> Any:
     """Return the content of a JSON. Raises ValueError; also for what json reads and no stage can write.
 
-    That is NaN, half of a character that takes two, and lists in more than 200 others.
+    That is NaN, a number too large for a float, half of a character that takes two, and lists in more than 200 others.
     """
-    return from_json(text, allow_inf_nan=False)
+    content = from_json(text, allow_inf_nan=False)
+    if not _is_finite(content):
+        raise ValueError("a number is too large")
+    return content
+
+
+def _is_finite(content: Any) -> bool:
+    """Return False if a number is infinite, as 1e999 is once it is read."""
+    if isinstance(content, float):
+        return math.isfinite(content)
+    parts = content.values() if isinstance(content, dict) else content if isinstance(content, list) else ()
+    return all(map(_is_finite, parts))
 
 
 @contextmanager

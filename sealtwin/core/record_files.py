@@ -244,6 +244,7 @@ def read_run(folder: Path) -> Run:
         age_s=rows[:, 6],
         spilled=rows[:, 7] > 0,
         **{key: getattr(simulation, key) for key in keys},
+        level=None if simulation.fast_fill is None else read_profile(folder),
         # As written: the model would add defaults and change the order.
         settings=files.read_json(folder / "simulation.json")["settings"],
     )
@@ -277,21 +278,23 @@ def read_record(kind: type[Kind], path: Path, remedy: str = AGAIN, *, strict: bo
 
 def read_checked(kind: type[Kind], path: Path, remedy: str = AGAIN) -> Any:
     """Read a JSON file that fits a record, as it was written. Raises InputError as ``read_record``."""
-    text = files.read_text(path)
-    as_record(kind, text, path, remedy)
-    return files.parse_json(text)
+    return _checked(kind, files.read_text(path), path, remedy)[1]
 
 
 def as_record(
     kind: type[Kind], text: str, where: Path | str, remedy: str = AGAIN, *, strict: bool | None = None
 ) -> Kind:
     """Return a JSON text as a record. Raises InputError as ``read_record``, naming ``where``."""
+    return _checked(kind, text, where, remedy, strict=strict)[0]
+
+
+def _checked(
+    kind: type[Kind], text: str, where: Path | str, remedy: str, *, strict: bool | None = None
+) -> tuple[Kind, Any]:
+    """Return a JSON text as a record, and as it was written."""
     try:
-        record: Kind = _adapter(kind).validate_json(text, strict=strict)
-        # A field of any value takes them.
-        if "NaN" in text or "Infinity" in text:
-            files.parse_json(text)
-        return record
+        # A field of any value takes NaN and infinity, which the second reading refuses.
+        return _adapter(kind).validate_json(text, strict=strict), files.parse_json(text)
     except ValidationError as faults:
         fault = faults.errors()[0]
         key = ".".join(str(part) for part in fault["loc"] if part not in ("int", "float")) or "its content"

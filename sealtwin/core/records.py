@@ -23,7 +23,6 @@ from pydantic.json_schema import WithJsonSchema
 
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.run_figures import FastFill, FilledBy, RunHealth
-from sealtwin.core.run_figures import Known as Known
 from sealtwin.core.solid_figures import EndKind, SolidFigures
 
 Floats = NDArray[np.float64]
@@ -333,9 +332,7 @@ class Run(Bed, FilledBy):
     health: RunHealth  # Numbers that show whether the run can be trusted: density error, neighbours, iterations, times
     fast_fill: FastFill | None = None
     remarks: tuple[str, ...] = ()  # Sentences on what the run cannot show of its sealant, known before its first frame
-    level: "Profile | None" = (
-        None  # Level by the fast model; None of particles, which it is measured from, and of files
-    )
+    level: "Profile | None" = None  # Level by the fast model; None of particles, from which it is measured
 
     @property
     def dispensed_volume_mm3(self) -> float:

@@ -105,11 +105,6 @@ def bring_up_to_date(job: Job) -> bool:
     elif spread is not None:
         gained_mm = gained_level_mm(run, profile, outline, solid, ratio)
         prediction = predict(profile, spread, trial.known_inputs(outline, solid), gained_mm)
-        if prediction is None:
-            job.progress.warn(
-                f"warning: {SPREAD}: each particle size was run once and no input was moved, so that the predicted "
-                f"level has no band. Remove it, and 'sealtwin validate {run_folder} --uncertainty' makes the runs."
-            )
         evidence = replace(evidence, prediction=prediction)
     evidence = replace(evidence, earlier=foresee(earlier, evidence))
     begin_writing(job, "validate")

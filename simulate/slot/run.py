@@ -79,7 +79,6 @@ def pour(
     )
     used = {"model", "settle_s", *(["radius_mm"] if fluid.U is not None else [])}
     settings = {"fluid": fluid.model_dump(exclude_none=True), "solver": solver.model_dump(include=used)}
-    sloping = {} if slope.level else {"sample": slope.model_dump()}
     s_mm = np.linspace(0.0, outline.length_mm, max(2, round(outline.length_mm / STATION_MM) + 1))
     level_mm = np.interp(s_mm, filled.sections.s_mm, filled.level_mm)
     level = Profile(s_mm=s_mm, level_mm=level_mm, data="synthetic", source="simulation")
@@ -93,7 +92,7 @@ def pour(
         particle_volume_mm3=particle_volume(solver.size_mm),
         escaped_particles=0,
         device=DEVICE,
-        settings={**settings, "nozzle": nozzle.model_dump(), "seed": seed, **sloping},
+        settings={**settings, "nozzle": nozzle.model_dump(), "seed": seed, **slope.table},
         health=health,
         fast_fill=FastFill(
             dispensed_mm3=filled.dispensed_mm3,

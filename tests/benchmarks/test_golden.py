@@ -101,6 +101,20 @@ def test_a_number_that_moved_on_purpose_is_counted_apart(tmp_path: Path, monkeyp
     assert [it.key for it in found.differing] == ["b"]
 
 
+@pytest.mark.parametrize(
+    ("change", "keys"), [("came", {"new"}), ("went", {"gone"}), ("rounded", {"figures"}), ("moved", {"level", "word"})]
+)
+def test_a_rule_hides_no_other_change_than_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: golden.Change, keys: set[str]
+):
+    monkeypatch.setattr(golden, "MOVED", (golden.Rule("*", "*", "any key", changes=(change,)),))
+    old = {"gone": 1.0, "figures": 79.55, "level": 79.55, "word": "a"}
+    new = {"new": 1.0, "figures": 79.5463, "level": 79.5563, "word": "b"}
+    found = _compare(tmp_path, "x.json", old, new)
+    assert {it.key for it in found.moved} == keys
+    assert {it.key for it in found.differing} == {"gone", "new", "figures", "level", "word"} - keys
+
+
 def test_prose_is_to_be_looked_at_and_a_duration_in_it_is_not(tmp_path: Path):
     found = _compare(tmp_path, "x.json", {"verdict": "it took 3.1 s"}, {"verdict": "it took 4.0 s"})
     assert not found.look

@@ -45,7 +45,6 @@ def spread() -> Injection:
 
 
 def figures(injection: Injection, solid: Solid, slope: SampleSlope, **how: bool) -> list[BedFigures]:
-    settings = {} if slope.level else {"sample": slope.model_dump()}
     control = VolumeControl(
         solid,
         injection.schedule,
@@ -53,7 +52,7 @@ def figures(injection: Injection, solid: Solid, slope: SampleSlope, **how: bool)
         radius_mm=injection.solver.size_mm,
         factor=1.0,
         yields=[True] * len(RUNS),
-        settings=settings,
+        settings=slope.table,
         **how,
     )
     return list(control.figures(injection.done))

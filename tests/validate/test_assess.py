@@ -124,28 +124,6 @@ def test_three_sizes_of_three_runs_give_the_numerics(evidence):
     assert found["stations"]["numerics_mm"] == pytest.approx([mean] * 9, rel=1e-6)
 
 
-def test_one_run_of_each_size_gives_none(evidence):
-    """Its inputs count, and the page says what is missing."""
-    kept = spread(effects=[LIFTED]).content()
-    sizes = [{"radius_mm": one["radius_mm"], "levels_mm": one["levels_mm"][:1].tolist()} for one in kept["sizes"]]
-    old = Spread.of(json.loads(as_json(kept | {"sizes": sizes})))
-    declared = Uncertainty(volume_ml=0.1)
-    comparison = assess(evidence, SHEET, declared, old)
-    assessed = comparison.uncertainty
-    assert assessed is not None
-    assert assessed.mean_level.numerics_mm is None
-    assert assessed.mean_level.inputs_mm is not None
-    assert assessed.numerics is not None
-    assert (assessed.numerics.mean_level_mm.runs, assessed.numerics.mean_level_mm.band) == ((1, 1, 1), None)
-    assert assessed.mean_level.resolved is None
-    assert "not assessed" in assessed.sentences[0]
-    sentences = uncertainty_sentences(replace(evidence, comparison=comparison))
-    assert any(sentence.startswith("Each particle size was run once") for sentence in sentences)
-    rows = dict(row for table in uncertainty_tables(assessed) for row in table.rows)
-    assert rows["u of the numerics"] == "not determined"
-    assert rows["mean level"].endswith("one run of each: no uncertainty of the numerics is given")
-
-
 def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(evidence):
     """The particles fill 3 % more than was dispensed, in a slot of 40 x 3.1 mm, of which some left."""
     fuller = replace(evidence, volume_ratio=1.03)

@@ -192,6 +192,12 @@ CASES: list[WrongInput] = [
         ("plan.json", "expected value"),
     ),
     WrongInput(
+        "plan of a study with a setting that is too large for a number",
+        folder_of({"plan.json": json.dumps(PLAN).replace('"solver": {}', '"solver": {"radius_mm": 1e999}')}),
+        "sweep merge {given} --out {out}",
+        ("plan.json", "a number is too large"),
+    ),
+    WrongInput(
         "plan of a study whose name has half of a character",
         study_of(OUTCOME, study="\ud800"),
         "sweep merge {given} --out {out}",

@@ -4,16 +4,16 @@
 validate/schema/report.schema.json.
 """
 
-import ast
-import inspect
 import json
 import sys
-from itertools import pairwise
 from typing import Any, Literal
 
 from sealtwin.core import solid_figures
-from sealtwin.core.records import DataKind, JsonRecord, Known
+from sealtwin.core.records import DataKind, JsonRecord
+from sealtwin.core.run_figures import Known
+from sealtwin.core.settings_text import described
 from validate import comparison, report_input, result, settings, units
+from validate.comparison import in_unit
 from validate.report_input import Evidence, ReadingsSheet
 from validate.result import Comparison, EarlierTrials, Outcome, PredictedLevel
 from validate.uncertainty.validation import with_time
@@ -27,7 +27,7 @@ from validate.wording.sample_and_run import HEALTH_LABELS, assumptions, left_out
 class NumberWithUnit(JsonRecord):
     """A number with its unit."""
 
-    value: Known
+    value: Known = in_unit("that of unit")
     """The number; None if it does not exist."""
     unit: str
     """Unit as it is written; "1" for a pure number."""
@@ -107,31 +107,16 @@ def schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of report.json, with the meaning of each field and units of numbers."""
     content: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     content |= ReportData.model_json_schema(mode="serialization")
-    meanings = _meanings()
+    modules = (settings, comparison, result, report_input, units, solid_figures, sys.modules[__name__])
     for record in (content, *content["$defs"].values()):
         # Python's docstring of a table of settings has all its fields.
         record["description"] = record["description"].partition("\n\nParameters\n")[0]
+        meanings = described(next(vars(one)[record["title"]] for one in modules if record["title"] in vars(one)))
         for name, field in record.get("properties", {}).items():
-            field |= {"description": meaning} if (meaning := meanings[record["title"]].get(name)) else {}
+            field |= {"description": meaning} if (meaning := meanings.get(name)) else {}
             if record is not content and '"number"' in json.dumps(field):
-                field["unit"] = "1" if name.startswith("share") else unit_of(name)
+                field.setdefault("unit", "1" if name.startswith("share") else unit_of(name))
     return content
-
-
-def _meanings() -> dict[str, dict[str, str]]:
-    """Return the docstring of each field, by record; pydantic's own way would read them at each start of a command."""
-    meanings: dict[str, dict[str, str]] = {}
-    for module in (settings, comparison, result, report_input, units, solid_figures, sys.modules[__name__]):
-        for record in ast.parse(inspect.getsource(module)).body:
-            if isinstance(record, ast.ClassDef):
-                fields = meanings[record.name] = {}
-                for base in record.bases:
-                    fields |= meanings.get(ast.unparse(base), {})
-                for field, below in pairwise(record.body):
-                    match field, below:
-                        case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
-                            fields[name] = inspect.cleandoc(text)
-    return meanings
 
 
 def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> ReportData:

@@ -135,7 +135,7 @@ class InputDraws:
 ORDERS = np.linspace(0.5, 2.0, 61)
 """Orders of convergence that are allowed for: below the first an error over so few sizes looks like a constant, and the
 last is the highest that any part of the scheme has (Oberkampf & Roy 2010, 8.6.4)."""
-LEAST_RUNS = 2  # Runs at each size without which nothing is known of their scatter
+LEAST_RUNS = 2  # Fewest runs of a size: one alone has no scatter
 ROUNDING_MM2 = 1e-12  # Square of a residual that is rounding alone
 
 
@@ -150,11 +150,6 @@ class Replicates:
 
     radii_mm: Sequence[float]  # From the finest to the coarsest
     runs: Sequence[Floats]  # (runs, k) for each size
-
-    @property
-    def suffice(self) -> bool:
-        """True with so many runs at each size that their scatter is known."""
-        return min(map(len, self.runs)) >= LEAST_RUNS
 
     @cached_property
     def means(self) -> Floats:
@@ -218,14 +213,11 @@ class Replicates:
 def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) -> SizeSeries:
     """Return a number over three particle sizes, given for each run of each size."""
     replicates = Replicates(radii_mm, [np.array(runs)[:, None] for runs in values])
-    means, counts = tuple(float(mean) for mean in replicates.means[:, 0]), tuple(map(len, values))
-    if not replicates.suffice:
-        return SizeSeries(values=means, runs=counts, scatter=None, order_95=None, band=None)
     draws = draws_for(1)
     low, high = np.quantile(replicates.orders(draws), (0.025, 0.975))
     return SizeSeries(
-        values=means,
-        runs=counts,
+        values=tuple(float(mean) for mean in replicates.means[:, 0]),
+        runs=tuple(map(len, values)),
         scatter=float(replicates.scatter[0]),
         order_95=(float(low), float(high)),
         band=float(half_width(replicates.size_errors(draws)[:, 0])),
@@ -233,13 +225,11 @@ def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) ->
 
 
 def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> list[Component]:
-    """Return the errors of the levels at k stations by the numerics; none if each size was run once.
+    """Return the errors of the levels at k stations by the numerics.
 
     Volume gained or lost may move the level everywhere, up or down, by up to ``volume_level_mm``: the fit over particle
     sizes has an unknown part of it.
     """
-    if not replicates.suffice:
-        return []
     stations = replicates.means.shape[1]
     draws = draws_for(stations)
     parts = [
@@ -337,6 +327,10 @@ class Spread:
         levels_mm = [*(size.levels_mm for size in spread.sizes or ()), *(one.level_mm[None] for one in spread.effects)]
         if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):
             raise ValueError("not one level for each s_mm")
+        if any(len(size.levels_mm) < LEAST_RUNS for size in spread.sizes or ()):
+            raise ValueError(f"fewer than {LEAST_RUNS} runs with particles of one size")
+        if spread.sizes is None and spread.draws is None:
+            raise ValueError("neither runs of particles nor of the fast model")
         if (draws := spread.draws) is not None and draws.moved_mm.shape[1:] != draws.s_mm.shape:
             raise ValueError("not one level of each run with moved inputs for each s_mm")
         return spread

@@ -130,10 +130,9 @@ DIGITS = 4  # Of a millimetre
 
 def predict(
     simulated: Profile, spread: Spread, declared: Uncertainty, volume_level_mm: float | None = None
-) -> PredictedLevel | None:
+) -> PredictedLevel:
     """Return the band about a simulated level by the results of extra runs, as ``error_uncertainty`` has them.
 
-    None if nothing is known to make a band of: no input was moved, and each particle size was run once.
     ``volume_level_mm`` is the level that volume gained by the numerics makes, if it is known.
     """
     # The level is told at the very places that are written, since it may fall steeply between them.
@@ -142,8 +141,6 @@ def predict(
     sizes, moved = spread.at(s_mm), spread.inputs_at(s_mm)
     computed = numerical_errors(sizes, volume_level_mm) if sizes is not None else []
     budget = Budget(PLACES, (*computed, *moved.errors()))
-    if not budget.components:
-        return None
     weights = Curve.of(s_mm, level_mm, s_mm).weights()
     mean_mm, half_mm = float(weights[0] @ level_mm), budget.mean_mm(weights)
 

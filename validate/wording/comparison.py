@@ -195,11 +195,6 @@ def _included(found: ErrorUncertainty) -> list[str]:
             sentences.append(
                 f"The trial is OUTSIDE the fast model's domain, so that u_input is an estimate. {' '.join(draws.unfit)}"
             )
-    if found.numerics is not None and found.mean_level.numerics_mm is None:
-        sentences.append(
-            "Each particle size was run once: how far single runs scatter is not known, and nothing is said of the "
-            "numerics. 'sealtwin validate RUN --uncertainty' runs each three times."
-        )
     return sentences
 
 
@@ -320,12 +315,9 @@ def _numerics(found: ErrorUncertainty) -> Rows:
     rows = [("radius of the particles", f"{radii} mm, in {runs} runs that differ in seed")]
     for name, one in (("mean level", study.mean_level_mm), ("mean error", study.mean_error_mm)):
         values = ", ".join(f"{value_mm:.3f}" for value_mm in one.values)
-        how = "one run of each: no uncertainty of the numerics is given"
-        if one.band is not None and one.order_95 is not None:
-            low, high = one.order_95
-            band = f"± {one.band:.3f} mm at 95 %, of order {low:.1f} to {high:.1f}"
-            how = f"{band}; a run scatters by {one.scatter:.3f} mm"
-        rows.append((name, f"{values} mm; {how}"))
+        low, high = one.order_95
+        band = f"± {one.band:.3f} mm at 95 %, of order {low:.1f} to {high:.1f}"
+        rows.append((name, f"{values} mm; {band}; a run scatters by {one.scatter:.3f} mm"))
     return rows
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from sealtwin.cli.trial_answer import result_lines
+from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
@@ -13,6 +14,7 @@ from sealtwin.study.extra_runs import vary
 from sealtwin.trial.job import STAGES, StageName, resume_job
 from sealtwin.trial.pipeline import FinishedStages, run_trial
 from sealtwin.trial.trial_file import load_trial
+from simulate.profile import measure_profile
 from tests.studies import TRIAL, tiny_lab
 
 QUIET = Progress()
@@ -34,6 +36,9 @@ def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path):
     fast = PASTE.replace("[solver]", '[solver]\nmodel = "slot"')
     finished = run(tmp_path, fast)
     assert finished.redone == ("simulate", "validate")
+    # Its level is measured as it was computed, and not as that of no particles.
+    again = measure_profile(record_files.read_run(out), record_files.read_outline(out), record_files.read_solid(out))
+    assert again.level_mm.tolist() == record_files.read_profile(out).level_mm.tolist()
     # Nothing is left that particles made, and nothing that they count is said to be 0.
     assert not (out / "health.csv").exists()
     assert not list((out / "snapshots").glob("*"))

@@ -29,6 +29,7 @@ def poured(volume_ml: float = 1.2, **fluid: Any) -> tuple[Run, Profile]:
 def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
     run, profile = poured()
     record_files.write_run(tmp_path, run)
+    record_files.write_profile(tmp_path, profile)
     again = record_files.read_run(tmp_path)
     assert again.fast_fill == run.fast_fill
     assert run.fast_fill is not None

@@ -52,6 +52,9 @@ def test_numbers_have_units_and_are_those_of_the_comparison(tmp_path):
     # The millimetre in its name is another's.
     units["share_under_1_mm"] = "1"
     assert {name: fields[name]["unit"] for name in units} == units
+    sizes, expected = (schema()["$defs"][name]["properties"] for name in ("SizeSeries", "Expectation"))
+    assert {sizes[name]["unit"] for name in ("values", "scatter", "band")} == {"mm"}
+    assert expected["expected_95"]["unit"] == "that of the quantity"
 
 
 def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):

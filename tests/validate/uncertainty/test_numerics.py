@@ -1,5 +1,6 @@
 """Three particle sizes of three runs: what is known of their error, without a jump between one answer and another."""
 
+import json
 from typing import Any
 
 import numpy as np
@@ -8,10 +9,8 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Profile
-from validate.settings import Uncertainty
+from sealtwin.core.files import as_json
 from validate.uncertainty.computed import ORDERS, Replicates, SizeRuns, Spread, numerical_errors, size_series
-from validate.uncertainty.validation import predict
 
 RADII_MM = (1 / 1.3, 1.0, 1.3)
 APART_MM = np.array([-0.05, 0.0, 0.05])
@@ -25,9 +24,7 @@ def replicates(means_mm, apart_mm: ArrayLike = APART_MM) -> Replicates:
 
 def band_mm(means_mm, apart_mm: ArrayLike = APART_MM) -> float:
     """The 95 % half-width of the middle size's error."""
-    found = size_series([(mean_mm + np.asarray(apart_mm)).tolist() for mean_mm in means_mm], RADII_MM)
-    assert found.band is not None
-    return found.band
+    return size_series([(mean_mm + np.asarray(apart_mm)).tolist() for mean_mm in means_mm], RADII_MM).band
 
 
 @pytest.mark.parametrize("order", [0.6, 1.0, 1.7])
@@ -74,16 +71,6 @@ def test_there_is_no_jump_where_a_number_turns():
     assert np.abs(np.diff(np.log(bands_mm))).max() < 0.02
 
 
-def test_one_run_of_each_size_says_nothing():
-    """Three runs may agree by chance; the scatter of runs is what tells."""
-    alone = Replicates(RADII_MM, [np.array([[value]]) for value in (1.0, 1.1, 1.2)])
-    assert numerical_errors(alone, 0.1) == []
-    found = size_series([[1.0], [1.1], [1.2]], RADII_MM)
-    assert (found.runs, found.scatter, found.order_95, found.band) == ((1, 1, 1), None, None, None)
-    partly = Replicates(RADII_MM, [np.ones((3, 1)), np.ones((3, 1)), np.ones((1, 1))])
-    assert not partly.suffice
-
-
 def test_the_scatter_of_a_run_is_an_error_of_its_own():
     """Six degrees of freedom: 95 % within 2.447 standard deviations, which are 0.05 mm."""
     size, scatter = numerical_errors(replicates((0.0, 0.0, 0.0)), None)
@@ -103,9 +90,7 @@ def test_the_mean_of_stations_has_the_band_of_their_mean():
 
 
 def band_mm_of(runs_mm) -> float:
-    found = size_series([one.tolist() for one in runs_mm], RADII_MM)
-    assert found.band is not None
-    return found.band
+    return size_series([one.tolist() for one in runs_mm], RADII_MM).band
 
 
 def test_volume_that_was_gained_moves_all_stations_alike():
@@ -132,9 +117,11 @@ def test_extra_runs_that_are_copies_are_refused():
         Spread(s_mm, (sizes[0], sizes[1], copies), (), None, None)
 
 
-def test_a_level_of_single_runs_is_predicted_without_a_band():
-    """Extra runs of version 0.1. Broken on purpose, the band is ± 0.00 mm."""
+@pytest.mark.parametrize(("sizes", "says"), [(1, "fewer than 2 runs"), (None, "neither runs of particles")])
+def test_extra_runs_that_show_no_scatter_are_not_read(sizes: int | None, says: str):
+    """A single run of each size agrees with itself: the band would be 0."""
     s_mm = np.linspace(0.0, 40.0, 9)
-    single = [SizeRuns(radius_mm, np.full((1, 9), radius_mm)) for radius_mm in RADII_MM]
-    spread = Spread(s_mm, (single[0], single[1], single[2]), (), None, None)
-    assert predict(Profile(s_mm, np.ones(9)), spread, Uncertainty(), 0.1) is None
+    runs = [SizeRuns(radius_mm, np.full((sizes or 1, 9), radius_mm)) for radius_mm in RADII_MM]
+    spread = Spread(s_mm, (runs[0], runs[1], runs[2]) if sizes else None, (), None, None)
+    with pytest.raises(ValueError, match=says):
+        Spread.of(json.loads(as_json(spread.content())))
