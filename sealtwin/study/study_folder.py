@@ -75,7 +75,7 @@ def _with_tables(trial: dict[str, Any]) -> dict[str, Any]:
     return trial
 
 
-@with_config(ConfigDict(**FROM_JSON, extra="forbid"))
+@with_config(FROM_JSON | ConfigDict(extra="forbid"))
 @dataclass(frozen=True)
 class StudyRun:
     """One run of a study, as the plan has it, with its outcome once it has one."""
