@@ -32,8 +32,8 @@ def ingest(
     A sound sample runs: it is traced, and checked as 'sealtwin run' would before its first frame. Photos of samples in
     doubt are traced too, so that all questions come at once. LAB/index.html shows all walls.
 
-    A word of a note that is not known and may be a setting is asked about; lab.toml says once what it is:
-    [words] "Bandgeschw." = "path.speed_mm_s" (or "ignore").
+    A word of a note that is not known and may be a setting is asked about; lab.toml says once what it is,
+    in its table words: "Bandgeschw." = "path.speed_mm_s" (or "ignore").
 
     One table for several samples is divided by a column that names them, or by worksheets named after them.
 

@@ -131,7 +131,7 @@ SET = typer.Option(
     "--set",
     metavar="TABLE.KEY=VALUE",
     help="Any setting of a trial file, with its value as there, or a bare word; it replaces the file's for this call, "
-    "and may be repeated: --set crack.tilt=flare --set photo.ruler_px=[[0,0],[100,0]]",
+    'and may be repeated: --set crack.tilt=flare --set "photo.ruler_px=[[0,0],[100,0]]"',
 )
 
 
@@ -181,12 +181,16 @@ def _spelt(name: str) -> str:
 
 def _setting(text: str) -> tuple[str, Any]:
     """Read table.key=value. Raises typer.BadParameter."""
-    from sealtwin.core.settings import names_file
+    from sealtwin.core.settings import names_file, takes_list
     from sealtwin.trial.trial_file import Trial
 
     if not (parts := SETTING.fullmatch(text)):
         raise typer.BadParameter(f"--set {text:.80}: expected TABLE.KEY=VALUE, as crack.tilt=flare")
-    key, value = parts[1], _value(parts[2].strip())
+    key, written = parts[1], parts[2].strip()
+    value = _value(written)
+    # Version 0.2 took two angles with a comma between.
+    if isinstance(value, float) and "," in written and takes_list(Trial, key):
+        raise typer.BadParameter(f"--set {text:.80}: {value:g} or [{written:.40}]? Write it that way")
     return key, Path(value).absolute() if isinstance(value, str) and names_file(Trial, key) else value
 
 

@@ -100,7 +100,7 @@ def sweep(
     scheduler: Annotated[
         Text,
         option(
-            "Compute on the workers of this Dask scheduler instead of on this machine; needs sealtwin[cluster].",
+            "Compute on the workers of this Dask scheduler instead of on this machine; needs the extra cluster.",
             "tls://HOST:PORT",
         ),
     ] = None,

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
@@ -190,18 +190,29 @@ def table_of(kind: type[Settings], location: Sequence[int | str]) -> type[Settin
 
 def names_file(kind: type[Settings], name: str) -> bool:
     """Return True if the setting of that dotted name is, or may be, the name of a file."""
-    *_, key = parts = name.split(".")
-    table = table_of(kind, parts)
-    if table is None or key not in table.model_fields:
-        return False
-    annotation = table.model_fields[key].annotation
+    annotation = _annotation_of(kind, name)
     # A table of a file alone may be given by that file's name.
     inner = _settings_in(annotation)
-    return _has_path(annotation) or (inner is not None and "file" in inner.model_fields)
+    return _has(annotation, Path) or (inner is not None and "file" in inner.model_fields)
 
 
-def _has_path(annotation: Any) -> bool:
-    return annotation is Path or any(map(_has_path, getattr(annotation, "__args__", ())))
+def takes_list(kind: type[Settings], name: str) -> bool:
+    """Return True if the setting of that dotted name is, or may be, a list."""
+    return _has(_annotation_of(kind, name), tuple)
+
+
+def _annotation_of(kind: type[Settings], name: str) -> Any:
+    """Return the annotation of the setting of that dotted name; None if there is none."""
+    *_, key = parts = name.split(".")
+    table = table_of(kind, parts)
+    return None if table is None or key not in table.model_fields else table.model_fields[key].annotation
+
+
+def _has(annotation: Any, kind: type) -> bool:
+    """Return True if the annotation is of that kind, or may be."""
+    return kind in (annotation, get_origin(annotation)) or any(
+        _has(part, kind) for part in getattr(annotation, "__args__", ())
+    )
 
 
 def dotted_names(kind: type[Settings]) -> list[str]:

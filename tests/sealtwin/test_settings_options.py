@@ -53,6 +53,24 @@ def test_a_value_is_read_as_in_toml_or_as_a_bare_word(text, value):
     assert settings_of({}, [text]) == {text.partition("=")[0].strip(): value}
 
 
+@pytest.mark.parametrize("text", ["crack.wall_angle_deg=4,9", "path.trim_mm=3,8", "crack.depth_mm=5,3"])
+def test_a_decimal_comma_is_refused_where_two_numbers_are_possible(text):
+    """Version 0.2 read --wall-angle-deg 4,9 as two angles; as 4.9 degrees it would be another cavity."""
+    with pytest.raises(typer.BadParameter, match=r" or \["):
+        settings_of({}, [text])
+
+
+def test_no_help_has_brackets_that_a_terminal_takes_as_markup():
+    """Broken on purpose with "needs sealtwin[cluster]", a terminal shows "needs sealtwin"."""
+    texts = [text for name in COMMANDS for text in _helps(COMMANDS[name])]
+    assert len(texts) > 100
+    assert [text for text in texts if re.search(r"\[/?[a-zA-Z@#]", text)] == []
+
+
+def _helps(command):
+    return [command.help, *(shown.help or "" for shown in command.params if hasattr(shown, "help"))]
+
+
 @pytest.mark.parametrize("text", ["", "crack.tilt", "=flare", "crack.=1", ".tilt=1", "a.b.c.d.e=1", "cra ck.tilt=1"])
 def test_what_names_no_setting_is_refused(text):
     with pytest.raises(typer.BadParameter, match=r"TABLE\.KEY=VALUE"):

@@ -75,6 +75,8 @@ def _page(evidence: Evidence, data: ReportData, figures: KeyFigures, content: Se
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
+    # Limits of the fast model keep their order, in which the page lists what exceeds them.
+    environment.policies["json.dumps_kwargs"] = {"sort_keys": False}
     environment.filters["kind"] = lambda item: type(item).__name__
     environment.filters["photo"] = lambda item: _data_uri("jpeg", _encoded(".jpg", item.pixels[:, :, ::-1]))
     environment.filters["still"] = lambda item: _data_uri("webp", _encoded(".webp", item.still[:, :, [2, 1, 0, 3]]))

@@ -29,7 +29,7 @@ LIVE = LiveModel(
     path={"t_s": [0.0, 7.0], "s_mm": [5.0, 35.0], "z_mm": [3.0, 3.0]},
     after_s=0.0,
     sliders={"flow_mm3_s": LiveSlider(as_run=85.7, step=1.0, low=-50, high=50)},
-    limits={"slope": (0.45, 2, HOSTILE)},
+    limits={"slope": (0.45, 2, HOSTILE), "above_mm": (2.5, 1, HOSTILE)},
     unknown=(HOSTILE,),
     trial=HOSTILE,
 )
@@ -96,6 +96,8 @@ def test_the_page_has_the_model_s_data_as_text_and_its_scripts_where_there_is_on
     data = with_live.split('id="live-model">')[1].split("</script>")[0]
     assert json.loads(data)["trial"] == HOSTILE
     assert json.loads(data)["unknown"] == [HOSTILE]
+    # The page lists reasons in this order, as the terminal does.
+    assert list(json.loads(data)["limits"]) == ["slope", "above_mm"]
     write_report(tmp_path, replace(evidence, live=None))
     without = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert 'id="live' not in without
