@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
@@ -190,18 +190,27 @@ def table_of(kind: type[Settings], location: Sequence[int | str]) -> type[Settin
 
 def names_file(kind: type[Settings], name: str) -> bool:
     """Return True if the setting of that dotted name is, or may be, the name of a file."""
-    *_, key = parts = name.split(".")
-    table = table_of(kind, parts)
-    if table is None or key not in table.model_fields:
-        return False
-    annotation = table.model_fields[key].annotation
+    annotation = _annotation(kind, name)
     # A table of a file alone may be given by that file's name.
     inner = _settings_in(annotation)
-    return _has_path(annotation) or (inner is not None and "file" in inner.model_fields)
+    return _has(annotation, Path) or (inner is not None and "file" in inner.model_fields)
 
 
-def _has_path(annotation: Any) -> bool:
-    return annotation is Path or any(map(_has_path, getattr(annotation, "__args__", ())))
+def takes_list(kind: type[Settings], name: str) -> bool:
+    """Return True if the setting of that dotted name is, or may be, a list."""
+    return _has(_annotation(kind, name), tuple)
+
+
+def _annotation(kind: type[Settings], name: str) -> Any:
+    """Return the type of the setting of a dotted name; None without one."""
+    *_, key = parts = name.split(".")
+    table = table_of(kind, parts)
+    return table.model_fields[key].annotation if table is not None and key in table.model_fields else None
+
+
+def _has(annotation: Any, part: type) -> bool:
+    inner = getattr(annotation, "__args__", ())
+    return part in (annotation, get_origin(annotation)) or any(_has(one, part) for one in inner)
 
 
 def dotted_names(kind: type[Settings]) -> list[str]:

@@ -47,6 +47,8 @@ def _sealtwin(*arguments):
         ("output.snapshots_s=[]", []),
         ("photo.second_photo=b.png", Path("b.png").absolute()),
         ("crack.fill=fill.csv", Path("fill.csv").absolute()),
+        ('crack.fill={file="fill.csv"}', {"file": Path("fill.csv").absolute()}),
+        ("crack.wall_angle_deg=[4,9]", [4, 9]),
     ],
 )
 def test_a_value_is_read_as_in_toml_or_as_a_bare_word(text, value):
@@ -56,6 +58,21 @@ def test_a_value_is_read_as_in_toml_or_as_a_bare_word(text, value):
 @pytest.mark.parametrize("text", ["", "crack.tilt", "=flare", "crack.=1", ".tilt=1", "a.b.c.d.e=1", "cra ck.tilt=1"])
 def test_what_names_no_setting_is_refused(text):
     with pytest.raises(typer.BadParameter, match=r"TABLE\.KEY=VALUE"):
+        settings_of({}, [text])
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("crack.wall_angle_deg=11,8", r"11\.8 or \[11,8\]"),
+        ("path.trim_mm=4,500", r"4\.500 or \[4,500\]"),
+        ("nozzle={diameter_mm=2}", r"nozzle\.KEY=VALUE"),
+        ("crack=3", r"crack\.KEY=VALUE"),
+    ],
+)
+def test_what_is_easily_misread_is_refused(text, named):
+    """``--wall-angle-deg 11,8`` was left and right; a table of 'quick' was lost beside what it assumes."""
+    with pytest.raises(typer.BadParameter, match=named):
         settings_of({}, [text])
 
 
@@ -149,10 +166,19 @@ def test_a_study_starts_from_the_trial_with_what_is_set(lab):
     assert _sealtwin(*line, "nozzle.diameter_mm=1.9").exit_code == 0
     runs = json.loads((lab / "out" / "plan.json").read_text())["runs"]
     assert {run["trial"]["nozzle"]["diameter_mm"] for run in runs} == {1.9}
-    varied = next(iter(runs[0]["settings"]))
-    twice = _sealtwin(*line, f"{varied}=1")
-    assert twice.exit_code == 3
-    assert varied in twice.stderr
+    assert "fluid.U" in runs[0]["settings"]
+    # Each run's U would take the place of a viscosity.
+    for name in ("fluid.U", "fluid.viscosity_pa_s"):
+        twice = _sealtwin(*line, f"{name}=1")
+        assert twice.exit_code == 3
+        assert f"--set {name} beside" in twice.stderr
+
+
+def test_what_a_calibration_finds_removes_nothing_that_is_set(lab):
+    line = ("calibrate", lab / "trial.toml", "--out", lab / "out", "--device", "cpu", "--free", "fluid.U=3:30", "--set")
+    refused = _sealtwin(*line, "fluid.viscosity_pa_s=1")
+    assert refused.exit_code == 3
+    assert "--set fluid.viscosity_pa_s beside --free" in refused.stderr
 
 
 def test_every_option_of_a_setting_takes_its_help_from_the_field():
