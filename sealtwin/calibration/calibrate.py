@@ -19,7 +19,7 @@ from sealtwin.material.paste import material_text
 from sealtwin.study.sweep import SweepOptions
 from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS
-from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting
+from sealtwin.trial.trial_file import SETTINGS, load_trial, no_such_setting, replaced
 from simulate.material_file import Material
 from validate.calibration.free import Free, Marginal
 from validate.calibration.summary import Calibrated, Prediction, predicted_by_emulator, predicted_by_runs
@@ -125,7 +125,10 @@ def _checked(
     roles: dict[Literal["held-out", "calibrated-on"], Sequence[Path]] = {"held-out": trials, "calibrated-on": held_out}
     for wrong, group in roles.items():
         for file in group:
-            readings = load_trial(file, settings).readings
+            trial = load_trial(file, settings)
+            if lost := replaced(trial, settings or {}, ranges):
+                raise InputError(f"--set {lost[0]} beside --free, which gives what replaces it; give one.")
+            readings = trial.readings
             if readings is not None and readings.role == wrong:
                 right = "calibrated-on" if wrong == "held-out" else "held-out"
                 raise InputError(

@@ -17,20 +17,15 @@ from sealtwin.study import study_folder
 from sealtwin.study.study_file import PlannedRun
 from sealtwin.study.sweep import SweepOptions, adopt, brought_up_to_date
 from sealtwin.trial.job import check_sheet, require_sample
-from sealtwin.trial.trial_file import Trial, load_trial, with_settings
+from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, with_settings
 from validate.calibration.free import Free
 from validate.calibration.posterior import ReadLevels
 from validate.metrics.baselines import are_compared
 from validate.metrics.verdict import kept_volume
-from validate.settings import Readings
+from validate.settings import Readings, Uncertainty
 
-MEASURED = {
-    "fluid.yield_stress_pa": "yield_stress_pa",
-    "path.volume_ml": "volume_ml",
-    "path.speed_mm_s": "speed_mm_s",
-    "path.trim_mm": "start_mm",
-    "crack.depth_mm": "depth_mm",
-    "crack.wall_angle_deg": "wall_angle_deg",
+MEASURED = {name: key for name in SETTINGS if (key := name.rpartition(".")[2]) in Uncertainty.model_fields} | {
+    "path.trim_mm": "start_mm"
 }
 """Settings whose uncertainty [uncertainty] holds, or the material or fill that the trial names; and its name there."""
 JITTER_MM2 = 1e-6  # Keeps the covariance of readings without a stated error invertible

@@ -47,7 +47,7 @@ def batch_answer(batch: Batch) -> Answer:
     if proposals := sum(row.path_source == "automatic" for row in batch.done):
         lines.append(f"{proposals} cracks were found automatically: these are proposals to be checked.")
     if undeclared := sum(row.data == "undeclared" for row in batch.done):
-        lines.append(f"{counted(undeclared, 'photo')} of undeclared origin{SAY_ORIGIN}")
+        lines.append(f"{counted(undeclared, 'photo')} of undeclared origin; photo{SAY_ORIGIN}")
     lines += [f"failed: {row.fault}" for row in batch.failed]
     return Answer(batch.content(), lines, batch.exit_code)
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from sealtwin.cli.numbers import read_number
+from sealtwin.cli.numbers import WRITTEN, read_number
 from sealtwin.core.errors import InputError, present
 
 Given = dict[str, Any]
@@ -181,17 +181,28 @@ def _spelt(name: str) -> str:
 
 def _setting(text: str) -> tuple[str, Any]:
     """Read table.key=value. Raises typer.BadParameter."""
-    from sealtwin.core.settings import names_file, takes_list
+    from sealtwin.core.settings import table_of, takes_list
     from sealtwin.trial.trial_file import Trial
 
     if not (parts := SETTING.fullmatch(text)):
         raise typer.BadParameter(f"--set {text:.80}: expected TABLE.KEY=VALUE, as crack.tilt=flare")
-    key, written = parts[1], parts[2].strip()
-    value = _value(written)
-    # Version 0.2 took two angles with a comma between.
-    if isinstance(value, float) and "," in written and takes_list(Trial, key):
-        raise typer.BadParameter(f"--set {text:.80}: {value:g} or [{written:.40}]? Write it that way")
-    return key, Path(value).absolute() if isinstance(value, str) and names_file(Trial, key) else value
+    key, value = parts[1], parts[2].strip()
+    # Checks of a command, and what 'quick' writes, go by the settings in it.
+    if key in Trial.model_fields and table_of(Trial, (key, "")) is not None:
+        raise typer.BadParameter(f"--set {text:.80}: {key} is a table; give its settings singly, as {key}.KEY=VALUE")
+    if "," in value and WRITTEN.fullmatch(value) and takes_list(Trial, key):
+        raise typer.BadParameter(f"--set {text:.80}: {value.replace(',', '.')} or [{value}]? Write one of them")
+    return key, _with_whole_names(key, _value(value))
+
+
+def _with_whole_names(key: str, value: Any) -> Any:
+    """Return a setting's value with names of files, also those in a table, made absolute."""
+    from sealtwin.core.settings import names_file
+    from sealtwin.trial.trial_file import Trial
+
+    if isinstance(value, dict):
+        return {name: _with_whole_names(f"{key}.{name}", inner) for name, inner in value.items()}
+    return Path(value).absolute() if isinstance(value, str) and names_file(Trial, key) else value
 
 
 def _value(text: str) -> Any:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from validate.result import Comparison, FluidFigures, PredictedLevel, SampleFigures, TrialResult
 
 
-SAY_ORIGIN = "; photo.data or mesh.data declares it (measured, reconstructed, synthetic)."
+SAY_ORIGIN = ".data declares it (measured, reconstructed, synthetic)."
 
 
 def run_trial(
@@ -110,7 +110,8 @@ def _sample(sample: "SampleFigures") -> Iterator[str]:
         yield f"Cavity by weight ({len(sample.weighed.levels_mm)} steps, 95 %): {sample.weighed}."
     yield _scale(sample)
     if sample.data == "undeclared":
-        yield f"Origin of the {'mesh' if sample.mm_per_px is None else 'photo'}: undeclared{SAY_ORIGIN}"
+        kind = "mesh" if sample.mm_per_px is None else "photo"
+        yield f"Origin of the {kind}: undeclared; {kind}{SAY_ORIGIN}"
 
 
 def _width(sample: "SampleFigures") -> str:

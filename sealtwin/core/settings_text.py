@@ -123,7 +123,7 @@ def _entry(kind: Table, name: str, default: Any = None) -> str:
     field = kind.model_fields[name]
     default = default if field.is_required() else field.default
     shown = json.dumps(default) if isinstance(default, str) else repr(default)
-    traits = allowed(field) + ("" if default is None else f"; default: {shown}")
+    traits = allowed(field) + ("" if default in (None, inspect.Parameter.empty) else f"; default: {shown}")
     return f"{name} : {traits}\n{indent(fill(described(kind).get(name, ''), WIDTH), '    ')}"
 
 

@@ -23,7 +23,7 @@ from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_f
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import numbers_up_to
-from sealtwin.trial.trial_file import load_trial
+from sealtwin.trial.trial_file import load_trial, replaced
 from validate.comparison import Baseline
 from validate.metrics.verdict import kept_volume
 from validate.wording.of_runs import sentences_of_runs
@@ -63,9 +63,10 @@ def sweep(
     """
     study = load_study(file)
     base = file.parent / study.trial
-    if twice := sorted(study.names & (settings or {}).keys()):
-        raise InputError(f"--set {twice[0]} beside {file}, which gives it itself; change it there.")
-    planned = plan_runs(study, file, load_trial(base, settings))
+    given, trial = settings or {}, load_trial(base, settings)
+    if twice := sorted({*(study.names & given.keys()), *replaced(trial, given, study.names)}):
+        raise InputError(f"--set {twice[0]} beside {file}, which gives it or what replaces it; change it there.")
+    planned = plan_runs(study, file, trial)
     if planned[0].trial.fluid is None:
         raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
     planned = [replace(run, trial=run.trial.loaded(base.parent)) for run in planned]

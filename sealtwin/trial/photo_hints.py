@@ -26,7 +26,7 @@ name = ""
 
 [photo]
 file = ""
-data = "undeclared"  # Nobody said where the photo comes from: "measured", "reconstructed" or "synthetic".
+data = "undeclared"  # "measured", "reconstructed" or "synthetic", or "undeclared" if nobody says where it comes from.
 
 [crack]
 """
@@ -167,8 +167,11 @@ def _put(table: Any, key: str, value: Any) -> None:
     """Insert a key below the table's last key, not below a comment that belongs to the next table."""
     from tomlkit.items import Table
 
-    own = [name for name in table if not isinstance(table[name], Table)]
-    if key in table or not own or not isinstance(table, Table):
+    if key in table or not isinstance(table, Table):
         table[key] = value
-    else:
+    elif own := [name for name in table if not isinstance(table[name], Table)]:
         table.value._insert_after(own[-1], key, value)
+    elif table.value.body:
+        table.value._insert_at(0, key, value)
+    else:
+        table[key] = value

@@ -4,7 +4,7 @@ import difflib
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -197,15 +197,19 @@ def name_of(file: Path, otherwise: str) -> str:
 
 def seen_from(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Return settings with files as seen from the trial's folder, so that both can be moved and no home is named."""
-    return {name: _seen_from(folder, value) if isinstance(value, Path) else value for name, value in settings.items()}
+    return {name: _seen_from(folder, value) for name, value in settings.items()}
 
 
-def _seen_from(folder: Path, file: Path) -> str:
+def _seen_from(folder: Path, value: Any) -> Any:
+    if isinstance(value, dict):
+        return seen_from(folder, value)
+    if not isinstance(value, Path):
+        return value
     try:
-        return Path(os.path.relpath(file, folder)).as_posix()
+        return Path(os.path.relpath(value, folder)).as_posix()
     except ValueError:
         # On another drive of Windows.
-        return file.absolute().as_posix()
+        return value.absolute().as_posix()
 
 
 _CURVES = ("fluid.curve", "fluid.cooling")
@@ -235,6 +239,17 @@ def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> di
                 for other in set(group) - set(settings):
                     home.pop(other.rpartition(".")[2], None)
     return changed
+
+
+def replaced(trial: Trial, settings: Mapping[str, Any], names: Iterable[str]) -> list[str]:
+    """Return those of ``settings`` of a trial, by dotted name, that values of the settings ``names`` remove."""
+    content = trial.model_dump(mode="json", exclude_none=True)
+    gone = _names_in(content) - _names_in(with_settings(content, dict.fromkeys(names, 0)))
+    return [name for name in settings if ".".join(name.split(".")[:2]) in gone]
+
+
+def _names_in(content: Mapping[str, Any]) -> set[str]:
+    return {f"{table}.{key}" for table, inner in content.items() if isinstance(inner, dict) for key in inner}
 
 
 def trial_text(trial: Trial) -> str:

@@ -110,6 +110,12 @@ def test_a_keyword_is_documented_by_the_setting_that_it_is(documented, entry):
     assert entry in inspect.getdoc(documented)
 
 
+@pytest.mark.parametrize(("documented", "name"), [(st.build_solid, "depth_mm"), (st.import_mesh, "units")])
+def test_what_must_be_given_has_no_default(documented, name):
+    entry = next(line for line in documented.__doc__.splitlines() if line.startswith(f"{name} : "))
+    assert "default" not in entry
+
+
 def test_defaults_are_those_of_a_trial_file():
     assert inspect.signature(st.plan_path).parameters["speed_mm_s"].default == NozzlePath().speed_mm_s
     assert inspect.signature(st.trace_crack).parameters["via_px"].default == ()

@@ -248,6 +248,8 @@ def test_a_photo_without_a_trial_opens_by_the_settings_of_the_command(tmp_path):
     assert opened.session.hints.mm_per_px is None
     assert opened.facts["shape"] == {"depth_mm": 8.0}
     opened.save(opened.session.hints, Shape(depth_mm=8.0))
+    # Not below the comment on the next table, that it is the starter's.
+    assert "[crack]\ndepth_mm = 8\n" in (tmp_path / "crack.toml").read_text()
     trial = load_trial(tmp_path / "crack.toml")
     assert trial.photo is not None
     assert (trial.seed, trial.photo.face_mm) == (3, (50.0, 30.0))
