@@ -44,7 +44,7 @@ class SampleFigures(JsonRecord):
     cavity_volume_95_mm3: Span | None
     """Its ends at those of the mean width."""
     weighed: WeighedCavity | None
-    """The cavity by a liquid that was weighed into it in steps; None if none was."""
+    """Cavity by a liquid that was weighed in, step by step; None if no liquid was weighed."""
     sealant_mm3: float
     """Sealant that the nozzle gives."""
     path_source: PathSource
@@ -272,7 +272,7 @@ class TrialResult(JsonRecord):
 def read_result(folder: Path) -> TrialResult:
     """Read run.json. Raises InputError, naming the key that does not fit."""
     return read_record(
-        TrialResult, folder / RESULT, f"Delete it; 'sealtwin validate {folder}' writes it anew.", strict=True
+        TrialResult, folder / RESULT, "Delete it; the next command that runs a stage there writes it anew.", strict=True
     )
 
 

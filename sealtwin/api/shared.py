@@ -35,7 +35,7 @@ def settings_from(kind: type[Table], function: str, keywords: Mapping[str, Any],
 
 
 class WarnedProgress(Progress):
-    """Silent progress that collects warnings, for a function to give them as Python's own."""
+    """Silent progress that collects warnings, which a function then gives as Python's own."""
 
     def __init__(self) -> None:
         self.sentences: list[str] = []

@@ -31,7 +31,7 @@ def points(text: str | Sequence[str], option: str) -> list[tuple[float, float]]:
 
 
 def along(text: str, option: str) -> float | list[list[float]]:
-    """Read a number, or the rows of a CSV with s_mm and a column that is called as the option.
+    """Read a number, or the rows of a CSV with the columns s_mm and the option's own name.
 
     Raises typer.BadParameter for text that is neither, InputError for a file that cannot be used.
     """

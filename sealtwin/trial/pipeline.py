@@ -210,7 +210,7 @@ def _fluid(folder: Path) -> FluidFigures:
 
 
 def _compared(job: Job) -> dict[str, Any]:
-    """Return what validate wrote, by its name in the result."""
+    """Return the records that the validate stage wrote, by field of the result."""
     folder, has_readings = job.path, job.trial.readings is not None
     return {
         "report": shown(folder / "report.html"),
