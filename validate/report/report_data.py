@@ -23,6 +23,15 @@ from validate.wording.headline import cautions, headline
 from validate.wording.in_short import in_short
 from validate.wording.sample_and_run import HEALTH_LABELS, assumptions, left_out
 
+OTHER_UNITS: dict[str, dict[str, str | None]] = {
+    "Expectation": dict.fromkeys(("bias", "scatter", "computed", "expected", "expected_95"), None),
+    "InputEffect": {"standard": None},
+    "MassBalance": {"shrinkage_percent": "%"},
+    "NumberWithUnit": {"value": None},
+    "SizeSeries": dict.fromkeys(("values", "scatter", "band"), "mm"),
+}
+"""Units of numbers that their names do not end with, by record and field; None if each number has its own."""
+
 
 class NumberWithUnit(JsonRecord):
     """A number with its unit."""
@@ -114,8 +123,14 @@ def schema() -> dict[str, Any]:
         for name, field in record.get("properties", {}).items():
             field |= {"description": meaning} if (meaning := meanings[record["title"]].get(name)) else {}
             if record is not content and '"number"' in json.dumps(field):
-                field["unit"] = "1" if name.startswith("share") else unit_of(name)
+                field |= {"unit": unit} if (unit := _unit(record["title"], name)) else {}
     return content
+
+
+def _unit(record: str, name: str) -> str | None:
+    """Return the unit of a number; None if its meaning or a field beside it names the unit."""
+    others = OTHER_UNITS.get(record, {})
+    return others[name] if name in others else "1" if name.startswith("share") else unit_of(name)
 
 
 def _meanings() -> dict[str, dict[str, str]]:
