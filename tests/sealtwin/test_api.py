@@ -19,11 +19,12 @@ from matplotlib import pyplot
 from PIL import Image
 
 import sealtwin as st
-from digitise.settings import NozzlePath
+from digitise.settings import CrackShape, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline
 from sealtwin.trial.starter_files import write_example_cell
 from sealtwin.trial.trial_file import load_trial
+from simulate.settings import SampleSlope
 from tests.evidence import axes_of
 from tests.fluids import path as short_path
 from tests.fluids import slot
@@ -32,6 +33,7 @@ from tests.places import FIXTURE
 from tests.studies import tiny_lab
 from validate.report.write_report import REPORT
 from validate.result import Comparison
+from validate.settings import Readings
 
 ENDS_PX = [[40, 101], [160, 98]]
 READINGS = np.array([[0.5, -2.0, -2.1], [4.0, -2.0, -1.9], [7.0, -1.5, -1.4], [10.0, -1.0, -1.1], [13.5, -1.0, np.nan]])
@@ -116,9 +118,23 @@ def test_what_must_be_given_has_no_default(documented, name):
     assert "default" not in entry
 
 
-def test_defaults_are_those_of_a_trial_file():
-    assert inspect.signature(st.plan_path).parameters["speed_mm_s"].default == NozzlePath().speed_mm_s
-    assert inspect.signature(st.trace_crack).parameters["via_px"].default == ()
+@pytest.mark.parametrize(
+    ("function", "settings"),
+    [
+        (st.read_photo, PhotoInput),
+        (st.trace_crack, PhotoInput),
+        (st.build_solid, CrackShape),
+        (st.plan_path, NozzlePath),
+        (st.inject, SampleSlope),
+        (st.read_readings, Readings),
+    ],
+)
+def test_defaults_are_those_of_a_trial_file(function, settings):
+    shown = inspect.signature(function).parameters.items()
+    fields = settings.model_fields
+    defaults = {name: one.default for name, one in shown if name in fields and not fields[name].is_required()}
+    assert len(defaults) > 1
+    assert defaults == {name: fields[name].default for name in defaults}
 
 
 # The whole way, quickly: a drawn crack of 12 mm and coarse particles.
@@ -196,10 +212,11 @@ def test_python_is_warned_of_what_a_run_cannot_show(way, fluid, settle_s, senten
 def test_python_is_warned_of_doubtful_readings():
     """A code for a missing reading was taken for a level without a word."""
     doubtful = np.column_stack([READINGS, READINGS[:, 1:]])
-    doubtful[1, 1] = -999
+    doubtful[1, 1], doubtful[2, 3] = -999, 0
     with pytest.warns(RuntimeWarning, match="-999 mm at s = .*a missing reading") as caught:
         readings = st.read_readings(doubtful)
     assert [str(one.message) for one in caught] == list(readings.doubts)
+    assert len(caught) == 2
 
 
 def test_without_progress_a_trial_says_each_thing_once_and_as_a_warning(lab, tmp_path, monkeypatch, capfd):
@@ -208,6 +225,16 @@ def test_without_progress_a_trial_says_each_thing_once_and_as_a_warning(lab, tmp
         st.run_trial(lab / "trial.toml", out=tmp_path / "run")
     texts = [str(one.message) for one in caught]
     assert len(texts) == len(set(texts))
+    # A run that is up to date narrates nothing.
+    with pytest.warns(RuntimeWarning, match="fluid.U is "):
+        st.run_trial(lab / "trial.toml", out=tmp_path / "run")
+    profile = tmp_path / "run" / "profile.csv"
+    profile.write_bytes(profile.read_bytes() + b"\n")
+    with (
+        pytest.warns(RuntimeWarning, match="fluid.U is "),
+        pytest.warns(RuntimeWarning, match="yours is kept as profile.changed.csv"),
+    ):
+        st.run_trial(lab / "trial.toml", out=tmp_path / "run")
     assert capfd.readouterr().err == ""
 
 

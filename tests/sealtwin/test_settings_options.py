@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from sealtwin.cli.answer import removed_options
 from sealtwin.cli.app import app
 from sealtwin.cli.settings_options import OPTIONS, describe, settings_of
-from sealtwin.core.settings import names_file, table_of
+from sealtwin.core.settings import described, names_file, table_of
 from sealtwin.trial.trial_file import Trial
 from tests.pages import leave_out_pages
 from tests.places import FIXTURE, ROOT
@@ -34,6 +34,7 @@ def _sealtwin(*arguments):
     [
         ("crack.tilt=flare", "flare"),
         ('crack.tilt = "flare"', "flare"),
+        ("crack.tilt = flare ", "flare"),
         ("path.volume_ml=3", 3),
         ("path.volume_ml=1,5", 1.5),
         ("photo.path_only=true", True),
@@ -111,6 +112,12 @@ def test_a_setting_is_given_once(options, others):
         ("crak.tilt=lean", "--set: crak: no such key; did you mean 'crack'?"),
         ("photo.markers.size_mm=-1", "--set: photo.markers.size_mm = -1"),
         ("crack.depth_mm=[[0,5],[9,900]]", "--set: crack.depth_mm.1.1 = 900"),
+        ("path.volume_ml=1,5 ml", "--set: path.volume_ml = '1,5 ml'"),
+        ("path.volume_ml=1,000", "--set: path.volume_ml = '1,000'"),
+        ("path.volume_ml=nan", "--set: path.volume_ml = nan"),
+        ("path.volume_ml=", "--set: path.volume_ml = ''"),
+        ("photo.edge_fraction=1e999", "--set: photo.edge_fraction = inf"),
+        ("photo.edge_fraction=\u0663", "--set: photo.edge_fraction = '\u0663'"),
     ],
 )
 def test_a_setting_is_checked_as_in_a_trial_file(tmp_path, setting, named):
@@ -147,6 +154,11 @@ def test_a_run_records_what_was_set_and_goes_on_from_there(lab):
     assert refused.exit_code == 3
     assert "[crack] is not what digitise ran with" in refused.stderr
     assert tomllib.loads((out / "trial.toml").read_text()) == recorded
+    (lab / "other.csv").write_bytes((lab / "readings.csv").read_bytes())
+    answer = _sealtwin("validate", out, "--device", "cpu", "--set", f"readings.file={lab / 'other.csv'}")
+    assert answer.exit_code in (0, 5), answer.output
+    assert tomllib.loads((out / "trial.toml").read_text())["readings"]["file"] == "inputs/other.csv"
+    assert (out / "inputs" / "other.csv").is_file()
 
 
 def test_a_viscosity_replaces_the_papers_as_in_a_study(lab):
@@ -194,17 +206,34 @@ def test_what_a_calibration_finds_removes_nothing_that_is_set(lab):
 
 
 def test_every_option_of_a_setting_takes_its_help_from_the_field():
-    for name, command in COMMANDS.items():
-        describe(command)
-        for shown in command.params:
-            if shown.name in OPTIONS and f"({OPTIONS[shown.name].key})" in (shown.help or ""):
-                assert re.match(r"[\w'].{20,}\. \([a-z_.]+\)$", shown.help), (name, shown.help)
-                assert shown.metavar, (name, shown.name)
+    """It is the first sentence of the docstring; options of the same name that are no settings have their own."""
+    shown = [one for command in typer.main.get_command(app).commands.values() for one in _described(command)]  # pyright: ignore[reportAttributeAccessIssue]
+    assert {one.name for one in shown} == OPTIONS.keys()
+    for one in shown:
+        *_, key = parts = OPTIONS[one.name].key.split(".")
+        text = one.help.removesuffix(f" ({OPTIONS[one.name].key})")
+        assert one.help != text
+        assert re.match(r"[\w'].{20,}\.$", text)
+        assert not re.search(r"\.\s+[A-Z]", text), text
+        table = table_of(Trial, parts)
+        assert table is not None
+        # Square brackets are markup on a terminal.
+        assert " ".join(described(table)[key].split()).replace("[", "(").replace("]", ")").startswith(text)
+        assert one.metavar, one.name
     offered = {shown.name for shown in COMMANDS["quick"].params}
     assert offered >= OPTIONS.keys() - {"units"}
-    for option in OPTIONS.values():
-        *_, key = parts = option.key.split(".")
-        assert key in table_of(Trial, parts).model_fields  # pyright: ignore[reportOptionalMemberAccess]
+
+
+def _described(command):
+    """The options of a command that are settings, described as for its help."""
+    settings = [one for one in command.params if one.name in OPTIONS and one.help == OPTIONS[one.name].key]
+    describe(command)
+    return settings
+
+
+def test_help_shows_what_the_field_says():
+    shown = " ".join(_sealtwin("digitise", "--help").stdout.replace("│", " ").split())
+    assert "Scale of a photo taken square to the face, in mm for each pixel. (photo.mm_per_px)" in shown
 
 
 def test_help_of_all_commands_reads_no_settings():

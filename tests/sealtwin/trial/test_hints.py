@@ -242,6 +242,7 @@ def test_settings_of_the_command_are_saved_with_the_hints(tmp_path):
 
 def test_a_photo_without_a_trial_opens_by_the_settings_of_the_command(tmp_path):
     photo = write_png(tmp_path / "crack.png", with_crack(mortar(), [(40, 150), (460, 140)]))
+    assert sheet_of(photo, {}).open().session.hints.mm_per_px is None
     given = {"photo.face_mm": [50.0, 30.0], "photo.ends_px": [[40, 150], [460, 140]], "crack.depth_mm": 8, "seed": 3}
     opened = sheet_of(photo, given).open()
     assert opened.session.hints.ends_px == ((40.0, 150.0), (460.0, 140.0))

@@ -77,7 +77,7 @@ def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
     _, run, answer = unbroken
     assert {path.name for path in run.iterdir() if path.is_file() and not path.name.startswith(".")} == LEFT
     result = read_result(run)
-    assert result.model_dump(mode="json") == answer
+    assert result.model_dump(mode="json") == answer == json.loads((run / "run.json").read_text(encoding="utf-8"))
     compared, fluid = result.comparison, result.fluid
     assert compared is not None
     assert compared.uncertainty is not None
@@ -92,6 +92,10 @@ def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
     assert compared.uncertainty.mean_level.resolved is None
     told = result_lines(result, "validate")
     assert [line for line in told if line in compared.headline] == list(compared.headline)
+    assert compared.findings
+    assert told[-1 - len(compared.findings) : -1] == list(compared.findings)
+    worst = f"Worst error: {compared.worst_error_mm:.2f} mm (at s = {compared.worst_at_mm:.2f} mm)"
+    assert [line.startswith(worst) for line in told].count(True) == 1
     low_mm, high_mm = compared.uncertainty.mean_error_interval_mm
     assert low_mm < compared.mean_error_mm < high_mm
     assert re.match(

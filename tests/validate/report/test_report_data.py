@@ -47,14 +47,26 @@ def test_numbers_have_units_and_are_those_of_the_comparison(tmp_path):
     assert (data.outcome, compared.gate, compared.role) == ("passed", Gate(mean_error_mm=1.0), "held-out")
     assert compared.mean_error_mm == pytest.approx(0.5)
     assert len(compared.error_by_bin) == 4
-    fields = schema()["$defs"]["Comparison"]["properties"]
-    units = {"mean_error_mm": "mm", "area_mm2": "mm²", "coverage": "1", "measured_underfill_mm3": "mm³"}
-    # The millimetre in its name is another's.
-    units["share_under_1_mm"] = "1"
-    assert {name: fields[name]["unit"] for name in units} == units
-    sizes, expected = (schema()["$defs"][name]["properties"] for name in ("SizeSeries", "Expectation"))
-    assert {sizes[name]["unit"] for name in ("values", "scatter", "band")} == {"mm"}
-    assert expected["expected_95"]["unit"] == "that of the quantity"
+
+
+@pytest.mark.parametrize(
+    ("record", "units"),
+    [
+        ("Comparison", {"mean_error_mm": "mm", "area_mm2": "mm²", "coverage": "1", "measured_underfill_mm3": "mm³"}),
+        # The millimetre in its name is another's.
+        ("Comparison", {"share_under_1_mm": "1"}),
+        ("MassBalance", {"footprint_mm2": "mm²", "shrinkage_percent": "%"}),
+        ("SizeSeries", {"values": "mm", "scatter": "mm", "band": "mm", "order_95": "1"}),
+        # Each in a unit of its own: "1" would call it a pure number.
+        ("InputEffect", {"standard": "that of the name", "mean_level_mm": "mm", "share": "1"}),
+        ("Expectation", dict.fromkeys(("bias", "scatter"), "that of the quantity; 1 if relative")),
+        ("Expectation", dict.fromkeys(("computed", "expected", "expected_95"), "that of the quantity")),
+        ("NumberWithUnit", {"value": "that of unit"}),
+    ],
+)
+def test_the_schema_has_the_units_of_numbers(record, units):
+    fields = schema()["$defs"][record]["properties"]
+    assert {name: fields[name].get("unit") for name in units} == units
 
 
 def test_what_the_page_has_is_here_too(tmp_path, monkeypatch):

@@ -31,6 +31,12 @@ def positions_pt(typeset) -> list[tuple[float, float]]:
     return found
 
 
+def drawn_on_pages(typeset) -> list[int]:
+    """Number of pictures on each page."""
+    contents = [page.get_contents() for page in PdfReader(set_with(typeset)).pages]
+    return [content.get_data().count(b" Do") for content in contents if content is not None]
+
+
 LETTERS = "abcWMil .-"
 PARAGRAPHS = st.tuples(
     # Long ones too, of more than one line.
@@ -136,5 +142,21 @@ def test_a_picture_takes_its_caption_along():
     first, second = pages_of(typeset)
     assert [word in first for word in ("before", "of the first", "of the second", "of the third")] == [1, 1, 1, 0]
     assert "caption of the third\nafter" in second
+    assert drawn_on_pages(typeset) == [2, 1]
     caption_pt = positions_pt(typeset)[1][1]
     assert 842 - caption_pt > 72 * (0.7 + (210 / 25.4 - 1.4) / 2), "below the picture"
+
+
+def test_two_pictures_side_by_side_have_a_caption_each():
+    picture = Image.new("RGB", (200, 100), "grey")
+
+    def typeset(paper: Typesetter) -> None:
+        paper.pictures([(picture, "caption of the left"), (picture, "caption of the right")])
+
+    (text,) = pages_of(typeset)
+    assert "caption of the left" in text
+    assert "caption of the right" in text
+    assert drawn_on_pages(typeset) == [2]
+    (left_pt, left_up_pt), (right_pt, right_up_pt), *_ = positions_pt(typeset)
+    assert left_up_pt == right_up_pt
+    assert left_pt < 210 / 25.4 * 72 / 2 < right_pt
