@@ -101,7 +101,7 @@ DRAWINGS = [
         "drawing of which nobody says where it comes from",
         drawing(lambda _, space: ring(space)),
         DRAWN,
-        ("undeclared", "photo.data"),
+        ("undeclared", "mesh.data"),
         0,
     ),
     WrongInput(
