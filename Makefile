@@ -97,4 +97,4 @@ $(DEVELOPING): $(INSTALLED)
 	touch $@
 
 clean:
-	rm -rf $(VENV) docs/_build docs/decisions docs/gallery .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) docs/_build docs/gallery .pytest_cache .ruff_cache .hypothesis

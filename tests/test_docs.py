@@ -103,19 +103,6 @@ def test_markdown_sees_nothing_in_a_docstring_but_code(reference):
     )
 
 
-def test_a_record_that_a_later_one_changes_is_marked():
-    records = _loaded("records")
-    assert records.superseding(
-        {
-            "0001-first": "# 0001 First\n",
-            "0002-second": "# 0002\nSupersedes the end of [0001](0001-first.md).\nNot 0002.",
-        }
-    ) == {"0001-first": ["0002-second"]}
-    pages = records.pages_of(ROOT / "reports" / "decisions")
-    assert "superseded, in whole or in part, by [0081]" in pages["index"]
-    assert all(name in pages["index"] for name in pages if name != "index")
-
-
 def test_readme_is_short():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= MOST_LINES
 

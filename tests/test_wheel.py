@@ -88,7 +88,7 @@ def test_the_source_archive_holds_what_the_tests_and_the_reproduction_need(built
         names = {name.partition("/")[2] for name in archive.getnames()}
     wanted = {
         "constraints.txt", "Makefile", "tests/places.py", "benchmarks/paper_trial.py", "fixtures/paper-trial/photo.jpg",
-        "fixtures/generate/specimen.py", "reports/reproduction/studies.py", "reports/decisions/0002-run-folder.md",
+        "fixtures/generate/specimen.py", "reports/reproduction/studies.py", "docs/decisions/layout.md",
     }  # fmt: skip
     assert wanted <= names
     assert not [name for name in names if name.startswith((".venv", "reports/paper-trial"))]

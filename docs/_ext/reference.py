@@ -1,15 +1,11 @@
-"""The directives that put generated text on a page, and the pages that are copied in before a build."""
+"""The directives that put generated text on a page."""
 
-from pathlib import Path
 from typing import Any, ClassVar
 
-import records
 import reference_text
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
-
-RECORDS = Path(__file__).parents[2] / "reports" / "decisions"
 
 
 class Commands(SphinxDirective):
@@ -36,20 +32,6 @@ class PublicNames(SphinxDirective):
         return self.parse_text_to_nodes(text, allow_section_headings=True)
 
 
-def copy_records(app: Sphinx) -> None:
-    """Write the decision records into the source folder; an unchanged page keeps its date, and is not built again."""
-    folder = Path(app.srcdir) / "decisions"
-    folder.mkdir(exist_ok=True)
-    pages = {f"{name}.md": text for name, text in records.pages_of(RECORDS).items()}
-    for page in folder.glob("*.md"):
-        if page.name not in pages:
-            page.unlink()
-    for name, text in pages.items():
-        page = folder / name
-        if not page.exists() or page.read_text(encoding="utf-8") != text:
-            page.write_text(text, encoding="utf-8")
-
-
 def without_class_signature(
     app: Sphinx, what: str, name: str, found: object, options: object, signature: str | None, returned: str | None
 ) -> tuple[str, None] | None:
@@ -61,6 +43,5 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.add_directive("sealtwin-commands", Commands)
     app.add_directive("sealtwin-settings", SettingsOf)
     app.add_directive("sealtwin-names", PublicNames)
-    app.connect("builder-inited", copy_records)
     app.connect("autodoc-process-signature", without_class_signature)
     return {"parallel_read_safe": True}

@@ -37,8 +37,8 @@ class Element(Settings):
     """Files, of a Python file with what it defines there after a colon."""
     faith: Faith
     why: str = ""
-    records: tuple[str, ...] = ()
-    """Numbers of decision records."""
+    decisions: tuple[str, ...] = ()
+    """Pages of ``docs/decisions``, by name."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -50,8 +50,8 @@ class Element(Settings):
 
     def row(self) -> str:
         lives = "<br>".join(f"`{place}`" for place in self.lives)
-        records = ", ".join(f"[{number}](../decisions/{record_path(number).name})" for number in self.records)
-        why = f"{self.why} ({records})" if self.why and records else self.why or records
+        pages = ", ".join(f"[{name}](../../docs/decisions/{name}.md)" for name in self.decisions)
+        why = f"{self.why} ({pages})" if self.why and pages else self.why or pages
         return f"| {self.place} | {self.says} | {self.faith} | {lives} | {why} |"
 
 
@@ -68,7 +68,7 @@ class Elements(Settings):
         return f"{INTRODUCTION}\n{len(self.element)} elements: {told}.\n\n{head}\n{rows}\n"
 
     def faults(self, root: Path) -> Iterator[str]:
-        """Yield a sentence for each file, definition and record that is not in the checkout ``root``."""
+        """Yield a sentence for each file, definition and page of decisions that is not in the checkout ``root``."""
         for each in self.element:
             for place in each.lives:
                 name, _, symbol = place.partition(":")
@@ -76,9 +76,9 @@ class Elements(Settings):
                     yield f"{each.place}: {name} is no file."
                 elif symbol and symbol not in defined_in(root / name):
                     yield f"{each.place}: {name} defines no {symbol}."
-            for number in each.records:
-                if not record_path(number, root).is_file():
-                    yield f"{each.place}: there is no decision record {number}."
+            for name in each.decisions:
+                if not (root / "docs" / "decisions" / f"{name}.md").is_file():
+                    yield f"{each.place}: there is no page of decisions {name}."
 
 
 def read_elements(path: Path) -> Elements:
@@ -97,12 +97,6 @@ def defined_in(path: Path) -> frozenset[str]:
             case ast.Assign(targets=targets):
                 found.update(target.id for target in targets if isinstance(target, ast.Name))
     return frozenset(found)
-
-
-def record_path(number: str, root: Path = ROOT) -> Path:
-    """Return the file of a decision record; without one, a path that does not exist."""
-    folder = root / "reports" / "decisions"
-    return next(folder.glob(f"{number}-*.md"), folder / f"{number}-.md")
 
 
 def main() -> None:

@@ -16,18 +16,18 @@ def elements() -> Elements:
     return read_elements(HOME / "paper_elements.toml")
 
 
-def test_every_file_definition_and_record_that_the_table_names_exists(elements):
+def test_every_file_definition_and_page_that_the_table_names_exists(elements):
     assert list(elements.faults(ROOT)) == []
 
 
 def test_what_does_not_exist_is_told():
-    def table(*lives: str, record: str = "0078") -> Elements:
-        return Elements(element=(Element(place="Eq. 1", says="x", lives=lives, faith="faithful", records=(record,)),))
+    def table(*lives: str, page: str = "paste") -> Elements:
+        return Elements(element=(Element(place="Eq. 1", says="x", lives=lives, faith="faithful", decisions=(page,)),))
 
     assert list(table("simulate/settings.py:Solver", "Makefile").faults(ROOT)) == []
     assert list(table("simulate/setings.py").faults(ROOT)) == ["Eq. 1: simulate/setings.py is no file."]
     assert list(table("simulate/settings.py:Solvr").faults(ROOT)) == ["Eq. 1: simulate/settings.py defines no Solvr."]
-    assert list(table("Makefile", record="9999").faults(ROOT)) == ["Eq. 1: there is no decision record 9999."]
+    assert list(table("Makefile", page="pasta").faults(ROOT)) == ["Eq. 1: there is no page of decisions pasta."]
 
 
 def test_every_section_equation_and_figure_of_the_paper_is_in_the_table(elements):
