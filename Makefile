@@ -5,13 +5,17 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 DEVELOPING := $(VENV)/.installed-dev
 
-.PHONY: demo test test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu results reproduce picture docs docs-gallery lint clean
+.PHONY: demo test coverage test-slow test-browser test-gpu benchmark benchmark-digitise benchmark-simulate benchmark-validate benchmark-gpu results reproduce picture docs docs-gallery lint clean
 
 demo: $(INSTALLED)
 	$(BIN)/sealtwin run fixtures/paper-trial/trial.toml --device cpu
 
 test: $(DEVELOPING)
 	$(BIN)/pytest --numprocesses 2 --dist worksteal
+
+# Branch coverage of each package by 'make test'.
+coverage: $(DEVELOPING)
+	$(BIN)/pytest --numprocesses 2 --dist worksteal --cov-branch --cov=digitise --cov=simulate --cov=validate --cov=sealtwin
 
 test-slow: $(DEVELOPING)
 	$(BIN)/pytest -m slow

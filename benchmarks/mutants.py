@@ -1,0 +1,193 @@
+"""Mutants of the packages, run against the tests of two revisions: a leaner suite must kill what the older one kills.
+
+    python -m benchmarks.mutants OLD FOLDER [--count 200] [--seed REVISION]
+
+Both suites run against the packages of HEAD, each in a worktree below FOLDER. A mutant meets the tests whose coverage
+contexts include its line, quickest first, until one fails. The same command goes on where it was stopped.
+"""
+
+import argparse
+import json
+import os
+import random
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from xml.etree import ElementTree
+
+from coverage import CoverageData
+
+from tests.places import ROOT
+
+STAGES = ("digitise", "simulate", "validate", "sealtwin")
+OPERATORS = (
+    *(f"ReplaceComparisonOperator_{pair}" for pair in ("Lt_LtE", "LtE_Lt", "Gt_GtE", "GtE_Gt", "Lt_Gt", "Gt_Lt")),
+    *(f"ReplaceComparisonOperator_{pair}" for pair in ("Eq_NotEq", "NotEq_Eq", "Is_IsNot", "IsNot_Is")),
+    *(f"ReplaceBinaryOperator_{pair}" for pair in ("Add_Sub", "Sub_Add", "Mul_Div", "Div_Mul")),
+    *("AddNot", "ReplaceAndWithOr", "ReplaceOrWithAnd", "ReplaceTrueWithFalse", "ReplaceFalseWithTrue"),
+    *("NumberReplacer", "ReplaceUnaryOperator_USub_UAdd", "ZeroIterationForLoop"),
+)
+"""Operators of cosmic-ray that leave a module importable."""
+MOST_S = 600.0  # Time of one mutant's tests; a mutant that loops for ever counts as killed
+LOST_AT_MOST = 0.01  # Share of the old suite's kills
+
+
+@dataclass(frozen=True, order=True)
+class Mutant:
+    """One change of one module: the ``occurrence``-th place of an operator."""
+
+    module: str
+    line: int
+    operator: str
+    occurrence: int
+
+    @property
+    def key(self) -> str:
+        return f"{self.module}:{self.line} {self.operator} {self.occurrence}"
+
+
+@dataclass(frozen=True)
+class Suite:
+    """Tests of one revision in a worktree that has the packages of HEAD."""
+
+    name: str
+    revision: str
+    folder: Path
+
+    def check_out(self) -> None:
+        if self.folder.exists():
+            return
+        git("worktree", "add", "--detach", "--force", str(self.folder), self.revision)
+        git("checkout", git("rev-parse", "HEAD"), "--", *STAGES, at=self.folder)
+
+    def measure(self) -> None:
+        """Run every test once, for its contexts, its time and whether it passes at all."""
+        if (self.folder / ".coverage").exists():
+            return
+        sources = [f"--cov={stage}" for stage in STAGES]
+        options = ["-n", "2", "--dist", "worksteal", "-q", "--cov-branch", "--cov-context=test", "--cov-report="]
+        self.pytest(*options, *sources, "--junitxml=times.xml")
+
+    def pytest(self, *arguments: str, most_s: float | None = None) -> int:
+        """Return pytest's exit code; 1 if it takes longer than ``most_s``."""
+        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments]
+        environment = os.environ | {"PYTHONPATH": str(self.folder)}
+        try:
+            run = subprocess.run(
+                command, cwd=self.folder, env=environment, capture_output=True, timeout=most_s, check=False
+            )
+        except subprocess.TimeoutExpired:
+            return 1
+        return run.returncode
+
+    @cached_property
+    def contexts(self) -> CoverageData:
+        data = CoverageData(str(self.folder / ".coverage"))
+        data.read()
+        return data
+
+    @cached_property
+    def seconds(self) -> dict[str, float]:
+        """Time of each test that passes on unchanged packages, by the name that contexts have."""
+        cases = ElementTree.parse(self.folder / "times.xml").iter("testcase")
+        return {
+            f"{case.get('classname', '').replace('.', '/')}.py::{case.get('name')}": float(case.get("time", 0))
+            for case in cases
+            if case.find("failure") is None and case.find("error") is None and case.find("skipped") is None
+        }
+
+    def tests_of(self, mutant: Mutant) -> list[str]:
+        """Names of the tests that run the mutant's line, quickest first."""
+        lines = self.contexts.contexts_by_lineno(str(self.folder / mutant.module))
+        names = {context.split("|")[0] for context in lines.get(mutant.line, ())}
+        return sorted(names & self.seconds.keys(), key=self.seconds.__getitem__)
+
+    def kills(self, mutant: Mutant) -> bool:
+        tests = self.tests_of(mutant)
+        if not tests:
+            return False
+        path = self.folder / mutant.module
+        source = path.read_text(encoding="utf-8")
+        path.write_text(mutated(source, mutant), encoding="utf-8")
+        try:
+            (self.folder / "tests.txt").write_text("\n".join(tests), encoding="utf-8")
+            return self.pytest("-x", "-q", "-n", "0", "@tests.txt", most_s=MOST_S) == 1
+        finally:
+            path.write_text(source, encoding="utf-8")
+
+
+def git(*arguments: str, at: Path = ROOT) -> str:
+    return subprocess.run(["git", *arguments], cwd=at, check=True, capture_output=True, text=True).stdout.strip()
+
+
+def mutants_of(module: str) -> Iterator[Mutant]:
+    """Yield every mutant of a module of this checkout."""
+    from cosmic_ray.ast import ast_nodes, get_ast
+    from cosmic_ray.plugins import get_operator
+
+    nodes = list(ast_nodes(get_ast((ROOT / module).read_text(encoding="utf-8"))))
+    for operator in OPERATORS:
+        find = get_operator(f"core/{operator}")().mutation_positions
+        places = (position for node in nodes for position in find(node))
+        for occurrence, ((line, _), *_) in enumerate(places):
+            yield Mutant(module, line, operator, occurrence)
+
+
+def mutated(source: str, mutant: Mutant) -> str:
+    from cosmic_ray.mutating import mutate_code
+    from cosmic_ray.plugins import get_operator
+
+    text = mutate_code(source, get_operator(f"core/{mutant.operator}")(), mutant.occurrence)
+    if text is None:
+        raise ValueError(f"{mutant.key}: there is no such place.")
+    return text
+
+
+def drawn(old: Suite, count: int, seed: str) -> list[Mutant]:
+    """Draw mutants whose line a test of the old suite runs, a fourth of them from each package."""
+    chance = random.Random(seed)
+    chosen: list[Mutant] = []
+    for stage in STAGES:
+        modules = git("ls-files", f"{stage}/*.py").splitlines()
+        candidates = sorted(mutant for module in modules for mutant in mutants_of(module))
+        chance.shuffle(candidates)
+        touched = (mutant for mutant in candidates if old.tests_of(mutant))
+        chosen += [mutant for mutant, _ in zip(touched, range(count // len(STAGES)), strict=False)]
+    return chosen
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("old", help="revision whose tests are the measure")
+    parser.add_argument("folder", type=Path, help="where both worktrees and the results lie")
+    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--seed", help="default: the hash of HEAD")
+    given = parser.parse_args()
+    folder = given.folder.resolve()
+    suites = [Suite("old", given.old, folder / "old"), Suite("new", "HEAD", folder / "new")]
+    for suite in suites:
+        suite.check_out()
+        suite.measure()
+    results = folder / "mutants.json"
+    killed: dict[str, dict[str, bool]] = json.loads(results.read_text()) if results.exists() else {}
+    mutants = drawn(suites[0], given.count, given.seed or git("rev-parse", "HEAD"))
+    for number, mutant in enumerate(mutants, 1):
+        if mutant.key not in killed:
+            killed[mutant.key] = {suite.name: suite.kills(mutant) for suite in suites}
+            results.write_text(json.dumps(killed, indent=1))
+        print(f"{number} of {len(mutants)}: {mutant.key}: {killed[mutant.key]}", flush=True)
+    outcomes = [killed[mutant.key] for mutant in mutants]
+    by_old = sum(each["old"] for each in outcomes)
+    lost = sum(each["old"] and not each["new"] for each in outcomes)
+    gained = sum(each["new"] and not each["old"] for each in outcomes)
+    print(
+        f"{len(mutants)} mutants: the old suite kills {by_old}; the new one loses {lost} of these, and kills {gained} more"
+    )
+    sys.exit(lost > LOST_AT_MOST * by_old)
+
+
+if __name__ == "__main__":
+    main()
