@@ -1,13 +1,12 @@
 """Processor time of four benchmarks, over that of another work tree of the project in the same run.
 
     git worktree add ../before 7065196
-    python -m benchmarks.against ../before [--turns 7] [--only pbf_step ...]
+    python -m benchmarks.against ../before [--turns 7] [--only pbf_step]
 
 Both trees take turns, each turn in a fresh process that times its own tree's benchmark and prints what it computed. A
 figure is the median over the turns of the ratio within a turn. The results of both trees are compared as well.
 """
 
-import argparse
 import json
 import os
 import platform
@@ -16,8 +15,9 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Annotated
 
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, one_of, run_benchmark
 
 HERE = Path(__file__).parent.parent
 SLOWER_AT_MOST = 1.03
@@ -71,29 +71,23 @@ print(json.dumps([took_s, result]))
 BENCHMARKS = {"pbf_step": STEP, "digitise_speed": DIGITISE, "report_speed": REPORT, "paper_run": RUN}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("other", type=Path, help="root of the other work tree")
-    parser.add_argument("--turns", type=int, default=7)
-    parser.add_argument("--only", nargs="+", choices=BENCHMARKS, default=list(BENCHMARKS))
-    asked = parser.parse_args()
-    print(f"{processor()}, load {os.getloadavg()[0]:.1f}; {asked.turns} turns against {asked.other.name}")
+def main(other: Path, turns: int = 7, only: Annotated[list[str] | None, one_of(BENCHMARKS)] = None) -> list[Row]:
+    print(f"{processor()}, load {os.getloadavg()[0]:.1f}; {turns} turns against {other.name}")
     rows = []
-    for name in asked.only:
+    for name in only or BENCHMARKS:
         with tempfile.TemporaryDirectory() as here, tempfile.TemporaryDirectory() as there:
-            scratches = {HERE: Path(here), asked.other.resolve(): Path(there)}
-            turns = [
-                [turn(BENCHMARKS[name], tree, scratch) for tree, scratch in scratches.items()]
-                for _ in range(asked.turns)
+            scratches = {HERE: Path(here), other.resolve(): Path(there)}
+            pairs = [
+                [turn(BENCHMARKS[name], tree, scratch) for tree, scratch in scratches.items()] for _ in range(turns)
             ]
-        ratios = [ours[0] / theirs[0] for ours, theirs in turns]
+        ratios = [ours[0] / theirs[0] for ours, theirs in pairs]
         print(
-            f"{name}: {' '.join(f'{ratio:.3f}' for ratio in ratios)}; {statistics.median(t[0][0] for t in turns):.2f} s"
+            f"{name}: {' '.join(f'{ratio:.3f}' for ratio in ratios)}; {statistics.median(t[0][0] for t in pairs):.2f} s"
         )
         rows.append(Row(f"{name}: processor time over the other's", statistics.median(ratios), "", 0, SLOWER_AT_MOST))
-        apart = max(abs(ours[1] / theirs[1] - 1) for ours, theirs in turns)
+        apart = max(abs(ours[1] / theirs[1] - 1) for ours, theirs in pairs)
         rows.append(Row(f"{name}: result, relative difference", apart, "", 0, ALIKE))
-    finish(rows)
+    return rows
 
 
 def turn(body: str, tree: Path, scratch: Path, site: Path | None = None) -> tuple[float, float]:
@@ -131,4 +125,4 @@ def flags() -> list[str]:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

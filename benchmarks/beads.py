@@ -10,18 +10,18 @@ kind ``judge`` have other stresses, another shape and finer particles; ``short``
 over rho g sqrt(A), the length over sqrt(A), and the bar's width. No paste was measured for any of this.
 """
 
-import argparse
 import csv
 import math
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import cv2
 import numpy as np
+from typer import Option
 
 from benchmarks.kept_runs import KeptRuns
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from digitise.bead import BeadOutline, bead_of
 from sealtwin.core.records import Floats
 from sealtwin.material.by_bead import footprint_of
@@ -196,14 +196,12 @@ def rows() -> list[Row]:
     return found
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--record", action="store_true")
-    if parser.parse_args().record:
+def main(compute: Annotated[bool, Option("--record")] = False) -> list[Row]:
+    if compute:
         record()
         recorded.cache_clear()
-    finish(rows())
+    return rows()
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -10,16 +10,18 @@ what is finished. ``--tune`` runs trials of another draw, and each at its measur
 radius: what these differ by is the numerics of a prediction.
 """
 
-import argparse
 import csv
 import tempfile
 import time
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from typer import Option
 
 from benchmarks import slumps
 from benchmarks.blind_measured import COURSES, KEPT, LENGTH_MM, Measured, measured, record
+from benchmarks.table import run_benchmark
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Sample
 from sealtwin.study.drawn_runs import draw, unfit_for
@@ -118,10 +120,7 @@ def _half_of_band(components: list) -> Floats:
     return Budget(len(STATIONS_MM), tuple(components)).band_mm
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tune", action="store_true", help="trials of the draw that the numerics are measured on")
-    tune = parser.parse_args().tune
+def main(tune: Annotated[bool, Option(help="trials of the draw that the numerics are measured on")] = False) -> None:
     # Trials are emulated by them: they come first.
     slumps.KEPT.require()
     KEPT.begin()
@@ -135,4 +134,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -1,6 +1,6 @@
 """The band of ``sealtwin validate --uncertainty`` on trials of the blind prediction: EMULATED, reported, not judged.
 
-    python -m benchmarks.blind_own_band [--trials 3 17 ...]
+    python -m benchmarks.blind_own_band [--trials 3 --trials 17 ...]
 
 ``benchmarks.blind_prediction`` judges a band whose numerics are one number, the same for all trials. The command takes
 them from three runs at each of three particle sizes. This benchmark makes those runs and 1,000 draws of the fast model,
@@ -8,17 +8,18 @@ and reports the band that the command would give. It has no part by readings. A 
 there are twenty.
 """
 
-import argparse
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from typer import Option
 
 from benchmarks import slumps
 from benchmarks.blind_cases import FOLDER, JUDGED_SEED, STATIONS_MM, level_mm
 from benchmarks.blind_measured import Measured, measured
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
 from sealtwin.study.drawn_runs import draw
@@ -52,17 +53,18 @@ def sized(one: Measured, factor: float) -> SizeRuns:
     return SizeRuns(solver.size_mm, np.array(levels_mm))
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main(
+    trials: Annotated[
+        list[int] | None, Option(help="number of a judged trial; may be given again; default: all")
+    ] = None,
+) -> list[Row]:
     judged = sorted(int(path.stem) for path in (FOLDER / f"{JUDGED_SEED}").glob("[0-9]*.csv"))
-    parser.add_argument("--trials", type=int, nargs="+", default=judged, help="numbers of judged trials; default: all")
-    trials = parser.parse_args().trials
     # Trials are emulated by them: they come first.
     slumps.KEPT.require()
-    rows = [row for number in trials for row in bands(number)]
+    rows = [row for number in trials or judged for row in bands(number)]
     halves_mm = [row.value for row in rows[::2]]
-    finish([*rows, Row("half of the command's band, median of the trials", float(np.median(halves_mm)), "mm")])
+    return [*rows, Row("half of the command's band, median of the trials", float(np.median(halves_mm)), "mm")]
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

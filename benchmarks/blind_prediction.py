@@ -13,15 +13,16 @@ The bars of 88 % and 60 % are one-sided and below the nominal 95 %. Stations of 
 interval of the share is by a bootstrap over trials.
 """
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from typer import Option
 
 from benchmarks.blind_cases import JUDGED_SEED, STATIONS_MM, TRIALS, TUNING_SEED, finished
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats, Profile
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import Budget, Component, normals
@@ -130,22 +131,21 @@ def draw(judged: Sequence[Judged], path: Path) -> None:
     figure.savefig(path)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tuning", action="store_true", help="show the trials that the numerics were measured on")
-    parser.add_argument("--picture", type=Path, help="file for a picture of errors and bands")
-    asked = parser.parse_args()
+def main(
+    tuning: Annotated[bool, Option(help="show the trials that the numerics were measured on")] = False,
+    picture: Annotated[Path | None, Option(help="file for a picture of errors and bands")] = None,
+) -> list[Row]:
     numerics = numerics_mm()
-    trials = finished(TUNING_SEED if asked.tuning else JUDGED_SEED)
+    trials = finished(TUNING_SEED if tuning else JUDGED_SEED)
     judged = [judge(number, levels, numerics) for number, levels in trials.items()]
     for one in judged:
         off = f"mean {one.error_mm.mean():+.2f} mm, RMS {np.sqrt(np.mean(one.error_mm**2)):.2f} mm"
         held = f"{100 * one.held():3.0f} % held"
         print(f"trial {one.number:2d}: {held}, {off}, half of the band {np.median(one.band_mm):.2f} mm")
-    if asked.picture:
-        draw(judged, asked.picture)
-    finish(rows(judged, numerics))
+    if picture:
+        draw(judged, picture)
+    return rows(judged, numerics)
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -18,7 +18,6 @@ Runs are kept in ``calibration.csv``, where a later call finds them; without the
 Those of another solver are refused, and --anew removes them.
 """
 
-import argparse
 import csv
 import math
 import time
@@ -26,13 +25,14 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from scipy.stats import binom, qmc
+from typer import Option
 
 from benchmarks.kept_runs import KeptRuns
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
@@ -159,18 +159,18 @@ def tpe(library: Library, number: int, evidence: ReadLevels) -> list[Setting]:
     return tried
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--truths", type=int, default=TRUTHS)
-    parser.add_argument("--no-baselines", action="store_true", help="leave grid, Sobol sequence and TPE out")
-    parser.add_argument("--no-search", action="store_true", help="read the truths by the Sobol runs alone")
-    parser.add_argument("--anew", action="store_true", help="remove kept runs of another solver")
-    asked = parser.parse_args()
-    if asked.anew:
+def main(
+    count: Annotated[int, Option("--truths")] = TRUTHS,
+    baselines: Annotated[bool, Option(help="grid, Sobol sequence and TPE as well")] = True,
+    search_truths: Annotated[
+        bool, Option("--search/--no-search", help="else read the truths by the Sobol runs alone")
+    ] = True,
+    anew: Annotated[bool, Option(help="remove kept runs of another solver")] = False,
+) -> list[Row]:
+    if anew:
         KEPT.begin()
-    if asked.no_search:
-        finish(library_rows(Library()))
-    count: int = asked.truths
+    if not search_truths:
+        return library_rows(Library())
     library, known = Library(), truths()[:count]
     found: list[tuple[Setting, ReadLevels, SearchResult]] = []
     for number, truth in enumerate(known):
@@ -180,10 +180,10 @@ def main() -> None:
         found.append((truth, evidence, one))
         print(f"truth {number + 1}: {_said(truth, one)}; {time.process_time() - began:.0f} s", flush=True)
     others: dict[str, list[list[Setting]]] = {}
-    if not asked.no_baselines:
+    if baselines:
         tried = [tpe(library, number, evidence) for number, (_, evidence, _) in enumerate(found)]
         others = {"grid": [grid()] * count, "Sobol": [sobol()] * count, "TPE": tried}
-    finish([*rows(library, found, others), *library_rows(library)])
+    return [*rows(library, found, others), *library_rows(library)]
 
 
 def _said(truth: Setting, found: SearchResult) -> str:
@@ -294,4 +294,4 @@ def rows(
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

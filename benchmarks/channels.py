@@ -6,12 +6,11 @@ Fluids have a density of 1000 kg/m3, stick to the walls since no D is given, and
 collisions. A channel repeats itself along x and z, its walls are planes in y; a push takes the place of gravity.
 """
 
-import argparse
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import pi
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from benchmarks.collapse import fronts
 from benchmarks.physics_endless import Endless, stirred_mm
 from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, raised, step_of
 from benchmarks.sinking import plugs
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.core.records import Floats
 from simulate.settings import Fluid
 from simulate.setup.rheology import added_viscosity
@@ -245,12 +244,9 @@ CASES: dict[str, Callable[[], Iterator[Row]]] = {
 }
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", choices=CASES, nargs="+", default=list(CASES))
-    asked: Sequence[str] = parser.parse_args().only
-    finish([row for name in asked for row in CASES[name]()])
+def main(only: Annotated[list[str] | None, one_of(CASES)] = None) -> list[Row]:
+    return [row for name in only or CASES for row in CASES[name]()]
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, finish, run_benchmark
 
 FRAMES, IMPORT, COMPILE = "frames", "import", "compile"
 MOST_S = 10.0
@@ -103,4 +103,4 @@ def _processor_s() -> float:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -9,7 +9,6 @@ that of set-up, frames and results, after such a run has loaded every kernel; di
 the CPU (--device cpu) times have no targets.
 """
 
-import argparse
 import math
 import sys
 import tempfile
@@ -18,11 +17,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import warp as wp
+from typer import Option
 
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress, progress_for_stderr
@@ -68,37 +69,34 @@ class Launch:
         return [outcome for outcome in self.outcomes if isinstance(outcome, Run)]
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--device", default="cuda:0")
-    parser.add_argument("--runs", type=int, default=132, help="of the study's 132, spread over all of them")
-    parser.add_argument("--radius-mm", type=float)
-    asked = parser.parse_args(arguments)
+def main(
+    device: str = "cuda:0",
+    runs: Annotated[int, Option(help="of the study's 132, spread over all of them")] = 132,
+    radius_mm: float | None = None,
+) -> list[Row]:
     try:
-        device = choose_device(asked.device)
+        device = choose_device(device)
     except InputError as fault:
         print(fault, file=sys.stderr)
         sys.exit(NO_DEVICE)
     print(f"Device: {describe_device(device)}")
-    shipped = _coarsened(load_trial(FIXTURE / "trial.toml"), asked.radius_mm)
-    study = _pairs(asked.radius_mm)
+    shipped = _coarsened(load_trial(FIXTURE / "trial.toml"), radius_mm)
+    study = _pairs(radius_mm)
     own = {"solver": shipped.solver.model_copy(update={"settle_s": 0.0})}
     paper = next(trial for settings, trial in study if settings == ALIKE).model_copy(update=own)
     bench = _digitised(paper)
-    spread = [study[number][1] for number in np.linspace(0, len(study) - 1, asked.runs).round().astype(int)]
+    spread = [study[number][1] for number in np.linspace(0, len(study) - 1, runs).round().astype(int)]
     for trials in ([paper], spread):
         inject_at_once(bench, trials, device, frames=3)
     one = inject_at_once(bench, [paper], device)
     together = inject_at_once(bench, spread, device)
-    finish(
-        [
-            *_timed("one run", one, ONE_S, "<= 1", device),
-            *_timed(f"{len(spread)} runs", together, STUDY_S, "<= 10", device),
-            _profiles(bench, together),
-            *_memory(bench, spread, together),
-            *_apart(bench, shipped, device),
-        ]
-    )
+    return [
+        *_timed("one run", one, ONE_S, "<= 1", device),
+        *_timed(f"{len(spread)} runs", together, STUDY_S, "<= 10", device),
+        _profiles(bench, together),
+        *_memory(bench, spread, together),
+        *_apart(bench, shipped, device),
+    ]
 
 
 def inject_at_once(bench: Sample, trials: Sequence[Trial], device: str, frames: int | None = None) -> Launch:
@@ -205,4 +203,4 @@ def _used_bytes(device: str) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -5,7 +5,6 @@
 The photo is synthetic and its truth exact. Each case runs in a fresh process; importing libraries is not counted.
 """
 
-import argparse
 import json
 import os
 import platform
@@ -14,8 +13,11 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Annotated
 
-from benchmarks.table import Row, finish
+from typer import Option
+
+from benchmarks.table import Row, run_benchmark
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import make_specimen, mean_width_mm
 from sealtwin.core.arc_length import arc_length
@@ -61,10 +63,7 @@ depth_mm = 16.0
 """
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--repeats", type=int, default=3, help="runs of each case; the median counts")
-    repeats = parser.parse_args().repeats
+def main(repeats: Annotated[int, Option(help="runs of each case; the median counts")] = 3) -> list[Row]:
     specimen = make_specimen(SEED, RECIPE)
     length_mm = float(arc_length(specimen.centreline_mm)[-1])
     width_mm = mean_width_mm(specimen.centreline_mm, specimen.width_mm)
@@ -84,7 +83,7 @@ def main() -> None:
                 Row(f"{name}: length off by", abs(seen[0]["length_mm"] - length_mm), "mm", 0, 2),
             ]
     print(f"{platform.platform()}, {os.cpu_count()} cores, one used; 4000 x 3000 px, synthetic")
-    finish(rows)
+    return rows
 
 
 def _run(trial: Path, out: Path) -> dict:
@@ -102,4 +101,4 @@ def _trial_text(board, ends) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -1,6 +1,6 @@
 """Damaged inputs: each command ends with an exit code and a sentence, and no file of the user's is lost. Linux only.
 
-    python -m benchmarks.fuzz [--cases 1000] [--seed 0] [--only KIND ...] [--keep DIR]
+    python -m benchmarks.fuzz [--cases 1000] [--seed 0] [--only KIND] [--keep DIR]
 
 A case takes a sound input of its kind, mutates it, and calls one command on it in a copy of a small lab, in a process
 of its own. It fails by a traceback (or exit code 1, a bug; or a signal that ends it), by taking over a minute of
@@ -9,7 +9,6 @@ from seed and number alone; --keep leaves the folders of those that failed. Ever
 input as it is, which must be accepted: mutating what is refused anyway would find nothing.
 """
 
-import argparse
 import shlex
 import shutil
 import sys
@@ -17,12 +16,13 @@ import tempfile
 import time
 from collections import Counter
 from pathlib import Path
+from typing import Annotated
 
 from benchmarks.fuzz_endings import AS_IT_IS, FAILURES, LARGEST_GB, Ending, called, judged
 from benchmarks.fuzz_kinds import KINDS, NEWER, READ_BY
 from benchmarks.fuzz_lab import sound_lab
 from benchmarks.fuzz_process import import_all
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, one_of, run_benchmark
 
 
 def fuzz(cases: int, seed: int, kinds: list[str], keep: Path | None) -> dict[str, list[Ending]]:
@@ -58,23 +58,19 @@ def require_sound(seed: int, kinds: list[str], sound: Path, lab: Path) -> None:
         shutil.rmtree(lab)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cases", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", nargs="+", choices=KINDS, default=list(KINDS), metavar="KIND")
-    parser.add_argument("--keep", type=Path)
-    arguments = parser.parse_args()
+def main(
+    cases: int = 1000, seed: int = 0, only: Annotated[list[str] | None, one_of(KINDS)] = None, keep: Path | None = None
+) -> list[Row]:
     began = time.monotonic()
     import_all()
-    endings = fuzz(arguments.cases, arguments.seed, arguments.only, arguments.keep)
+    endings = fuzz(cases, seed, only or list(KINDS), keep)
     for kind, some in endings.items():
         outcomes = Counter(one.outcome for one in some)
         counts = ", ".join(f"{count} {name}" for name, count in outcomes.most_common())
         print(f"{kind:<15} {len(some):4d}: {counts}; {max((one.peak_gb for one in some), default=0):.2f} GB")
     everything = [one for some in endings.values() for one in some]
     print(f"{len(everything)} cases in {time.monotonic() - began:.0f} s")
-    finish(rows_of(everything, every_kind=len(endings) == len(KINDS)))
+    return rows_of(everything, every_kind=len(endings) == len(KINDS))
 
 
 def rows_of(endings: list[Ending], *, every_kind: bool) -> list[Row]:
@@ -89,4 +85,4 @@ def rows_of(endings: list[Ending], *, every_kind: bool) -> list[Row]:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -47,7 +47,7 @@ def sound_lab(folder: Path) -> None:
 
     plannable_lab(folder)
     # Its time and its identifier would move what a case damages.
-    ezdxf.options.write_fixed_meta_data_for_testing = True
+    ezdxf.options.write_fixed_meta_data_for_testing = True  # pyright: ignore[reportPrivateImportUsage]
     drawing = ezdxf.filemanagement.new(units=units.MM)
     edge = [(0, 0), (20, 1), (40, 0), (40, 3), (20, 4), (0, 3)]
     drawing.modelspace().add_lwpolyline(edge, close=True, dxfattribs={"layer": "OUTLINE"})

@@ -10,19 +10,19 @@ heap still goes down, ``heap_limit.py`` says where paste of that yield stress mu
 that: where particles differ, they are also given the lower yield stress that holds interFoam's. Two minutes.
 """
 
-import argparse
 import csv
 from collections.abc import Iterator
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from typer import Option
 
 from benchmarks.heap_limit import holding_pa
 from benchmarks.interfoam.__main__ import LIMIT_M2_S, VISCOSITY_PA_S, slope
 from benchmarks.interfoam.cases import DENSITY_KG_M3, HEAP_MM, SIZE_MM, TABLES, WIDTH_MM
 from benchmarks.physics_tanks import GRAVITY_MM_S2, Pit, Tank, block_mm, spacing_mm, step_of
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
 from simulate.settings import PAPERS_D_CM, Fluid
 from tests.fluids import FRAME_S
@@ -203,22 +203,20 @@ def limit_rows() -> Iterator[Row]:
     yield Row("limit analysis: vertical face over the slip circle's", face / FACE, "", 1 - FACE_OFF, 1 + FACE_OFF, "1")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main(
+    only: Annotated[str | None, Option(help="yield stress of a heap in Pa, or limit, or interfoam")] = None,
+) -> list[Row]:
     found = sorted(stress for stress, *rest in references() if tuple(rest) == (SIZE_MM, LIMIT_M2_S))
-    names = ["limit", "interfoam", *(f"{stress:g}" for stress in found)]
-    parser.add_argument("--only", choices=names, help="the heap of that yield stress, in Pa, or what they are held to")
-    asked = parser.parse_args()
-    rows = list(limit_rows()) if asked.only in (None, "limit") else []
-    if asked.only in (None, "interfoam"):
+    rows = list(limit_rows()) if only in (None, "limit") else []
+    if only in (None, "interfoam"):
         rows += own_rows()
     for stress in found:
-        if asked.only in (None, f"{stress:g}"):
+        if only in (None, f"{stress:g}"):
             rows += course_rows(stress)
-    if asked.only in (None, f"{AWAKE_PA:g}"):
+    if only in (None, f"{AWAKE_PA:g}"):
         rows.append(wall_row())
-    finish(rows)
+    return rows
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -8,7 +8,6 @@ questions are answered in pairing.csv, and in no file of the lab's; and sheets i
 are read as they were meant or asked about.
 """
 
-import argparse
 import csv
 import re
 import shutil
@@ -18,13 +17,15 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from typer import Option
 
 from benchmarks.arranged_sheets import ArrangedSheet, arranged_sheet
 from benchmarks.doubtful_sheets import REVIEWED, VARIED, DrawnSheet, Manner, sound_sheet
 from benchmarks.ordinary_sheets import S_MM, SHEETS, levels_mm
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.progress import Progress
 from sealtwin.lab.ingest import Ingested, ingest
@@ -47,8 +48,17 @@ ARRANGED = 400
 ANSWER = re.compile(r"readings\.as_written = \[([^]]*)\]")
 
 
-def main(scratch: Path, seed: int, sound: int, each: int) -> None:
-    """Prints what was read and what was found; exits as every benchmark does."""
+def main(
+    seed: Annotated[int, Option(help="seed of the doubtful and of the sound sheets")] = JUDGED_SEED,
+    sound: Annotated[int, Option(help="sound sheets")] = SOUND_SHEETS,
+    each: Annotated[int, Option(help="sheets in each manner")] = EACH,
+) -> list[Row]:
+    with tempfile.TemporaryDirectory() as scratch:
+        return rows(Path(scratch), seed, sound, each)
+
+
+def rows(scratch: Path, seed: int, sound: int, each: int) -> list[Row]:
+    """Print what was read and what was found, and return the rows."""
     folder = make_lab_folder(scratch / "sound")
     ingest(folder, scratch / "warm", Progress())
     began = time.perf_counter()
@@ -75,30 +85,28 @@ def main(scratch: Path, seed: int, sound: int, each: int) -> None:
     for fault, said in zip(FAULTS, found, strict=True):
         print(f"  {fault.what}\n    {'NOT NAMED' if said is None else said[0].removeprefix('failed: ')}")
     dialects = len({outcome.dialect for outcome in first.outcomes})
-    finish(
-        [
-            Row("trials taken in", _count(first, "new"), "of 10", len(HANDS), len(HANDS)),
-            Row("dialects", dialects, "", FEWEST_DIALECTS, len(HANDS)),
-            Row("planted faults", len(FAULTS), "", FEWEST_FAULTS, 1000),
-            Row("of these named", sum(said is not None for said in found), "", len(FAULTS), len(FAULTS)),
-            Row("taken in again: new or revised", len(HANDS) - _count(again, "unchanged"), "", 0, 0),
-            Row("time a sample", took_s / len(HANDS), "s", 0, SLOWEST_S),
-            Row("time a sample that is known", again_s / len(HANDS), "s", 0, SLOWEST_S / 10),
-            Row(
-                "sound samples that pass the checks of a run",
-                len(HANDS) - len(unready),
-                "of 10",
-                len(HANDS),
-                len(HANDS),
-            ),
-            Row("time a sample, traced and checked for its run", checked_s / len(HANDS), "s"),
-            *doubt_rows(scratch / "doubtful", seed, each),
-            *sound_rows(scratch, seed, sound),
-            *asking_rows(scratch / "asked", seed),
-            *ordinary_rows(scratch / "ordinary"),
-            *arranged_rows(scratch, seed),
-        ]
-    )
+    return [
+        Row("trials taken in", _count(first, "new"), "of 10", len(HANDS), len(HANDS)),
+        Row("dialects", dialects, "", FEWEST_DIALECTS, len(HANDS)),
+        Row("planted faults", len(FAULTS), "", FEWEST_FAULTS, 1000),
+        Row("of these named", sum(said is not None for said in found), "", len(FAULTS), len(FAULTS)),
+        Row("taken in again: new or revised", len(HANDS) - _count(again, "unchanged"), "", 0, 0),
+        Row("time a sample", took_s / len(HANDS), "s", 0, SLOWEST_S),
+        Row("time a sample that is known", again_s / len(HANDS), "s", 0, SLOWEST_S / 10),
+        Row(
+            "sound samples that pass the checks of a run",
+            len(HANDS) - len(unready),
+            "of 10",
+            len(HANDS),
+            len(HANDS),
+        ),
+        Row("time a sample, traced and checked for its run", checked_s / len(HANDS), "s"),
+        *doubt_rows(scratch / "doubtful", seed, each),
+        *sound_rows(scratch, seed, sound),
+        *asking_rows(scratch / "asked", seed),
+        *ordinary_rows(scratch / "ordinary"),
+        *arranged_rows(scratch, seed),
+    ]
 
 
 def _count(ingested: Ingested, fate: str) -> int:
@@ -301,10 +309,4 @@ def _as_written(trial: Path, number: int) -> bool:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seed", type=int, default=JUDGED_SEED, help="seed of the doubtful and of the sound sheets")
-    parser.add_argument("--sound", type=int, default=SOUND_SHEETS, help="sound sheets")
-    parser.add_argument("--each", type=int, default=EACH, help="sheets in each manner")
-    asked = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        main(Path(scratch), asked.seed, asked.sound, asked.each)
+    run_benchmark(main)

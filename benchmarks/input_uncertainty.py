@@ -9,21 +9,21 @@ sealant is weighed before and after, each time to 0.05 g, and its density in a c
 level and its numerics, which takes half an hour of one, so that u_val is known.
 """
 
-import argparse
 import tempfile
 import time
 from collections.abc import Iterator
 from math import sqrt
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from typer import Option
 
 from benchmarks.against import HERE
 from benchmarks.material_by_scale import spread_of
 from benchmarks.slot_cases import TRIM_MM, drawn
 from benchmarks.slumps import KEPT, replayed
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from benchmarks.weighing import poured_into
 from digitise.settings import CrackShape
 from sealtwin.core import record_files
@@ -57,21 +57,20 @@ or more; and what is in doubt of them."""
 AGREES = 1.25  # Largest ratio of the u_input of both models, either way
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=RUNS, help="runs of the fast model for each budget")
-    parser.add_argument("--judge", action="store_true", help="move the inputs of two slots by particles too")
-    parser.add_argument("--only-judge", action="store_true", help="that alone")
-    parser.add_argument("--numerics", action="store_true", help="run particles for the level and its numerics")
-    asked = parser.parse_args()
-    if not asked.only_judge:
+def main(
+    runs: Annotated[int, Option(help="runs of the fast model for each budget")] = RUNS,
+    judge: Annotated[bool, Option(help="move the inputs of two slots by particles too")] = False,
+    only_judge: Annotated[bool, Option(help="that alone")] = False,
+    numerics: Annotated[bool, Option(help="run particles for the level and its numerics")] = False,
+) -> list[Row]:
+    if not only_judge:
         # Before minutes of particles.
         KEPT.require()
     print("Fill, weighings and spread are EMULATED; nothing was measured.")
-    rows = [] if asked.only_judge else [*shipped(asked.runs, numerics=asked.numerics)]
-    if asked.judge or asked.only_judge:
-        rows += [row for number in SLOTS for row in judged(number, asked.runs)]
-    finish(rows)
+    rows = [] if only_judge else [*shipped(runs, numerics=numerics)]
+    if judge or only_judge:
+        rows += [row for number in SLOTS for row in judged(number, runs)]
+    return rows
 
 
 def shipped(runs: int, *, numerics: bool) -> Iterator[Row]:
@@ -208,4 +207,4 @@ def _level_mm(base: Base, signs: dict[str, float]) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

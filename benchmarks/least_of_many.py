@@ -9,7 +9,7 @@ that of ``Surface.given_away_mm``; beside it the plain bootstrap's, of numbers s
 
 import numpy as np
 
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from reports.reproduction.surface import CHOSEN, Along, Surface, planes
 from sealtwin.core.records import Floats
 
@@ -22,7 +22,7 @@ AT = 65
 """The chosen pair's, in the middle of the map."""
 
 
-def main() -> None:
+def main() -> list[Row]:
     u, d_cm = (np.ravel(each) for each in np.meshgrid(10 ** np.linspace(-2, 4, 12), 10 ** np.linspace(-4, 0.5, 11)))
     u[AT], d_cm[AT] = CHOSEN
     optimum = 0.25 * np.abs(np.log10(u / 30)) + 0.06 * np.abs(np.log10(d_cm / 0.3))
@@ -37,7 +37,7 @@ def main() -> None:
             least = 0.0 if name == "no slope" else 92.0
             rows.append(Row(f"{name}, scatter {scatter_mm} mm", 100 * kept, "%", least, goal="95 %"))
             rows.append(Row("    by the plain bootstrap", 100 * plain, "%"))
-    finish(rows)
+    return rows
 
 
 def held(u: Floats, d_cm: Floats, true_mm: Floats, scatter_mm: float) -> tuple[float, float]:
@@ -61,4 +61,4 @@ def _holds(values: list[float]) -> bool:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -8,17 +8,17 @@ and leads; and an upright one that is overfilled. Chromium is what 'make test-br
 the processor's time of the page's own thread, which a busy machine does not lengthen.
 """
 
-import argparse
 import importlib
 import shutil
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from scipy.stats import qmc
+from typer import Option
 
 from benchmarks.paper_trial import FIXTURE
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core.progress import Progress
 from sealtwin.trial.job import STAGES
 from sealtwin.trial.pipeline import run_trial
@@ -52,10 +52,7 @@ SLIDERS = ("flow_mm3_s", "speed_mm_s", "yield_stress_pa", "mean_width_mm")
 MOST_OFF_MM, LEAST_PER_S, LARGEST_MB = 0.01, 10.0, 3.0  # The issue's
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("reports", "live"), help="where the run folders go")
-    out: Path = parser.parse_args().out
+def main(out: Annotated[Path, Option(help="where the run folders go")] = Path("reports", "live")) -> list[Row]:
     executable = shutil.which("chromium")
     if executable is None:
         raise SystemExit("no chromium on the PATH; 'make test-browser' installs it")
@@ -88,7 +85,7 @@ def main() -> None:
         Row("largest page", largest_mb, "MB", 0, LARGEST_MB),
         Row("requests beside the page itself", asked, "", 0, 0),
     ]
-    finish(rows)
+    return rows
 
 
 def _report(lab: Path, changes: tuple[tuple[str, str], ...]) -> Path:
@@ -120,4 +117,4 @@ def _updates_per_s(page: Any) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

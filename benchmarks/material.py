@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.physics_endless import Endless, stirred_mm
 from benchmarks.physics_viscous import BOX_MM, STEP_S, WAVE_MM_S, WAVE_RADIUS_MM
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
 from simulate.settings import Fluid
 from simulate.setup_checks import rheology_of
@@ -32,14 +32,14 @@ TABLES: dict[str, dict[str, Any]] = {
 }
 
 
-def main() -> None:
+def main() -> list[Row]:
     rows = []
     for name, table in TABLES.items():
         found, theory = wave_decay(Fluid.model_validate({**table, "freeze_after_s": "never"}), frames=FRAMES)
         rows.append(
             Row(f"shear wave, viscosity {name}: decay off", abs(100 * (found / theory - 1)), "%", 0, WITHIN, "0")
         )
-    finish(rows)
+    return rows
 
 
 def wave_decay(paste: Fluid, frames: int) -> tuple[float, float]:
@@ -65,4 +65,4 @@ def _even_mm() -> Floats:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

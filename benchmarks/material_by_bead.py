@@ -9,16 +9,17 @@ nozzle's mark and the weight of surface tension are off by what the command take
 Three minutes of one core.
 """
 
-import argparse
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from typer import Option
 
 from benchmarks.beads import JUDGED_LENGTH, between, judged_range
 from benchmarks.material_by_scale import BANDS, HELD, Case, judged
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from digitise.bead import measure_bead
 from digitise.settings import PhotoInput
 from sealtwin.core.errors import InputError
@@ -93,13 +94,9 @@ def beads(count: int, seed: int) -> Iterator[tuple[Case, Case, Case] | None]:
             )
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--beads", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
-    asked = parser.parse_args()
+def main(count: Annotated[int, Option("--beads")] = 200, seed: int = 0) -> list[Row]:
     print("All readings are emulated; nothing was measured.")
-    found = list(beads(asked.beads, asked.seed))
+    found = list(beads(count, seed))
     known = [bead for bead in found if bead is not None]
     stress, flow, delay = (list(cases) for cases in zip(*known, strict=True))
     rows = [
@@ -117,8 +114,8 @@ def main() -> None:
     rows.append(
         Row("delay by a bead: held by 95 % intervals", 100 * float(np.mean([c.held for c in delay])), "%", 100 * HELD)
     )
-    finish(rows)
+    return rows
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

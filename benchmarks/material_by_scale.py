@@ -8,18 +8,18 @@ that is not round, and an edge that lies elsewhere than half the contrast. Volum
 are off by what the command takes for their standard uncertainties. Seven minutes of one core.
 """
 
-import argparse
 import csv
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from datetime import date
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from typer import Option
 
 from benchmarks.slumps import DENSITY_KG_M3, MINI_CONE, replayed, true_pa, truth
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from digitise.robots.pump import Pump, PumpTable, read_pump
 from digitise.settings import PhotoInput
 from digitise.spread import measure_spread
@@ -217,22 +217,18 @@ def judged(name: str, cases: list[Case]) -> Iterator[Row]:
     yield Row(f"{name}: half-width of the interval, 95 % below", 100 * float(np.quantile(width, 0.95)), "%")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--spreads", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
-    asked = parser.parse_args()
+def main(count: Annotated[int, Option("--spreads")] = 200, seed: int = 0) -> list[Row]:
     print("All readings are emulated; nothing was measured.")
-    spread = list(spreads(asked.spreads, asked.seed))
+    spread = list(spreads(count, seed))
     rows = [*judged("spread", spread)]
     for low, high in BANDS:
         band = [case for case in spread if low <= case.true < high]
         rows += judged(f"spread, {low:g} to {high:g} Pa", band)
     sources: dict[str, Callable[[int], Iterator[Case]]] = {"rheometer": curves, "pump": pumps}
     for name, of in sources.items():
-        rows += judged(name, list(of(asked.seed)))
-    finish(rows)
+        rows += judged(name, list(of(seed)))
+    return rows
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

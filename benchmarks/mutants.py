@@ -6,7 +6,6 @@ Both suites run against the packages of HEAD, each in a worktree below FOLDER. A
 contexts include its line, quickest first, until one fails. The same command goes on where it was stopped.
 """
 
-import argparse
 import json
 import os
 import random
@@ -16,10 +15,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Annotated
 from xml.etree import ElementTree
 
 from coverage import CoverageData
+from typer import Option
 
+from benchmarks.table import Row, run_benchmark
 from tests.places import ROOT
 
 STAGES = ("digitise", "simulate", "validate", "sealtwin")
@@ -76,12 +78,12 @@ class Suite:
         command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments]
         environment = os.environ | {"PYTHONPATH": str(self.folder)}
         try:
-            run = subprocess.run(
+            ended = subprocess.run(
                 command, cwd=self.folder, env=environment, capture_output=True, timeout=most_s, check=False
             )
         except subprocess.TimeoutExpired:
             return 1
-        return run.returncode
+        return ended.returncode
 
     @cached_property
     def contexts(self) -> CoverageData:
@@ -159,35 +161,34 @@ def drawn(old: Suite, count: int, seed: str) -> list[Mutant]:
     return chosen
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("old", help="revision whose tests are the measure")
-    parser.add_argument("folder", type=Path, help="where both worktrees and the results lie")
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--seed", help="default: the hash of HEAD")
-    given = parser.parse_args()
-    folder = given.folder.resolve()
-    suites = [Suite("old", given.old, folder / "old"), Suite("new", "HEAD", folder / "new")]
+def main(
+    old: str,
+    folder: Path,
+    count: int = 200,
+    seed: Annotated[str | None, Option(help="default: the hash of HEAD")] = None,
+) -> list[Row]:
+    folder = folder.resolve()
+    suites = [Suite("old", old, folder / "old"), Suite("new", "HEAD", folder / "new")]
     for suite in suites:
         suite.check_out()
         suite.measure()
     results = folder / "mutants.json"
     killed: dict[str, dict[str, bool]] = json.loads(results.read_text()) if results.exists() else {}
-    mutants = drawn(suites[0], given.count, given.seed or git("rev-parse", "HEAD"))
+    mutants = drawn(suites[0], count, seed or git("rev-parse", "HEAD"))
     for number, mutant in enumerate(mutants, 1):
         if mutant.key not in killed:
             killed[mutant.key] = {suite.name: suite.kills(mutant) for suite in suites}
             results.write_text(json.dumps(killed, indent=1))
         print(f"{number} of {len(mutants)}: {mutant.key}: {killed[mutant.key]}", flush=True)
     outcomes = [killed[mutant.key] for mutant in mutants]
-    by_old = sum(each["old"] for each in outcomes)
     lost = sum(each["old"] and not each["new"] for each in outcomes)
-    gained = sum(each["new"] and not each["old"] for each in outcomes)
-    print(
-        f"{len(mutants)} mutants: the old suite kills {by_old}; the new one loses {lost} of these, and kills {gained} more"
-    )
-    sys.exit(lost > LOST_AT_MOST * by_old)
+    by_old = sum(each["old"] for each in outcomes)
+    return [
+        Row("killed by the old suite", by_old, f"of {len(mutants)}"),
+        Row("lost by the new one", lost, "", 0, int(LOST_AT_MOST * by_old)),
+        Row("killed by the new one alone", sum(each["new"] and not each["old"] for each in outcomes), ""),
+    ]
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

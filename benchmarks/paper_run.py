@@ -8,7 +8,6 @@ The trial is the shipped one with walls that flare and the paper's freezing by a
 iterations. Time is that of the run and its set-up, digitising apart; correctness is asserted beside it.
 """
 
-import argparse
 import math
 import tempfile
 import time
@@ -18,7 +17,7 @@ import numpy as np
 
 from benchmarks.pbf_step import time_both
 from benchmarks.pbf_tank import settled_block
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
@@ -43,17 +42,10 @@ COUNTS = (1_000, 3_000, 10_000, 30_000, 100_000, 200_000)
 NARROW_MM = 1.0
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--scaling", action="store_true")
-    parser.add_argument("--narrow", action="store_true")
-    asked = parser.parse_args()
-    if asked.scaling:
-        finish(_scaling(asked.threads))
-    if asked.narrow:
-        finish(_narrow(asked.threads))
-    finish(_trial(asked.threads))
+def main(threads: int = 1, scaling: bool = False, narrow: bool = False) -> list[Row]:
+    if scaling:
+        return _scaling(threads)
+    return _narrow(threads) if narrow else _trial(threads)
 
 
 def _trial(threads: int) -> list[Row]:
@@ -149,4 +141,4 @@ def _narrow(threads: int) -> list[Row]:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

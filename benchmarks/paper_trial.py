@@ -7,17 +7,17 @@ paper's fit to that profile, and the yield stress was read off it: the mean erro
 predictions. Both run anew, for a run folder does not know by which code it was computed.
 """
 
-import argparse
 import json
 import platform
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from scipy.spatial import KDTree
+from typer import Option
 
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core import record_files
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.records import Floats
@@ -33,13 +33,11 @@ TRIMMED_MM = 1.0
 """Left out at open ends, where the nearest point of a wall is its end and not its side."""
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, help="an empty folder that keeps the two run folders")
-    kept = parser.parse_args().out
+def main(
+    out: Annotated[Path | None, Option(help="an empty folder that keeps the two run folders")] = None,
+) -> list[Row]:
     with tempfile.TemporaryDirectory() as place:
-        rows = _judged(kept or Path(place))
-    finish(rows)
+        return _judged(out or Path(place))
 
 
 def _judged(out: Path) -> list[Row]:
@@ -110,4 +108,4 @@ def _rms(values: Floats) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

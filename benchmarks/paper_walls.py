@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.paper_trial import FIXTURE
-from benchmarks.table import Row, leave
+from benchmarks.table import Row, leave, run_benchmark
 from sealtwin.core import record_files
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.run_folder import open_folder
@@ -50,7 +50,7 @@ class Seen:
         return f"{widths} | {volumes} | {self.error_mm:.2f}"
 
 
-def main() -> None:
+def main() -> list[Row]:
     rows = []
     print("| walls | mouth / floor, mm | cavity, ml | poured, ml | readings hold, ml | not found | mean error, mm |")
     print("|---|---|---|---|---|---|---|")
@@ -66,7 +66,7 @@ def main() -> None:
             Row(f"{name}: escaped particles", bed.escaped, "", 0, 0),
             Row(f"{name}: volume ratio", bed.volume_ratio, "", 0.95, 1.05),
         ]
-    leave(rows)
+    return rows
 
 
 def _seen(settings: dict[str, Any], place: Path) -> Seen:
@@ -96,4 +96,4 @@ def _seen(settings: dict[str, Any], place: Path) -> Seen:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, leave)

@@ -12,14 +12,14 @@ judged if the processor has AVX-512, which both then use. ``--peer`` compares it
 (``pbf_peer.py``).
 """
 
-import argparse
 import json
 import time
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numba
 import numpy as np
+from typer import BadParameter, Option
 
 from benchmarks.against import flags, processor
 from benchmarks.pbf_cpp import CppStep, has_compiler
@@ -37,7 +37,7 @@ from benchmarks.pbf_tank import (
     take_turns,
     time_paste,
 )
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, finish, run_benchmark
 from simulate.fluid.solver import FluidSolver
 from simulate.kernels.distance import AS_PLANE
 
@@ -123,18 +123,17 @@ def time_both(particles: int, threads: int, *, with_cpp: bool = False, peer: Pat
     return Times(engine, apart, ours_ms, numba_ms, alone_ms)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--particles", type=int, default=PARTICLES)
-    parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--peer", type=Path, metavar="DIR", help="folder of another program in C++, pbf.cpp")
-    parser.add_argument("--json", action="store_true", help="the last line is an object of the figures")
-    asked = parser.parse_args()
-    if asked.peer and (asked.threads > 1 or not has_compiler() or not (asked.peer / "pbf.cpp").is_file()):
-        parser.error("--peer needs one thread, g++, and a folder with pbf.cpp")
+def main(
+    particles: int = PARTICLES,
+    threads: int = 1,
+    peer: Annotated[Path | None, Option(help="folder of another program in C++, pbf.cpp")] = None,
+    as_json: Annotated[bool, Option("--json", help="the last line is an object of the figures")] = False,
+) -> None:
+    if peer and (threads > 1 or not has_compiler() or not (peer / "pbf.cpp").is_file()):
+        raise BadParameter("--peer needs one thread, g++, and a folder with pbf.cpp")
     print(processor())
-    compiles = asked.threads == 1 and has_compiler()
-    times = time_both(asked.particles, asked.threads, with_cpp=compiles, peer=asked.peer)
+    compiles = threads == 1 and has_compiler()
+    times = time_both(particles, threads, with_cpp=compiles, peer=peer)
     engine, apart, ours_ms, theirs_ms = times[:4]
     rows = [
         Row("both, one step on, farthest apart, away from walls", apart.off_walls_mm, "mm", 0, TOGETHER_MM),
@@ -146,21 +145,21 @@ def main() -> None:
         Row("numba, the same passes", theirs_ms, "ms", 0, np.inf),
         Row("this package over numba", ours_ms / theirs_ms, "", 0, 0.7, "<= 0.4"),
     ]
-    if asked.threads > 1:
-        rows.append(Row(f"one thread over {asked.threads}", times.alone_ms / ours_ms, "x", MANY_THREADS, np.inf))
+    if threads > 1:
+        rows.append(Row(f"one thread over {threads}", times.alone_ms / ours_ms, "x", MANY_THREADS, np.inf))
     if times.compiled:
         rows += explicit_rows(times, times.compiled)
         for frames in (FLOWING, NEARLY_AT_REST):
-            rows += paste_rows(frames, time_paste(frames, asked.particles))
+            rows += paste_rows(frames, time_paste(frames, particles))
     figures = {
-        "particles": asked.particles,
-        "threads": asked.threads,
+        "particles": particles,
+        "threads": threads,
         "ms_per_step": ours_ms,
         "numba_ms_per_step": theirs_ms,
         "ratio": ours_ms / theirs_ms,
         "apart_mm": apart.off_walls_mm,
     }
-    finish(rows, last_line=json.dumps(figures) if asked.json else "")
+    finish(rows, last_line=json.dumps(figures) if as_json else "")
 
 
 def explicit_rows(times: Times, compiled: Compiled) -> list[Row]:
@@ -232,4 +231,4 @@ def _apart(engine: FluidSolver, baseline: NumbaStep) -> Apart:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

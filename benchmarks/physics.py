@@ -8,30 +8,31 @@ a tolerance are reported, and not counted. Particles count for what they count f
 a current is judged against its volume, they are kept to it as in a run. About eight minutes of one core.
 """
 
-import argparse
 import time
+from typing import Annotated
+
+from typer import Option
 
 from benchmarks import physics_flow, physics_rest, physics_viscous, physics_yield
 from benchmarks.physics_findings import Case, Finding
-from benchmarks.table import leave, say_why
+from benchmarks.table import leave, one_of, run_benchmark, say_why
 
 MODULES = (physics_rest, physics_flow, physics_viscous, physics_yield)
 CASES: dict[str, Case] = {name: getattr(module, name) for module in MODULES for name in module.CASES}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", action="append", choices=CASES, metavar="NAME", help="a case; may be given again")
-    parser.add_argument("--list", action="store_true", help="the names of the cases")
-    asked = parser.parse_args()
-    if asked.list:
+def main(
+    only: Annotated[list[str] | None, one_of(CASES)] = None,
+    names: Annotated[bool, Option("--list", help="the names of the cases")] = False,
+) -> list[Finding]:
+    if names:
         for name, case in CASES.items():
             print(f"{name:<16} {(case.__doc__ or '').splitlines()[0]}")
-        return
+        return []
     print(f"{'figure':<56} {'reference':<14} {'measured':>9} {'unit':<6} {'tolerance':<16} {'':<6} source")
     found: list[Finding] = []
     began = time.process_time()
-    for name in asked.only or CASES:
+    for name in only or CASES:
         before = time.process_time()
         findings = CASES[name]()
         for finding in findings:
@@ -39,7 +40,7 @@ def main() -> None:
         print(f"    {name}: {time.process_time() - before:.0f} CPU s", flush=True)
         found += findings
     print(f"{time.process_time() - began:.0f} CPU s")
-    leave(found)
+    return found
 
 
 def _print(finding: Finding) -> None:
@@ -52,4 +53,4 @@ def _print(finding: Finding) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, leave)

@@ -10,18 +10,18 @@ little: particles of three sizes, one percent apart, make three draws, whose mea
 computed again; without --keep it is a temporary folder.
 """
 
-import argparse
 import json
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from typer import Option
 
 from benchmarks.kept_runs import KeptRuns
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from digitise.settings import CrackShape, NozzlePath, PhotoInput
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
@@ -176,18 +176,15 @@ def rows_of(draws: Sequence[Mapping[str, float]]) -> list[Row]:
     return rows
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--keep", type=Path, help="folder for results")
-    keep = parser.parse_args().keep
+def main(keep: Annotated[Path | None, Option(help="folder for results")] = None) -> list[Row]:
     if keep:
         kept = KeptRuns(keep, "python -m benchmarks.planning --keep OTHER")
         kept.require()
         kept.begin()
     with tempfile.TemporaryDirectory() as temporary:
         folder = keep or Path(temporary)
-        finish(rows_of([figures_of(folder / f"{radius_mm}", radius_mm) for radius_mm in RADII_MM]))
+        return rows_of([figures_of(folder / f"{radius_mm}", radius_mm) for radius_mm in RADII_MM])
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -7,16 +7,15 @@ those of all particles, corners and surface included. ``--only runs`` pours the 
 takes some three minutes; the radius is for that.
 """
 
-import argparse
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from benchmarks.stiffening import WAYS, Bed, Sample, bins_mm, pour, trace
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, one_of, run_benchmark
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Floats, Outline, Solid
@@ -134,17 +133,11 @@ def _block_mm(crack: tuple[Solid, Outline], seed: int, factor: float) -> Floats:
     return block.reshape(-1, 3) + np.random.default_rng(seed).uniform(-SHAKEN, SHAKEN, (block.size // 3, 3)) * side
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", choices=[*CRACKS, "runs"])
-    parser.add_argument("--radius-mm", type=float, default=RADIUS_MM)
-    asked = parser.parse_args()
-    if asked.only == "runs":
+def main(only: Annotated[str | None, one_of([*CRACKS, "runs"])] = None, radius_mm: float = RADIUS_MM) -> list[Row]:
+    if only == "runs":
         sample = trace()
-        rows = [row for way in ("freezing", "yield") for row in _poured(sample, way, asked.radius_mm)]
-    else:
-        rows = [row for name in ([asked.only] if asked.only else CRACKS) for row in _at_rest(name)]
-    finish(rows)
+        return [row for way in ("freezing", "yield") for row in _poured(sample, way, radius_mm)]
+    return [row for name in ([only] if only else CRACKS) for row in _at_rest(name)]
 
 
 def _at_rest(name: str) -> list[Row]:
@@ -210,4 +203,4 @@ def _apart_mm(one: Bed, other: Bed) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

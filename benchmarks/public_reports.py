@@ -7,12 +7,14 @@ ran: a right figure, a refusal that names file and cause, or a warning that does
 word is wrong, and so is a traceback.
 """
 
-import argparse
 from collections.abc import Sequence
+from typing import Annotated
+
+from typer import Option
 
 from benchmarks import fifth_reports, first_reports, fourth_reports, second_reports, sixth_reports, third_reports
 from benchmarks.report_checks import Report, judge
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 
 DRAWS = {
     "first": first_reports.REPORTS,
@@ -25,13 +27,12 @@ DRAWS = {
 """By kind; each draw was made after the faults that the one before it showed were mended."""
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="+", metavar="KIND|WORD", help="kinds, or parts of addresses")
-    asked = parser.parse_args()
+def main(
+    only: Annotated[list[str] | None, Option(help="kind, or part of an address; may be given again")] = None,
+) -> list[Row]:
     rows = []
     for name, draw in DRAWS.items():
-        chosen = [(kind, one) for kind, reports in draw.items() for one in reports if _asked(asked.only, kind, one)]
+        chosen = [(kind, one) for kind, reports in draw.items() for one in reports if _asked(only, kind, one)]
         sound = 0
         for kind, report in chosen:
             line, is_sound = judge(report)
@@ -39,7 +40,7 @@ def main() -> None:
             sound += is_sound
         if chosen:
             rows.append(Row(f"reports of the {name} draw, sound", sound, "", len(chosen), len(chosen)))
-    finish(rows)
+    return rows
 
 
 def _asked(words: Sequence[str] | None, kind: str, report: Report) -> bool:
@@ -47,4 +48,4 @@ def _asked(words: Sequence[str] | None, kind: str, report: Report) -> bool:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

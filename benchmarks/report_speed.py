@@ -9,7 +9,6 @@ not counted. All of it is one thread: the processor's time is the wall time of a
 What a reader sees is measured in Chromium, which 'make test-browser' installs.
 """
 
-import argparse
 import importlib
 import json
 import os
@@ -20,12 +19,13 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pypdf import PdfReader
+from typer import Option
 
 from benchmarks.paper_trial import FIXTURE
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, finish, run_benchmark
 from sealtwin.core.progress import PlainProgress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.trial.job import start_job
@@ -76,10 +76,8 @@ with open_folder(Path(sys.argv[1]), create=False) as folder:
 """
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("reports"), help="where the run folder goes")
-    path = parser.parse_args().out / "paper-trial"
+def main(out: Annotated[Path, Option(help="where the run folder goes")] = Path("reports")) -> None:
+    path = out / "paper-trial"
     source = FIXTURE / "trial.toml"
     with open_folder(path, create=True) as folder:
         run_stages(
@@ -142,4 +140,4 @@ def _make(folder: Path) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

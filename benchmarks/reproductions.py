@@ -6,7 +6,6 @@ The inputs are another's, in a folder each, and stay where they are. An answer i
 or is right with exit code 0, and prints the words that say so. Files written go to a temporary folder.
 """
 
-import argparse
 import os
 import resource
 import shutil
@@ -17,9 +16,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
+from typing import Annotated
+
+from typer import Option
 
 from benchmarks import reproduced_folders as folders
-from benchmarks.table import Row, leave
+from benchmarks.table import Row, leave, run_benchmark
 
 LIMIT_S = 120
 MEMORY_BYTES = 4_000_000_000
@@ -170,18 +172,16 @@ ANSWERS = (
 )
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("inputs", type=Path, help="folder of the inputs")
-    parser.add_argument("--only", nargs="+", metavar="NAME", help="beginnings of names")
-    asked = parser.parse_args()
+def main(
+    inputs: Path, only: Annotated[list[str] | None, Option(help="beginning of a name; may be given again")] = None
+) -> list[Row]:
     rows = []
     for answer in ANSWERS:
-        if asked.only is None or any(answer.name.startswith(name) for name in asked.only):
-            line, sound = judge(answer, asked.inputs.resolve())
+        if not only or any(answer.name.startswith(name) for name in only):
+            line, sound = judge(answer, inputs.resolve())
             print(f"{'sound' if sound else 'WRONG':<6}{answer.name}: {line}", flush=True)
             rows.append(Row(answer.name, float(sound), "", 1, 1))
-    leave(rows)
+    return rows
 
 
 def judge(answer: Answer, inputs: Path) -> tuple[str, bool]:
@@ -237,4 +237,4 @@ def _bound(largest_file_bytes: int) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, leave)

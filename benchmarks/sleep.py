@@ -7,15 +7,14 @@ squares of both standard errors are taken off the mean squared difference. Twelv
 0.06 mm off, three sets of twelve say 0.14, 0.01 and 0.09 mm. All three beds take twenty minutes of processor time.
 """
 
-import argparse
 import math
 import time
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from benchmarks.stiffening import WAYS, Stiffening
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, one_of, run_benchmark
 from benchmarks.volume import CRACKS
 from sealtwin.core.records import Floats
 from simulate.injection import prepare
@@ -38,12 +37,8 @@ class Poured(NamedTuple):
     cpu_s: float  # Mean of a run
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--bed", choices=BEDS)
-    parser.add_argument("--seeds", type=int, default=SEEDS)
-    asked = parser.parse_args()
-    finish([row for bed in ([asked.bed] if asked.bed else BEDS) for row in _rows(bed, asked.seeds)])
+def main(bed: Annotated[str | None, one_of(BEDS)] = None, seeds: int = SEEDS) -> list[Row]:
+    return [row for name in ([bed] if bed else BEDS) for row in _rows(name, seeds)]
 
 
 def _rows(bed: str, seeds: int) -> list[Row]:
@@ -78,4 +73,4 @@ def pour(bed: str, seeds: int, *, sleep: bool) -> Poured:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

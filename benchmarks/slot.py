@@ -9,17 +9,18 @@ path's start and from its head. No constant of the model is fitted to these runs
 soil, and the friction that it shares with particles is that of shear waves.
 """
 
-import argparse
 import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from typer import Option
 
 from benchmarks.slot_cases import FIRST, FRESH, LENGTH_MM, SECOND, SEEDS, STATIONS_MM, TRIM_MM, Case, drawn, levels_mm
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
 from simulate.slot.fill import Filled
 from simulate.slot.fitness import fitness_of
@@ -175,10 +176,7 @@ def draw(judged: Sequence[Judged], path: Path) -> None:
     plt.close(figure)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--picture", type=Path, help="file for a picture of the differences")
-    picture = parser.parse_args().picture
+def main(picture: Annotated[Path | None, Option(help="file for a picture of the differences")] = None) -> list[Row]:
     draws = {draw: drawn(seed=draw) for draw in NAMES}
     judged = {draw: judge(draw, cases) for draw, cases in draws.items()}
     everyone = [one for of_draw in judged.values() for one in of_draw]
@@ -189,8 +187,8 @@ def main() -> None:
     if picture:
         draw(everyone, picture)
     rows = [row for seed, cases in draws.items() for row in accuracy(seed, cases, judged[seed])]
-    finish([*rows, *numerics(draws[FIRST]), many()])
+    return [*rows, *numerics(draws[FIRST]), many()]
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

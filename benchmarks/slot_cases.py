@@ -12,7 +12,6 @@ again. Cases inside the model's domain are made first, those of later draws befo
 each those of few particles: so all that says which are there is in their settings.
 """
 
-import argparse
 import csv
 import time
 from dataclasses import dataclass, replace
@@ -23,6 +22,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from benchmarks.kept_runs import KeptRuns
+from benchmarks.table import run_benchmark
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
@@ -170,7 +170,6 @@ def _run(draw: int, number: int, seed: int, case: Case) -> None:
 
 
 def main() -> None:
-    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     KEPT.begin()
     # All that orders them is their settings.
     cases = [(draw, number, case) for draw in (FRESH, SECOND, FIRST) for number, case in enumerate(drawn(seed=draw))]
@@ -182,4 +181,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

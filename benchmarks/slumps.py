@@ -7,17 +7,17 @@ stand in ``slumps.csv``; ``--record`` computes those that are not there, about 2
 2.2 times as many particles. No paste was measured for any of this.
 """
 
-import argparse
 import csv
 import math
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from typer import Option
 
 from benchmarks.kept_runs import KeptRuns
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from simulate.slump import STEP, SlumpCurve, slump
 from simulate.spread_law import (
     FLATTEST,
@@ -130,14 +130,12 @@ def rows() -> list[Row]:
     return found
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--record", action="store_true")
-    if parser.parse_args().record:
+def main(compute: Annotated[bool, Option("--record")] = False) -> list[Row]:
+    if compute:
         record()
         recorded.cache_clear()
-    finish(rows())
+    return rows()
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

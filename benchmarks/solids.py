@@ -9,19 +9,20 @@ without a hole through it, its cavity with one for each island. An undercut with
 that its refusal names; one whose parts all but touch at the face, for which it names none, is counted apart.
 """
 
-import argparse
 import io
 import re
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import trimesh
 from manifold3d import Manifold, Mesh64
+from typer import Option
 
 from benchmarks.outlines import KINDS, Kind, odd_outline
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from digitise.geometry.mesh_topology import check_mesh, mesh_volume_mm3
 from digitise.settings import CrackShape, Tilt
 from digitise.solid.build_solid import SMALLEST_DEG, build_solid
@@ -62,21 +63,18 @@ class Built:
     """False for an undercut that meets itself at SMALLEST_DEG."""
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--outlines", type=int, default=100, help="how many, of all kinds together")
-    parser.add_argument(
-        "--first", type=int, default=0, help="first seed: others than those that the tool was made with"
-    )
-    arguments = parser.parse_args()
+def main(
+    outlines: Annotated[int, Option(help="how many, of all kinds together")] = 100,
+    first: Annotated[int, Option(help="first seed: others than those that the tool was made with")] = 0,
+) -> list[Row]:
     built = []
-    for number in range(arguments.outlines):
-        kind, seed = KINDS[number % len(KINDS)], arguments.first + number // len(KINDS)
+    for number in range(outlines):
+        kind, seed = KINDS[number % len(KINDS)], first + number // len(KINDS)
         for tilt in TILTS:
             built.append(build(odd_outline(kind, seed), kind, seed, tilt))
             for fault in built[-1].faults:
                 print(f"{kind} {seed}, {tilt}: {fault}")
-    finish(rows(built))
+    return rows(built)
 
 
 def build(outline: Outline, kind: Kind, seed: int, tilt: Tilt) -> Built:
@@ -216,4 +214,4 @@ def _worst(built: Sequence[Built], figure: str) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

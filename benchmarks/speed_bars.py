@@ -1,7 +1,7 @@
 """The bars for the speed of the fluid run: against other programs, and against an earlier state of this one.
 
     git worktree add ../before 7065196
-    python -m benchmarks.speed_bars ../before [--turns 3] [--only substep cold trial ...] [--without-avx512]
+    python -m benchmarks.speed_bars ../before [--turns 3] [--only substep --only cold ...] [--without-avx512]
 
 ``cold`` is what ``benchmarks.cold`` finds. All is processor time, but for a step on two threads, which is by the clock.
 Contestants take turns in one process, work trees in processes of their own, and a figure is a ratio within this run.
@@ -10,7 +10,6 @@ program by others (``pbf_step.py --peer``). It is judged only if the processor h
 take the explicit substep of ``pbf_step.py``, which has that of a paste too.
 """
 
-import argparse
 import gc
 import json
 import os
@@ -20,10 +19,12 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Annotated
 
 import numba
 import numpy as np
 import warp as wp
+from typer import Option
 
 from benchmarks import cold
 from benchmarks.against import HERE, flags, processor, turn
@@ -31,7 +32,7 @@ from benchmarks.pbf_cpp import CppStep, has_compiler
 from benchmarks.pbf_numba import NumbaStep
 from benchmarks.pbf_step import ALIKE_MM, OVER_CPP
 from benchmarks.pbf_tank import PARTICLES, RADIUS_MM, block_mm, in_cpp, settled_block, take_turns, tank
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, one_of, run_benchmark
 from tests.fluids import engine_with
 
 MANY = 50_000
@@ -89,20 +90,19 @@ AGAINST = {
 }
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("before", type=Path, help="root of a work tree of 7065196")
-    parser.add_argument("--turns", type=int, default=3, help="of the rows against that tree")
-    parser.add_argument("--only", nargs="+", choices=("substep", "memory", "cold", *AGAINST), default=None)
-    parser.add_argument(
-        "--without-avx512", action="store_true", help="compile for an older processor, in this tree and in the other"
-    )
-    asked = parser.parse_args()
-    wide = "avx512f" in flags() and not asked.without_avx512
-    if asked.without_avx512:
+def main(
+    before: Path,
+    turns: Annotated[int, Option(help="of the rows against that tree")] = 3,
+    only: Annotated[list[str] | None, one_of(("substep", "memory", "cold", *AGAINST))] = None,
+    without_avx512: Annotated[
+        bool, Option(help="compile for an older processor, in this tree and in the other")
+    ] = False,
+) -> list[Row]:
+    wide = "avx512f" in flags() and not without_avx512
+    if without_avx512:
         wp.config.cpu_compiler_flags = OLDER
     print(f"{processor()}, {'with' if wide else 'without'} AVX-512, load {os.getloadavg()[0]:.1f}")
-    chosen = asked.only or ("substep", "memory", "cold", *AGAINST)
+    chosen = only or ("substep", "memory", "cold", *AGAINST)
     rows: list[Row] = []
     if "substep" in chosen:
         rows += [row for particles in (PARTICLES, MANY) for row in _substep(particles, judged=wide)]
@@ -115,10 +115,10 @@ def main() -> None:
     for name in AGAINST:
         if name in chosen:
             title, body, bar, goal = AGAINST[name]
-            ratio = _ratio(body, asked.before.resolve(), asked.turns, older=asked.without_avx512)
+            ratio = _ratio(body, before.resolve(), turns, older=without_avx512)
             # Older processors gain less, and must not lose.
-            rows.append(Row(f"{title}, over {asked.before.name}", ratio, "", 0, bar if wide else 1.0, goal))
-    finish(rows)
+            rows.append(Row(f"{title}, over {before.name}", ratio, "", 0, bar if wide else 1.0, goal))
+    return rows
 
 
 def _substep(particles: int, *, judged: bool) -> list[Row]:
@@ -204,4 +204,4 @@ def _ratio(body: str, before: Path, turns: int, *, older: bool) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

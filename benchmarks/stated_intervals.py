@@ -12,16 +12,15 @@ The last rows are of the numerics: runs that scatter, at three particle sizes, o
 size. Held against the truth is the trial's own run (decision 0123).
 """
 
-import argparse
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, one_of, run_benchmark
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from validate.metrics.curve_distances import Difference
@@ -155,20 +154,18 @@ class Coverage:
     refused: float = 0.0  # Share of the trials whose readings contradict the case's own declarations, which are true
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--draws", type=int, default=2000)
-    parser.add_argument("--only", choices=[case.name for case in (*CASES, *NUMERICS)])
-    asked = parser.parse_args()
+def main(
+    draws: int = 2000, only: Annotated[str | None, one_of(case.name for case in (*CASES, *NUMERICS))] = None
+) -> list[Row]:
     rows = []
     for case in CASES:
-        if asked.only in (None, case.name):
-            rows += rows_of(case, coverage_of(case, asked.draws))
+        if only in (None, case.name):
+            rows += rows_of(case, coverage_of(case, draws))
             print(f"{case.name}: done", flush=True)
     for sizes in NUMERICS:
-        if asked.only in (None, sizes.name):
-            rows += numerics_rows(sizes, asked.draws)
-    finish(rows)
+        if only in (None, sizes.name):
+            rows += numerics_rows(sizes, draws)
+    return rows
 
 
 def rows_of(case: Case, found: Coverage) -> list[Row]:
@@ -304,4 +301,4 @@ def _shapes(length_mm: float) -> Floats:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -8,16 +8,17 @@ after that, for drift. The readings are reconstructed from prose and the trial w
 which model can make the bed, not which is true.
 """
 
-import argparse
 import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from typer import Option
 
+from benchmarks.table import one_of, run_benchmark
 from sealtwin.core import record_files
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats, Outline, Profile, Solid, Trajectory
@@ -102,19 +103,18 @@ class Sample:
         return comparison.mean_error_mm
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--radius-mm", type=float, default=0.5)
-    parser.add_argument("--only", choices=WAYS)
-    parser.add_argument("--figure", type=Path, help="where to draw the levels side by side")
-    asked = parser.parse_args()
+def main(
+    radius_mm: float = 0.5,
+    only: Annotated[str | None, one_of(WAYS)] = None,
+    figure: Annotated[Path | None, Option(help="where to draw the levels side by side")] = None,
+) -> None:
     sample = trace()
     beds = []
-    for name in [asked.only] if asked.only else WAYS:
-        beds.append(pour(sample, WAYS[name], asked.radius_mm))
-        _print(beds[-1], asked.radius_mm)
-    if asked.figure:
-        draw(beds, sample, asked.radius_mm).savefig(asked.figure, dpi=120)
+    for name in [only] if only else WAYS:
+        beds.append(pour(sample, WAYS[name], radius_mm))
+        _print(beds[-1], radius_mm)
+    if figure:
+        draw(beds, sample, radius_mm).savefig(figure, dpi=120)
 
 
 def trace(**walls: Any) -> Sample:
@@ -201,4 +201,4 @@ def draw(beds: list[Bed], sample: Sample, radius_mm: float) -> Figure:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

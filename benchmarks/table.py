@@ -1,12 +1,17 @@
-"""How every benchmark ends: a table of figure, target and goal, a count, and an exit code."""
+"""How every benchmark runs: options from its parameters, a table of figure, target and goal, a count, an exit code."""
 
+import inspect
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import KW_ONLY, asdict, dataclass
+from functools import wraps
 from math import inf, isfinite
 from pathlib import Path
+from typing import Any
+
+import typer
 
 ROWS_TO = "SEALTWIN_ROWS_TO"
 """Name of the environment variable with the file to which a benchmark writes its rows as JSON, where it is set."""
@@ -50,6 +55,37 @@ class Row:
         if self.high == inf:
             return f">= {self.low:.4g}"
         return f"<= {self.high:.4g}" if self.low == 0 else f"{self.low:.4g} to {self.high:.4g}"
+
+
+def run_benchmark(
+    benchmark: Callable[..., Sequence[Row] | None], end: Callable[[Sequence[Row]], None] | None = None
+) -> None:
+    """Run a benchmark by its command line: its parameters are the options, and its module's docstring is the help.
+
+    ``end`` shows its rows and leaves; default: ``finish``. A benchmark that returns None has judged nothing, or left.
+    """
+
+    @wraps(benchmark)
+    def command(**options: Any) -> None:
+        if (rows := benchmark(**options)) is not None:
+            (end or finish)(rows)
+
+    app = typer.Typer(add_completion=False, rich_markup_mode=None)
+    paragraphs = (inspect.getmodule(benchmark).__doc__ or "").split("\n\n")
+    app.command(help="\n\n".join(f"\b\n{paragraph}" for paragraph in paragraphs))(command)
+    app()
+
+
+def one_of(names: Iterable[str]) -> Any:
+    """Return an option that takes one of ``names``; of a list of names, it may be given again."""
+    known = list(names)
+
+    def chosen(name: str) -> str:
+        if name not in known:
+            raise typer.BadParameter(f"{name}: there is {', '.join(known)}")
+        return name
+
+    return typer.Option(parser=chosen, metavar="NAME", help=f"{'; '.join(known)}")
 
 
 def finish(rows: Sequence[Row], last_line: str = "") -> None:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.physics_tanks import Pit, Tank, settled_mm
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core.records import Floats
 from simulate.settings import Fluid, SampleSlope
 from tests.fluids import path, pour, slot
@@ -35,7 +35,7 @@ class Slope(NamedTuple):
 SLOPES = (Slope(2.0, 0.0), Slope(0.0, 5.0), Slope(-5.0, 5.0), Slope(10.0, 0.0), Slope(10.0, 10.0))
 
 
-def main() -> None:
+def main() -> list[Row]:
     rows = []
     for pressure in ("local", "two-level"):
         for slope in SLOPES:
@@ -44,7 +44,7 @@ def main() -> None:
                 told = f"{pressure}, {slope.gradient_deg:g} and {slope.crossfall_deg:g} deg: {name}"
                 rows.append(Row(f"{told}, off by", abs(angle_deg + wanted_deg), "deg", 0, WITHIN_DEG, "0"))
     rows += [Row(f"escaped, {name}", escaped(), "", 0, 0, "0") for name, escaped in POURS.items()]
-    finish(rows)
+    return rows
 
 
 def settled_slope_deg(
@@ -106,4 +106,4 @@ POURS = {
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -6,12 +6,11 @@ After the first tenth of its time, what a run tells is divided by the truth, whi
 of the processor, so that nothing else which the machine computes counts.
 """
 
-import argparse
 import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from sealtwin.core import record_files
 from sealtwin.core.progress import TENTH, Pace, Progress
 from sealtwin.core.run_folder import open_folder
@@ -44,10 +43,7 @@ class Told(Progress):
         return [left_s / (end_s - at_s) for at_s, left_s in self.times_s if TENTH * end_s <= at_s <= LAST * end_s]
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--radius-mm", type=float, default=0.7)
-    radius_mm = parser.parse_args().radius_mm
+def main(radius_mm: float = 0.7) -> list[Row]:
     trial = load_trial(TRIAL)
     rows = []
     with tempfile.TemporaryDirectory() as name, open_folder(Path(name, "run"), create=True) as folder:
@@ -56,7 +52,7 @@ def main() -> None:
             ratios = _told(trial, folder.path, radius_mm, yield_stress_pa).ratios()
             rows.append(Row(f"{paste}: least time told over the truth", min(ratios), "", 1 / FACTOR))
             rows.append(Row(f"{paste}: most", max(ratios), "", 0.0, FACTOR))
-    finish(rows)
+    return rows
 
 
 def _told(trial: Trial, sample: Path, radius_mm: float, yield_stress_pa: float) -> Told:
@@ -69,4 +65,4 @@ def _told(trial: Trial, sample: Path, radius_mm: float, yield_stress_pa: float) 
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

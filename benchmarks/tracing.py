@@ -2,7 +2,6 @@
 
     python benchmarks/tracing.py [--tier clean|hard|branched|wide|thin|refused] [--seeds N] [--wide N] [--first SEED]
         [--json]
-    python benchmarks/tracing.py --photos DIR
 
 Clean: at least 16 px wide, diffuse light, at most 0.15 mm/px, camera tilted to 10 degrees, every second one through a
 lens with k1 to -0.2. Hard: the same with one difficulty, and the means that the tool has against it. Branched: clean
@@ -13,18 +12,19 @@ procedural: they say what tracing can do, not what a camera will give it. Goals 
 a third.
 """
 
-import argparse
 import json
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Annotated
 
 import cv2
 import numpy as np
+from typer import Option
 
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, one_of, run_benchmark
 from benchmarks.tracing_cases import HARD, Case, branched_case, clean_case, hard_case
 from benchmarks.tracing_figures import Figures, trace_case
 from benchmarks.tracing_refusals import REFUSALS, refused
@@ -32,7 +32,6 @@ from benchmarks.tracing_thin import ENLARGED, ENLARGED_EACH, THIN_EACH, ThinFigu
 from benchmarks.tracing_thin import WIDTHS_PX as THIN_WIDTHS_PX
 from benchmarks.tracing_wide import WideFigures, trace_wide, wide_rows
 from fixtures.generate.recipe import Recipe
-from sealtwin.core.errors import InputError
 
 SHOWN = ("centreline_mm", "wall_mm", "width_percent", "length_percent", "end_mm", "scale_percent", "iou", "time_s")
 GOAL = 2 / 3
@@ -61,50 +60,37 @@ class Traced:
     figures: Figures
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--tier", choices=("clean", "hard", "branched", "wide", "thin", "refused"), help="this one only"
-    )
-    parser.add_argument("--seeds", type=int, default=32, help="clean cracks; of each other kind an eighth of them")
-    parser.add_argument("--wide", type=int, default=40, help="obvious cracks, and a fifth as many photos without one")
-    parser.add_argument(
-        "--first", type=int, default=1, help="first seed: others than those that the tool was made with"
-    )
-    parser.add_argument("--json", action="store_true", help="every figure, for programs, in place of the tables")
-    parser.add_argument("--photos", type=Path, help="score a folder of X.png with X_mask.png instead")
-    options = parser.parse_args()
-    if options.photos:
-        from benchmarks.tracing_photos import score_photos
-
-        try:
-            finish(score_photos(options.photos))
-        except InputError as error:
-            sys.exit(str(error))
+def main(
+    tier: Annotated[str | None, one_of(("clean", "hard", "branched", "wide", "thin", "refused"))] = None,
+    seeds: Annotated[int, Option(help="clean cracks; of each other kind an eighth of them")] = 32,
+    wide: Annotated[int, Option(help="obvious cracks, and a fifth as many photos without one")] = 40,
+    first: Annotated[int, Option(help="first seed: others than those that the tool was made with")] = 1,
+    as_json: Annotated[bool, Option("--json", help="every figure, for programs, in place of the tables")] = False,
+) -> list[Row]:
     # One thread, so that process time is that of one core.
     cv2.setNumThreads(1)
-    cases = list(_cases(options.tier, options.seeds, options.first))
+    cases = list(_cases(tier, seeds, first))
     with tempfile.TemporaryDirectory() as folder:
         traced = [_told(Traced(case, trace_case(case, Path(folder)))) for case in cases]
-        answers = _refusals(Path(folder), options.first) if options.tier in (None, "refused") else {}
-        wide = _wide(Path(folder), options.wide, options.first) if options.tier in (None, "wide") else []
-        thin = _thin(Path(folder), options.first) if options.tier in (None, "thin") else []
-    rows = [*_rows(traced, "clean", 1), *_rows(traced, "hard", 2), *wide_rows(wide), *thin_rows(thin)]
+        answers = _refusals(Path(folder), first) if tier in (None, "refused") else {}
+        obvious = _wide(Path(folder), wide, first) if tier in (None, "wide") else []
+        thin = _thin(Path(folder), first) if tier in (None, "thin") else []
+    rows = [*_rows(traced, "clean", 1), *_rows(traced, "hard", 2), *wide_rows(obvious), *thin_rows(thin)]
     rows += _refusal_rows(answers)
-    if options.json:
-        print(json.dumps(_record(traced, wide, thin, answers, rows), indent=1, allow_nan=False))
+    if as_json:
+        print(json.dumps(_record(traced, obvious, thin, answers, rows), indent=1, allow_nan=False))
         sys.exit(0 if all(row.met for row in rows) else 1)
     if traced:
         _print_cases(traced)
         _print_groups(traced)
-    for one in wide:
+    for one in obvious:
         print(f"{one.name:<44} {one.told}")
     for shy in filter(lambda one: one.refusal, thin):
         print(f"{shy.name:<32} {shy.refusal}")
     for name, answer in answers.items():
         print(f"{name:<32} {'refused by name' if answer is None else answer}")
     print()
-    finish(rows)
+    return rows
 
 
 def _cases(tier: str | None, seeds: int, first: int) -> Sequence[Case]:
@@ -254,4 +240,4 @@ def _record(
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

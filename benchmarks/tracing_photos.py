@@ -8,7 +8,6 @@ the mask's skeleton: found by itself, between its two ends, between them past it
 counts as wrong. Of the lines that are offered where nobody has clicked, one is right that lies on cracks of the mask.
 """
 
-import argparse
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -21,7 +20,7 @@ from PIL import Image
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial import KDTree
 
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, run_benchmark
 from digitise.crack_path.crack_map import cracks_on
 from digitise.crack_path.darkness import DarkMap, map_darkness
 from digitise.crack_path.find_path import CrackSearch, find_path
@@ -65,10 +64,8 @@ class Score:
     """CPU time between two ends."""
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="photos and their masks")
-    finish(score_photos(parser.parse_args().folder))
+def main(folder: Path) -> list[Row]:
+    return score_photos(folder)
 
 
 def score_photos(folder: Path) -> list[Row]:
@@ -232,4 +229,4 @@ def _settings(photo: Path) -> PhotoInput:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

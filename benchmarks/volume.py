@@ -8,13 +8,13 @@ is that between walls and surface over what was dispensed, of the settled partic
 again on cells of another size. Nothing here is adjusted to a reading. All 48 take about 11 minutes of processor time.
 """
 
-import argparse
 import itertools
 import time
 from functools import cache
+from typing import Annotated
 
 from benchmarks.stiffening import WAYS, Stiffening, trace
-from benchmarks.table import Row, finish
+from benchmarks.table import Row, one_of, run_benchmark
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
@@ -67,21 +67,20 @@ def _crack(outline: Outline, shape: CrackShape, volume_ml: float) -> Crack:
     return solid, outline, plan_trajectory(outline, path, cavity_volume_mm3=solid.cavity_volume_mm3)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--radius-mm", type=float, choices=RADII_MM)
-    parser.add_argument("--way", choices=CASES)
-    parser.add_argument("--pressure", choices=PRESSURES)
-    parser.add_argument("--crack", choices=CRACKS)
-    parser.add_argument("--seed", type=int, default=0)
-    asked = parser.parse_args()
+def main(
+    radius_mm: float | None = None,
+    way: Annotated[str | None, one_of(CASES)] = None,
+    pressure: Annotated[str | None, one_of(PRESSURES)] = None,
+    crack: Annotated[str | None, one_of(CRACKS)] = None,
+    seed: int = 0,
+) -> list[Row]:
     chosen = itertools.product(
-        [asked.radius_mm] if asked.radius_mm else RADII_MM,
-        [asked.pressure] if asked.pressure else PRESSURES,
-        [asked.crack] if asked.crack else CRACKS,
-        [asked.way] if asked.way else CASES,
+        [radius_mm] if radius_mm else RADII_MM,
+        [pressure] if pressure else PRESSURES,
+        [crack] if crack else CRACKS,
+        [way] if way else CASES,
     )
-    finish([row for case in chosen for row in _rows(*case, asked.seed)])
+    return [row for case in chosen for row in _rows(*case, seed)]
 
 
 def _rows(radius_mm: float, pressure: str, crack: str, way: str, seed: int) -> list[Row]:
@@ -109,4 +108,4 @@ def _rows(radius_mm: float, pressure: str, crack: str, way: str, seed: int) -> l
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -7,16 +7,16 @@ solid, with the meniscus that it has there; scale, levels, density, wetting, the
 in error by draws of the size that the fit is told. Nothing was tuned on these draws.
 """
 
-import argparse
 import time
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from typer import Option
 
 from benchmarks.outlines import Kind, odd_outline
-from benchmarks.table import Row, finish
-from digitise.settings import AGAINST_EACH_OTHER, CrackShape, Tilt
+from benchmarks.table import Row, run_benchmark
+from digitise.settings import CrackShape, Tilt
 from digitise.solid.footprint import lay_out
 from digitise.solid.tilt_variants import Slicer
 from digitise.solid.wedges import wall_shifts_mm
@@ -46,18 +46,17 @@ class Emulated:
     time_s: float
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--fills", type=int, default=200, help="how many of each form: in steps, and to the brim alone")
-    parser.add_argument("--first", type=int, default=0, help="first seed")
-    parser.add_argument("--tilt", choices=AGAINST_EACH_OTHER, help="of all walls; left out, they flare or funnel")
-    arguments = parser.parse_args()
+def main(
+    count: Annotated[int, Option("--fills", help="how many of each form: in steps, and to the brim alone")] = 200,
+    first: Annotated[int, Option(help="first seed")] = 0,
+    tilt: Annotated[Tilt | None, Option(help="of all walls; left out, they flare or funnel")] = None,
+) -> list[Row]:
     rows: list[Row] = []
     forms: tuple[tuple[str, Literal["steps", "brim"]], ...] = (("in steps", "steps"), ("to the brim", "brim"))
     for form, poured in forms:
-        seeds = range(arguments.first, arguments.first + arguments.fills)
-        rows += judged(form, [emulate(seed, poured, arguments.tilt) for seed in seeds])
-    finish(rows)
+        seeds = range(first, first + count)
+        rows += judged(form, [emulate(seed, poured, tilt) for seed in seeds])
+    return rows
 
 
 def judged(form: str, fills: list[Emulated]) -> list[Row]:
@@ -130,4 +129,4 @@ def poured_into(
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

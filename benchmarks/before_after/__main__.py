@@ -8,32 +8,28 @@ have, and ends by printing ``{"line": what it saw, "sound": true or false}`` as 
 nothing: a case that was sound before is printed as such, and guards what was right.
 """
 
-import argparse
 import json
 import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Annotated
 
 from benchmarks.against import HERE
-from benchmarks.table import Row, leave
+from benchmarks.table import Row, leave, one_of, run_benchmark
 
 CASES = {path.stem: path for path in sorted(Path(__file__).parent.glob("[!_]*.py"))}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("before", type=Path, help="root of the earlier work tree")
-    parser.add_argument("--only", nargs="+", choices=CASES, default=list(CASES), metavar="CASE")
-    asked = parser.parse_args()
+def main(before: Path, only: Annotated[list[str] | None, one_of(CASES)] = None) -> list[Row]:
     rows = []
-    for name in asked.only:
+    for name in only or CASES:
         print(name)
-        before, now = (run_case(CASES[name], tree) for tree in (asked.before.resolve(), HERE))
-        for tree, (line, sound) in (("before", before), ("now", now)):
+        then, now = (run_case(CASES[name], tree) for tree in (before.resolve(), HERE))
+        for tree, (line, sound) in (("before", then), ("now", now)):
             print(f"  {tree:<7} {'sound' if sound else 'WRONG':<6} {line}", flush=True)
         rows.append(Row(name, float(now[1]), "", 1, 1))
-    leave(rows)
+    return rows
 
 
 def run_case(case: Path, tree: Path) -> tuple[str, bool]:
@@ -56,4 +52,4 @@ def run_case(case: Path, tree: Path) -> tuple[str, bool]:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main, leave)

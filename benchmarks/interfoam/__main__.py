@@ -17,7 +17,6 @@ thickest liquid), several rounds a step where paste at rest is let go or liquid 
 half a second.
 """
 
-import argparse
 import csv
 import math
 import os
@@ -26,8 +25,10 @@ import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from typer import Argument, BadParameter, Option
 
 from benchmarks.interfoam.cases import (
     CREEP,
@@ -44,6 +45,7 @@ from benchmarks.interfoam.cases import (
     write_stage,
 )
 from benchmarks.physics_tanks import SPRAY
+from benchmarks.table import run_benchmark
 from sealtwin.core.records import Floats
 
 VISCOSITY_PA_S = 0.0545
@@ -175,23 +177,22 @@ def record(case: Case, folder: Path) -> None:
         put("profiles.csv", ["yield_pa", "mesh_mm", "t_s", "x_mm", "level_mm", "middle_mm"], key[:2], profile)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main(
+    names: Annotated[list[str] | None, Argument(help="names of cases")] = None,
+    keep: Annotated[Path | None, Option(help="keep interFoam's own files there")] = None,
+) -> None:
     known = cases()
-    parser.add_argument("case", nargs="*", metavar="CASE", help="name of a case")
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep interFoam's own files there")
-    asked = parser.parse_args()
-    if unknown := set(asked.case) - set(known):
-        parser.error(f"no case {', '.join(sorted(unknown))}")
-    if not asked.case:
+    if unknown := {*(names or ())} - {*known}:
+        raise BadParameter(f"no case {', '.join(sorted(unknown))}")
+    if not names:
         print(*known, sep="\n")
     with tempfile.TemporaryDirectory() as spare:
-        for name in asked.case:
-            folder = (asked.keep or Path(spare)) / name
+        for name in names or ():
+            folder = (keep or Path(spare)) / name
             run(known[name], folder)
             record(known[name], folder)
             print(name, flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -3,11 +3,12 @@
 import pytest
 
 from benchmarks import cuda_runs
+from benchmarks.table import finish
 
 
 def test_a_device_that_is_not_here_is_one_sentence_and_the_commands_code(capsys):
     with pytest.raises(SystemExit) as left:
-        cuda_runs.main(["--device", "cuda:7"])
+        cuda_runs.main("cuda:7")
     assert left.value.code == 3
     told = capsys.readouterr()
     assert told.out == ""
@@ -19,7 +20,7 @@ def test_a_device_that_is_not_here_is_one_sentence_and_the_commands_code(capsys)
 def test_on_the_cpu_all_targets_are_met_and_it_is_the_cpu_itself(capsys):
     """Coarse, and two of the 132 pairs, the first and the last: the thinnest fluid and the stiffest."""
     with pytest.raises(SystemExit) as left:
-        cuda_runs.main(["--device", "cpu", "--runs", "2", "--radius-mm", "0.75"])
+        finish(cuda_runs.main("cpu", runs=2, radius_mm=0.75))
     *table, counted = capsys.readouterr().out.splitlines()
     assert left.value.code == 0, table
     assert counted.endswith("targets met")

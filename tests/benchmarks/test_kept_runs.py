@@ -1,7 +1,6 @@
 """Kept results of particle runs: which solver computed them, and that no other one's are judged."""
 
 import importlib
-import sys
 
 import pytest
 
@@ -20,7 +19,6 @@ JUDGES = (
 def test_a_benchmark_judges_no_results_of_another_solver(name, monkeypatch, capsys):
     """It ends with one sentence, which names the command that computes them anew, and prints no figure."""
     monkeypatch.setitem(PARTS, "simulate", 999)
-    monkeypatch.setattr(sys, "argv", [name])
     for module in (slumps, beads):
         module.recorded.cache_clear()
     with pytest.raises(SystemExit) as left:
