@@ -16,7 +16,7 @@ project_copyright = author
 version = release = installed("sealtwin")
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "reference"]
-exclude_patterns = ["_build", "_ext"]
+exclude_patterns = ["_build", "_ext", "paper"]
 
 EXAMPLES = HERE.parent / "examples"
 HAS_GALLERY = any(EXAMPLES.glob("plot_*.py"))

@@ -1,6 +1,7 @@
 """Plain package names are easy to shadow: each must be the one in this checkout, and cheap to start."""
 
 import importlib
+import json
 import re
 import subprocess
 import sys
@@ -58,3 +59,14 @@ def test_files_and_names_that_the_guides_give_exist():
     table += "".join((ROOT / recipe).read_text(encoding="utf-8") for recipe in recipes)
     for name in re.findall(r"`+([A-Za-z_]+(?:\.[a-z_]+)?)`+", table):
         assert re.search(rf"\b{re.escape(name.rpartition('.')[2])}\b", sources), name
+
+
+def test_the_version_is_the_same_wherever_it_is_stated():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))["version"] == version
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_type_checkers_read_the_annotations_of_each_package(package):
+    assert (ROOT / package / "py.typed").is_file()
