@@ -151,7 +151,6 @@ class FluidSolver:
             support=support,
             mass=self.mass,
             frame_s=frame_s,
-            in_blocks=not native,
         )
         coarse: CoarsePressure | None = None
         if settings.pressure == "two-level":
