@@ -122,6 +122,12 @@ def whole_sum(search: Search, run: int, lane: int):
     return wp.tile_sum(wp.tile(own, preserve_type=True))[0]
 
 
+@wp.func
+def begins_run(part: int, begin: int):
+    """Returns whether a thread that began with part ``begin`` takes a run's first part, or its own first of that run."""
+    return part == begin or part % CHUNKS == 0
+
+
 @run_kernel
 def sum_residuals(
     parts: Span,
@@ -206,9 +212,12 @@ def start_search(
     search: Search,  # out: all scalars too, which no block reads
 ):
     lane = wp.tid() % wp.block_dim()
-    for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
+    begin = parts.begin + wp.tid() // wp.block_dim()
+    squares = Sums(0.0)
+    for part in range(begin, parts.end, parts.step):
         rows = rows_of(movers, part)
-        squares = whole_sum(search, part // CHUNKS, lane)
+        if begins_run(part, begin):
+            squares = whole_sum(search, part // CHUNKS, lane)
         if part % CHUNKS + lane == 0:
             begin_run(search, part // CHUNKS, squares, of_the_right, of_the_change, at_most)
         warm = begins_at_guess(squares)
@@ -281,12 +290,15 @@ def advance_search(
     search: Search,  # out: left, and the vectors; all blocks read the sums and the scalars
 ):
     lane = wp.tid() % wp.block_dim()
-    for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
+    begin = parts.begin + wp.tid() // wp.block_dim()
+    way = wp.vec2(0.0)
+    for part in range(begin, parts.end, parts.step):
         run = part // CHUNKS
         if is_solved(search, run):
             continue
         rows = rows_of(movers, part)
-        way = way_of(search, run, whole_sum(search, run, lane)[0])
+        if begins_run(part, begin):
+            way = way_of(search, run, whole_sum(search, run, lane)[0])
         own = float(0.0)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
             own += advance_row(movers, particles, system, search, row, way[0], way[1])
@@ -343,11 +355,14 @@ def shift_all(parts: Span, movers: Movers, particles: Particles, search: Search)
     Pairs then keep momentum, wherever the search ended.
     """
     lane = wp.tid() % wp.block_dim()
-    for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
+    begin = parts.begin + wp.tid() // wp.block_dim()
+    by = wp.vec3(0.0)
+    for part in range(begin, parts.end, parts.step):
         run = part // CHUNKS
         rows = rows_of(movers, part)
-        left = whole_sum(search, run, lane)
-        by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
+        if begins_run(part, begin):
+            left = whole_sum(search, run, lane)
+            by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
         # What is no number stays with its particle, which is then found.
         if not wp.isfinite(by):
             continue
