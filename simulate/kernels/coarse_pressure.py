@@ -97,8 +97,10 @@ def locate(
 
 
 @wp.func
-def shape(part: wp.vec2, along: wp.vec2, ahead: float, above: float):
-    """Gradient of phi times the spacing, and phi, of the node ``ahead`` and ``above``, each 0 or 1."""
+def shape(part: wp.vec2, along: wp.vec2, corner: int):
+    """Gradient of phi times the spacing, and phi, of a corner of a cell: 0 below, 1 above, 2 and 3 the same ahead."""
+    ahead = float(corner // 2)
+    above = float(corner % 2)
     s = ahead * part[0] + (1.0 - ahead) * (1.0 - part[0])
     z = above * part[1] + (1.0 - above) * (1.0 - part[1])
     forward = (2.0 * ahead - 1.0) * z
@@ -128,38 +130,18 @@ def sum_matrix(
         return
     part = coarse.part[row]
     along = coarse.along[row]
-    n = coarse.node[row]
-    sums = nodes.sums
-    ahead = n + nodes.count[1]
     own = coarse.slope[row]
     g = 2.0 * nodes.spacing * wp.vec3(own[0], own[1], own[2])
-    here = shape(part, along, 0.0, 0.0)
-    up = shape(part, along, 0.0, 1.0)
-    on = shape(part, along, 1.0, 0.0)
-    on_up = shape(part, along, 1.0, 1.0)
-    b_here = response(here, g)
-    b_up = response(up, g)
-    b_on = response(on, g)
-    b_on_up = response(on_up, g)
-    put(sums, n, 0, wp.dot(b_here, b_here))
-    put(sums, n, 1, wp.dot(b_here, b_up))
-    put(sums, n, 3, wp.dot(b_here, b_on))
-    put(sums, n, 4, wp.dot(b_here, b_on_up))
-    put(sums, n + 1, 0, wp.dot(b_up, b_up))
-    put(sums, n + 1, 2, wp.dot(b_up, b_on))
-    put(sums, n + 1, 3, wp.dot(b_up, b_on_up))
-    put(sums, ahead, 0, wp.dot(b_on, b_on))
-    put(sums, ahead, 1, wp.dot(b_on, b_on_up))
-    put(sums, ahead + 1, 0, wp.dot(b_on_up, b_on_up))
-    put(sums, n, WEIGHT, here[3])
-    put(sums, n + 1, WEIGHT, up[3])
-    put(sums, ahead, WEIGHT, on[3])
-    put(sums, ahead + 1, WEIGHT, on_up[3])
     c = own[3] * coarse.old[row]
-    put(sums, n, OLD, here[3] * c)
-    put(sums, n + 1, OLD, up[3] * c)
-    put(sums, ahead, OLD, on[3] * c)
-    put(sums, ahead + 1, OLD, on_up[3] * c)
+    for one in range(4):
+        here = shape(part, along, one)
+        moves = response(here, g)
+        node = coarse.node[row] + one // 2 * nodes.count[1] + one % 2
+        for other in range(one, 4):
+            coupling = 3 * (other // 2 - one // 2) + other % 2 - one % 2
+            put(nodes.sums, node, coupling, wp.dot(moves, response(shape(part, along, other), g)))
+        put(nodes.sums, node, WEIGHT, here[3])
+        put(nodes.sums, node, OLD, here[3] * c)
 
 
 @wp.kernel
