@@ -124,7 +124,7 @@ def whole_sum(search: Search, run: int, lane: int):
 
 @wp.func
 def begins_run(part: int, begin: int):
-    """Returns whether a thread that began with part ``begin`` takes a run's first part, or its own first of that run."""
+    """Returns whether a part is the first of its run, or the first that a thread takes."""
     return part == begin or part % CHUNKS == 0
 
 
