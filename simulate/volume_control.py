@@ -94,20 +94,14 @@ class VolumeControl:
         beds.length_mm = wp.zeros((runs, parts), dtype=wp.float64, device=device)
         beds.ceiling_mm = ceiling_mm
         beds.liquid.top_mm = wp.zeros(at_once * crossings, dtype=wp.float64, device=device)
-        launcher = Launcher(device)
-        moving, lanes = (state.particles, sizes), device_code.LANES
-        self._find_lying = launcher.bind_blocks(device_code.find_lying, state.count, lanes, *moving, beds)
-        self._count = launcher.bind_blocks(device_code.count_particles, runs * parts, lanes, *moving, beds)
+        bind, moving, lanes = Launcher(device).bind_whole, (state.particles, sizes), device_code.LANES
+        self._find_lying = bind(device_code.find_lying, state.count, *moving, beds, lanes=lanes)
+        self._count = bind(device_code.count_particles, runs * parts, *moving, beds, lanes=lanes)
         self._batches = []
         for first in range(0, runs, at_once):
-            batch = min(at_once, runs - first)
-            own = (lines, first, beds)
-            self._batches.append(
-                (
-                    launcher.bind_whole(device_code.raise_surfaces, batch * state.particles_per_run, *moving, *own),
-                    launcher.bind_blocks(device_code.sum_lines, batch * parts, lanes, *own),
-                )
-            )
+            batch, own = min(at_once, runs - first), (lines, first, beds)
+            raise_surfaces = bind(device_code.raise_surfaces, batch * state.particles_per_run, *moving, *own)
+            self._batches.append((raise_surfaces, bind(device_code.sum_lines, batch * parts, *own, lanes=lanes)))
 
     def after_frame(self, done: int) -> None:
         """Adjust each run's particles, once in a period. ``done`` is the number of finished frames."""

@@ -13,7 +13,7 @@ import warp as wp
 
 from simulate.fluid.cell_grid import NEIGHBOURS, pairs_of
 from simulate.fluid.launcher import Launcher
-from simulate.fluid.state import SPARE, MoversList, State
+from simulate.fluid.state import SPARE, State
 from simulate.kernels import conjugate_gradients as code
 from simulate.kernels.viscosity import ViscosityKernels
 from simulate.setup.rheology import DAMPS, Rheology, kinematic_viscosity, no_slip_weight
@@ -50,7 +50,6 @@ class Viscosity:
     def __init__(
         self,
         state: State,
-        movers: MoversList,
         lists: Any,
         paste: Any,
         pairs: ViscosityKernels,
@@ -63,7 +62,7 @@ class Viscosity:
         rows, runs, device = len(lists.fluid_count), state.runs, state.device
         self._state, self._lists, self._paste, self._support = state, lists, paste, support
         self._pairs, self._launcher = pairs, launcher
-        self._moving = (movers.movers, state.particles)
+        self._particles = state.particles
         viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
         sticks = np.repeat(paste.sticks.numpy(), state.particles_per_run)
@@ -89,7 +88,7 @@ class Viscosity:
 
         fresh = (FRESH_SHEAR, frame_s)
         self.measure_shear = launcher.bind(
-            pairs.measure_shear, *self._moving, lists, support, paste, *fresh, self.system, shared=True
+            pairs.measure_shear, self._particles, lists, support, paste, *fresh, self.system, shared=True
         )
         """Measure the shear before a substep replaces the velocities that the last one left."""
         self.bind_weights(lists)
@@ -109,27 +108,27 @@ class Viscosity:
     def bind_weights(self, lists: Any) -> None:
         """Take the pairs' weights and the walls' drag from ``lists``."""
         self._lists = lists
-        around = (*self._moving, lists, self._support)
+        around = (self._particles, lists, self._support)
         self.weigh_pairs = self._launcher.bind(
             self._pairs.weigh_pairs, *around, self._paste, self.system, self._search, shared=True
         )
         """The matrix, and the residuals of the velocity without viscosity and of the guess."""
 
     def _bind_search(self) -> None:
-        movers, particles, system, search = *self._moving, self.system, self._search
-        by_parts, moving = self._bind_by_parts, (movers, particles, system, search)
+        particles, system, search = self._particles, self.system, self._search
+        by_parts, moving = self._bind_by_parts, (particles, system, search)
         goals = (OF_THE_RIGHT, OF_THE_CHANGE, ITERATIONS_AT_MOST)
         find_turn = self._launcher.bind(code.find_turn, ITERATIONS_AT_MOST, search, lanes=code.LANES)
         self.apply_matrix = self._launcher.bind(
-            self._pairs.apply_matrix, movers, particles, self._lists, system, search, shared=True
+            self._pairs.apply_matrix, particles, self._lists, system, search, shared=True
         )
         self._begin = [by_parts(code.sum_residuals, *moving), by_parts(code.start_search, *goals, *moving)]
         self._step = [
-            by_parts(code.sum_curvature, movers, search),
+            by_parts(code.sum_curvature, particles, search),
             by_parts(code.advance_search, *moving),
             lambda rows: find_turn(self._state.runs),
         ]
-        self._end = [by_parts(code.sum_left, movers, search), by_parts(code.shift_all, movers, particles, search)]
+        self._end = [by_parts(code.sum_left, particles, search), by_parts(code.shift_all, particles, search)]
 
     def _bind_by_parts(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
         """A launch over the parts of all runs, which takes the number of rows."""
@@ -178,7 +177,7 @@ class Viscosity:
         """One of q passes; stable up to a largest diagonal of A of about 1.95 q."""
         kernel = self._pairs.pass_velocity
         inputs = (self._lists, self._support, self._paste, self.system, passes, before, after)
-        self._launcher.bind(kernel, *self._moving, *inputs, shared=True)(rows)
+        self._launcher.bind(kernel, self._particles, *inputs, shared=True)(rows)
 
 
 def _launch_all(launches: Sequence[Callable[[int], None]], rows: int) -> None:

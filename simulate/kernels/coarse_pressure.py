@@ -10,7 +10,7 @@ Sums over particles are in whole numbers, so that their order, and with it the d
 
 import warp as wp
 
-from simulate.kernels.status import Movers, Particles, Span, end_of
+from simulate.kernels.status import Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -69,15 +69,14 @@ class CoarseRows:
 @wp.kernel
 def locate(
     rows: Span,
-    movers: Movers,
     particles: Particles,
     arc: ArcLengthMap,
     nodes: Nodes,
     coarse: CoarseRows,  # out
 ):
     """Find each mover's nodes for a substep, and the compression that the last one left."""
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        i = movers.particle[row]
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        i = particles.mover[row]
         here = particles.position[i]
         x = wp.vec2(here[0], here[1])
         q = (x - arc.corner) / arc.spacing
@@ -120,13 +119,13 @@ def put(sums: wp.array2d[wp.int64], node: int, of: int, value: float):
 
 @wp.kernel
 def sum_matrix(
-    movers: Movers,
+    particles: Particles,
     nodes: Nodes,  # out: sums
     coarse: CoarseRows,
 ):
     """Add up the effect of the nodes' multipliers on each other's sums of C, times the spacing squared."""
     row = wp.tid()
-    if row >= movers.count[0]:
+    if row >= particles.movers[0]:
         return
     part = coarse.part[row]
     along = coarse.along[row]
@@ -146,13 +145,13 @@ def sum_matrix(
 
 @wp.kernel
 def sum_excess(
-    movers: Movers,
+    particles: Particles,
     nodes: Nodes,  # out: excess
     coarse: CoarseRows,
 ):
     """Add up t_i phi_a C_i; where the fluid is loose, C < 0 counts too."""
     row = wp.tid()
-    if row >= movers.count[0]:
+    if row >= particles.movers[0]:
         return
     n = coarse.node[row]
     s = coarse.part[row][0]
@@ -234,7 +233,6 @@ def solve(
 @wp.kernel
 def change_multipliers(
     rows: Span,
-    movers: Movers,
     particles: Particles,  # in, out: the change of the multiplier with the position
     nodes: Nodes,
     coarse: CoarseRows,  # in, out: multiplier
@@ -246,8 +244,8 @@ def change_multipliers(
     The own part is a Jacobi step with the factors and the momentum of Legendre's polynomials: n of them reach as far as
     n^2 / 2 plain ones.
     """
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        i = movers.particle[row]
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        i = particles.mover[row]
         n = coarse.node[row]
         s = coarse.part[row][0]
         z = coarse.part[row][1]

@@ -8,7 +8,7 @@ a tile, in an order that depends on the block's width alone. On a CPU a block ha
 import warp as wp
 
 from simulate.kernels.run_module import run_kernel
-from simulate.kernels.status import Movers, Particles, Span
+from simulate.kernels.status import Particles, Span
 
 wp.set_module_options({"enable_backward": False})
 
@@ -79,21 +79,21 @@ def times(it: Symmetric, by: wp.vec3):
 
 
 @wp.func
-def rows_of(movers: Movers, part: int):
+def rows_of(particles: Particles, part: int):
     """First row of a part of a run, and one past its last."""
     run = part // CHUNKS
-    first = movers.first_row[run]
-    rows = movers.first_row[run + 1] - first
+    first = particles.first_row[run]
+    rows = particles.first_row[run + 1] - first
     width = (rows + CHUNKS - 1) // CHUNKS
     begin = wp.min(part % CHUNKS * width, rows)
     return wp.vec2i(first + begin, first + wp.min(begin + width, rows))
 
 
 @wp.func
-def squares_of(particles: Particles, movers: Movers, system: System, search: Search, row: int):
+def squares_of(particles: Particles, system: System, search: Search, row: int):
     """A row's share in the squares of the right side and of both residuals, in the norm of the preconditioner."""
     inverse = system.inverse[row]
-    own = particles.velocity[movers.particle[row]]
+    own = particles.velocity[particles.mover[row]]
     still = search.residual[row]
     moved = search.product[row]
     return Sums(
@@ -131,7 +131,6 @@ def begins_run(part: int, begin: int):
 @run_kernel
 def sum_residuals(
     parts: Span,
-    movers: Movers,
     particles: Particles,
     system: System,
     search: Search,  # out: partial, and zero in ``more``
@@ -140,10 +139,10 @@ def sum_residuals(
     for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
         if part + lane == 0:
             search.more[0] = 0
-        rows = rows_of(movers, part)
+        rows = rows_of(particles, part)
         own = Sums(0.0)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            own += squares_of(particles, movers, system, search, row)
+            own += squares_of(particles, system, search, row)
         keep_sum(search, part, lane, own)
 
 
@@ -187,9 +186,9 @@ def ask_for_more(search: Search, run: int, at_most: int):
 
 
 @wp.func
-def start_row(movers: Movers, particles: Particles, system: System, search: Search, row: int, warm: int):
+def start_row(particles: Particles, system: System, search: Search, row: int, warm: int):
     """Begin at the guess, which lies where the scaled residual will, or at the velocity without viscosity."""
-    i = movers.particle[row]
+    i = particles.mover[row]
     r = search.residual[row]
     if warm == 1:
         r = search.product[row]
@@ -206,7 +205,6 @@ def start_search(
     of_the_right: float,
     of_the_change: float,
     at_most: int,
-    movers: Movers,
     particles: Particles,
     system: System,
     search: Search,  # out: all scalars too, which no block reads
@@ -215,14 +213,14 @@ def start_search(
     begin = parts.begin + wp.tid() // wp.block_dim()
     squares = Sums(0.0)
     for part in range(begin, parts.end, parts.step):
-        rows = rows_of(movers, part)
+        rows = rows_of(particles, part)
         if begins_run(part, begin):
             squares = whole_sum(search, part // CHUNKS, lane)
         if part % CHUNKS + lane == 0:
             begin_run(search, part // CHUNKS, squares, of_the_right, of_the_change, at_most)
         warm = begins_at_guess(squares)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            start_row(movers, particles, system, search, row, warm)
+            start_row(particles, system, search, row, warm)
 
 
 @wp.func
@@ -233,7 +231,7 @@ def is_solved(search: Search, run: int):
 @run_kernel
 def sum_curvature(
     parts: Span,
-    movers: Movers,
+    particles: Particles,
     search: Search,  # out: partial, and zero in ``more``
 ):
     lane = wp.tid() % wp.block_dim()
@@ -242,7 +240,7 @@ def sum_curvature(
             search.more[0] = 0
         if is_solved(search, part // CHUNKS):
             continue
-        rows = rows_of(movers, part)
+        rows = rows_of(particles, part)
         own = float(0.0)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
             own += search.curvature[row]
@@ -264,11 +262,9 @@ def way_of(search: Search, run: int, along: float):
 
 
 @wp.func
-def advance_row(
-    movers: Movers, particles: Particles, system: System, search: Search, row: int, length: float, turn: float
-):
+def advance_row(particles: Particles, system: System, search: Search, row: int, length: float, turn: float):
     """Turn the direction and go along it; returns the square of the new residual."""
-    i = movers.particle[row]
+    i = particles.mover[row]
     direction = particles.scaled_residual[i] + turn * search.direction[row]
     pull = search.product[row] + turn * search.pull[row]
     search.direction[row] = direction
@@ -284,7 +280,6 @@ def advance_row(
 @run_kernel
 def advance_search(
     parts: Span,
-    movers: Movers,
     particles: Particles,
     system: System,
     search: Search,  # out: left, and the vectors; all blocks read the sums and the scalars
@@ -296,12 +291,12 @@ def advance_search(
         run = part // CHUNKS
         if is_solved(search, run):
             continue
-        rows = rows_of(movers, part)
+        rows = rows_of(particles, part)
         if begins_run(part, begin):
             way = way_of(search, run, whole_sum(search, run, lane)[0])
         own = float(0.0)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            own += advance_row(movers, particles, system, search, row, way[0], way[1])
+            own += advance_row(particles, system, search, row, way[0], way[1])
         total = wp.tile_sum(wp.tile(own))[0]
         if lane == 0:
             search.left[run, part % CHUNKS] = total
@@ -335,13 +330,13 @@ def find_turn(
 @run_kernel
 def sum_left(
     parts: Span,
-    movers: Movers,
+    particles: Particles,
     search: Search,  # out: partial
 ):
     """The residual of a run as a whole."""
     lane = wp.tid() % wp.block_dim()
     for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
-        rows = rows_of(movers, part)
+        rows = rows_of(particles, part)
         own = wp.vec3(0.0)
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
             own += search.residual[row]
@@ -349,7 +344,7 @@ def sum_left(
 
 
 @run_kernel
-def shift_all(parts: Span, movers: Movers, particles: Particles, search: Search):
+def shift_all(parts: Span, particles: Particles, search: Search):
     """Give a run, as a whole, the velocity with which its residual is zero.
 
     Pairs then keep momentum, wherever the search ended.
@@ -359,7 +354,7 @@ def shift_all(parts: Span, movers: Movers, particles: Particles, search: Search)
     by = wp.vec3(0.0)
     for part in range(begin, parts.end, parts.step):
         run = part // CHUNKS
-        rows = rows_of(movers, part)
+        rows = rows_of(particles, part)
         if begins_run(part, begin):
             left = whole_sum(search, run, lane)
             by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
@@ -367,5 +362,5 @@ def shift_all(parts: Span, movers: Movers, particles: Particles, search: Search)
         if not wp.isfinite(by):
             continue
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):
-            i = movers.particle[row]
+            i = particles.mover[row]
             particles.velocity[i] = particles.velocity[i] + by
