@@ -58,8 +58,8 @@ def figures(injection: Injection, solid: Solid, slope: SampleSlope) -> list[BedF
 
 def figures_by_host(injection: Injection, solid: Solid, slope: SampleSlope, run: int) -> BedFigures:
     state, radius_mm = injection.engine.state, injection.solver.size_mm
-    arrays = state.status_of(), state.position_mm(), state.velocity_mm_s()
-    status, place_mm, speed_mm_s = (array[state.own(run)] for array in arrays)
+    own = state.own(run)
+    status, place_mm, speed_mm_s = state.status_of()[own], state.position_mm()[own], state.velocity_mm_s()[own]
     here = (status <= int(FROZEN)) & np.isfinite(place_mm).all(axis=1)
     size_mm3 = injection.schedule.dispensed_mm3 / injection.schedule.particles
     lost = np.zeros(here.sum(), dtype=bool)
@@ -67,7 +67,8 @@ def figures_by_host(injection: Injection, solid: Solid, slope: SampleSlope, run:
     lies, moves = settled(bed, np.full(here.sum(), solid.depth_mm)), status[here] == int(MOVING)
     flows = moves & (np.linalg.norm(bed.velocity_mm_s, axis=1) >= FLOWS_MM_S)
     volume_mm3 = vessel_of(solid, CELL * radius_mm).volume_mm3(bed.position_mm[lies], half_spacing_mm(bed))
-    return BedFigures(*(int(of.sum()) for of in (lies, moves, moves & lies, flows & lies)), volume_mm3)
+    lying, moving, both, flowing = (int(mask.sum()) for mask in (lies, moves, moves & lies, flows & lies))
+    return BedFigures(lying, moving, both, flowing, volume_mm3)
 
 
 @pytest.mark.parametrize(
