@@ -218,7 +218,6 @@ class Tank:
                 radius_mm=radius_mm,
                 factor=factor,
                 yields=[rheology.yields],
-                settings={},
             )
         return cls(pit, engine, radius_mm, control)
 

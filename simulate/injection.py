@@ -328,7 +328,7 @@ def prepare(
             radius_mm=solver.size_mm,
             factor=factor,
             yields=[paste.yields for paste in pastes],
-            settings=slope.table,
+            down=slope.down,
         )
     setup_s = time.perf_counter() - began
     frames, statistics = courses[0].frames, RunStatistics(len(pastes))

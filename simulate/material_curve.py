@@ -8,7 +8,7 @@ of a table: a cooling that leaves them is refused.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
@@ -63,6 +63,9 @@ class _Columns(Settings):
         return self.model_dump(exclude_none=True)
 
 
+Table = TypeVar("Table", bound=_Columns)
+
+
 class MaterialCurve(_Columns):
     """Columns of a table of the material, each with a number for each row. A CSV file has the same columns."""
 
@@ -101,14 +104,18 @@ else:
     CoolingOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[CoolingCurve, Tag("several")], ByForm]
 
 
-def read_curve(path: Path) -> MaterialCurve:
-    """Read a CSV of a material. Raises InputError with file, row, column and value."""
-    return MaterialCurve.model_validate(_read(path, MaterialCurve))
-
-
-def read_cooling(path: Path) -> CoolingCurve:
-    """Read a CSV of a cooling. Raises InputError as ``read_curve``."""
-    return CoolingCurve.model_validate(_read(path, CoolingCurve))
+def read_table(path: Path, kind: type[Table]) -> Table:
+    """Read a CSV of a material or of a cooling. Raises InputError with file, row, column and value."""
+    fields = kind.model_fields
+    needed = [name for name, field in fields.items() if field.is_required()]
+    columns = read_columns(path, {name: BOUNDS[name] for name in fields}, needed, (2, MOST_ROWS))
+    rows = columns.pop("row")
+    if fault := _first_fault(columns):
+        number, name, said = fault
+        raise InputError(f"{path}, row {rows[number]:g}, column {name}: {said}.")
+    if kind is MaterialCurve and ("age_s" in columns) == ("temperature_c" in columns):
+        raise InputError(f"{path}, row 1: one column of age_s and temperature_c is needed, and not both.")
+    return kind.model_validate({name: tuple(values) for name, values in columns.items()})
 
 
 def fault_of(curve: MaterialCurve, cooling: CoolingCurve | None, file: Path | None = None) -> str | None:
@@ -148,19 +155,6 @@ def course_of_tables(curve: MaterialCurve, cooling: CoolingCurve | None) -> Cour
         knots.append(ages_s[k] + (passed_c - begin_c) / (end_c - begin_c or 1.0) * (ages_s[k + 1] - ages_s[k]))
     age_s = np.unique(np.concatenate(knots))
     return Course(age_s, *over_temperature.at(np.interp(age_s, ages_s, cooled_c)))
-
-
-def _read(path: Path, kind: type[_Columns]) -> dict[str, tuple[float, ...]]:
-    fields = kind.model_fields
-    needed = [name for name, field in fields.items() if field.is_required()]
-    columns = read_columns(path, {name: BOUNDS[name] for name in fields}, needed, (2, MOST_ROWS))
-    rows = columns.pop("row")
-    if fault := _first_fault(columns):
-        number, name, said = fault
-        raise InputError(f"{path}, row {rows[number]:g}, column {name}: {said}.")
-    if kind is MaterialCurve and ("age_s" in columns) == ("temperature_c" in columns):
-        raise InputError(f"{path}, row 1: one column of age_s and temperature_c is needed, and not both.")
-    return {name: tuple(values) for name, values in columns.items()}
 
 
 def _first_fault(columns: Mapping[str, Sequence[float]]) -> tuple[int, str, str] | None:

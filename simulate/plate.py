@@ -75,9 +75,7 @@ class PastePlate:
             centreline=outline.centreline_mm * CM,
         )
         factor = engine.scheme.volume_factor
-        control = VolumeControl(
-            solid, schedule, state, radius_mm=radius_mm, factor=factor, yields=[paste.yields], settings={}
-        )
+        control = VolumeControl(solid, schedule, state, radius_mm=radius_mm, factor=factor, yields=[paste.yields])
         return cls(engine, control, Vessel(solid), radius_mm, depth_mm)
 
     def run(self, seconds: float, every_s: float) -> Iterator[float]:

@@ -12,7 +12,6 @@ box of ones, longest run of each column, its top edge) and removes what the pixe
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import KDTree
 
@@ -20,7 +19,7 @@ from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Bed, FaceLabel, Floats, Integers, Outline, Profile, Run, Solid
 from simulate.settings import SampleSlope
-from simulate.vessel import Mask, cross, vessel_of
+from simulate.vessel import Mask, inside, vessel_of
 
 PIXEL_MM = 0.2  # Pixel of the side view; never more than half a particle's radius
 GRAVITY_MM_S2 = 9810.0
@@ -129,7 +128,7 @@ def over_cavity(position_mm: Floats, solid: Solid) -> Mask:
     point = position_mm[above, :2]
     on_face = np.zeros(len(above), dtype=bool)
     for triangle in solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.TOP]][:, :, :2]:
-        on_face |= _inside(point, triangle)
+        on_face |= inside(triangle, point)
     counted[above] = ~on_face
     return counted
 
@@ -191,17 +190,3 @@ def _longest_run_top(column: Mask) -> int:
         return -1
     lengths = ends - begins
     return int(ends[np.flatnonzero(lengths == lengths.max())[-1]]) - 1
-
-
-def _inside(point: NDArray[np.floating], triangle: Floats) -> Mask:
-    """Mask of the points in a triangle of the plane, edges included, (n,)."""
-    a, b, c = triangle
-    doubled_area = cross(b - a, c - a)
-    if doubled_area == 0:
-        return np.zeros(len(point), dtype=bool)
-    sign = np.sign(doubled_area)
-    return (
-        (sign * cross(b - a, point - a) >= 0)
-        & (sign * cross(c - b, point - b) >= 0)
-        & (sign * cross(a - c, point - c) >= 0)
-    )

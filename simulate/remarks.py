@@ -69,9 +69,10 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
         )
         return
     stands_s = _stands_s(fluid, stands_pa, lasts_s)
+    sinks_mm_s = _sinks_mm_s(fluid, viscosity_pa_s, width_mm, lasts_s)
+    sinks_mm = lasts_s * float(sinks_mm_s.mean())
     if stands_s < lasts_s:
         moves_mm = stands_s * outline.length_mm / pours_s
-        sinks_mm = lasts_s * float(_sinks_mm_s(fluid, viscosity_pa_s, width_mm, lasts_s).mean())
         if moves_mm < FED * width_mm or (fluid.D_cm is None and sinks_mm < SUNK * solid.depth_mm):
             yield (
                 f"fluid.{'curve' if fluid.curve else 'structuration_pa_per_s'}: from an age of {stands_s:.2g} s paste "
@@ -82,16 +83,13 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
             return
     # A D_cm of the user's holds walls less, and sealant of the paper's U, which has one, moves before its viscosity
     # acts.
-    if fluid.D_cm is None and viscosity_pa_s:
-        sinks_mm_s = _sinks_mm_s(fluid, viscosity_pa_s, width_mm, lasts_s)
-        sinks_mm = lasts_s * float(sinks_mm_s.mean())
-        if sinks_mm < SUNK * solid.depth_mm:
-            yield (
-                f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm "
-                f"apart it sinks by its own weight at {sinks_mm_s.max():.2g} mm/s at most, {sinks_mm:.2g} mm in "
-                f"the {lasts_s:.3g} s of this run. The crack is {solid.depth_mm:.3g} mm deep: what the jet does not "
-                "push down heaps up over hollows. A longer solver.settle_s lets it sink further."
-            )
+    if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SUNK * solid.depth_mm:
+        yield (
+            f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm apart it sinks by its "
+            f"own weight at {sinks_mm_s.max():.2g} mm/s at most, {sinks_mm:.2g} mm in the {lasts_s:.3g} s of this run. "
+            f"The crack is {solid.depth_mm:.3g} mm deep: what the jet does not push down heaps up over hollows. A "
+            "longer solver.settle_s lets it sink further."
+        )
 
 
 def _stands_s(fluid: Fluid, stands_pa: float, lasts_s: float) -> float:

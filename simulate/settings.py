@@ -12,13 +12,14 @@ from sealtwin.core.run_figures import FAST, Method
 from sealtwin.core.settings import Settings
 from simulate.material_curve import (
     ByForm,
+    CoolingCurve,
     CoolingOrFile,
     Course,
     CurveOrFile,
+    MaterialCurve,
     course_of_tables,
     fault_of,
-    read_cooling,
-    read_curve,
+    read_table,
 )
 from simulate.material_file import Material, read_material
 
@@ -123,8 +124,8 @@ class Fluid(Settings):
         """
         if isinstance(self.material, Path):
             return self._with(read_material(folder / self.material), folder / self.material)
-        curve = read_curve(folder / self.curve) if isinstance(self.curve, Path) else self.curve
-        cooling = read_cooling(folder / self.cooling) if isinstance(self.cooling, Path) else self.cooling
+        curve = read_table(folder / self.curve, MaterialCurve) if isinstance(self.curve, Path) else self.curve
+        cooling = read_table(folder / self.cooling, CoolingCurve) if isinstance(self.cooling, Path) else self.cooling
         file = folder / self.cooling if isinstance(self.cooling, Path) else None
         if curve is not None and (fault := fault_of(curve, cooling, file)):
             raise InputError(f"{fault}.")

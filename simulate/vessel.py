@@ -86,16 +86,13 @@ def _crossings(triangle_mm: Floats, cell_mm: float, low: Integers, shape: Intege
     kept = np.abs(doubled_area) >= 1e-12
     a, b, c, doubled_area = a[kept], b[kept], c[kept], doubled_area[kept]
     # Row by row along y, so that a needle askew to the cells costs no more than its length.
-    row, owner = _counted(*_cells_between(*_ends((a, b, c), 0), cell_mm, low[0], shape[0]))
+    row, owner = counted(*_cells_between(*_ends((a, b, c), 0), cell_mm, low[0], shape[0]))
     first, last = _cells_between(*_stretch((a, b, c), owner, (row + low[0] + 0.5) * cell_mm), cell_mm, low[1], shape[1])
-    column, which = _counted(first, last)
+    column, which = counted(first, last)
     row, owner = row[which], owner[which]
     middle = (np.column_stack([row, column]) + low + 0.5) * cell_mm
     a, b, c, doubled_area = a[owner], b[owner], c[owner], doubled_area[owner]
-    sign = np.sign(doubled_area)
-    hit = np.logical_and.reduce(
-        [sign * cross((n - m)[:, :2], middle - m[:, :2]) >= 0 for m, n in ((a, b), (b, c), (c, a))]
-    )
+    hit = inside((a[:, :2], b[:, :2], c[:, :2]), middle)
     a, b, c, doubled_area, middle = a[hit], b[hit], c[hit], doubled_area[hit], middle[hit]
     beside = middle - a[:, :2]
     to_b, to_c = cross(beside, c - a) / doubled_area, cross(b - a, beside) / doubled_area
@@ -132,11 +129,19 @@ def _cells_between(low_mm: Floats, high_mm: Floats, cell_mm: float, low: int, co
     return np.maximum(first, 0), np.minimum(last, count - 1)
 
 
-def _counted(first: Integers, last: Integers) -> tuple[Integers, Integers]:
+def counted(first: Integers, last: Integers) -> tuple[Integers, Integers]:
     """Every whole number of each range, one after the other, and its range's index."""
     count = np.maximum(last - first + 1, 0)
     index = np.repeat(np.arange(len(count)), count)
     return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count), index
+
+
+def inside(corners: Sequence[Floats], point: NDArray[np.floating]) -> Mask:
+    """Mask of the points in a triangle of the plane, edges included, (n,); no point is in one without an area."""
+    a, b, c = corners
+    sign = np.sign(cross(b - a, c - a))
+    beside = [sign * cross(n - m, point - m) >= 0 for m, n in ((a, b), (b, c), (c, a))]
+    return (sign != 0) & np.logical_and.reduce(beside)
 
 
 def cross(u: NDArray[np.floating], v: NDArray[np.floating]) -> NDArray[np.floating]:

@@ -6,19 +6,21 @@ dense as it might be; and new sealant presses into what has frozen. The sum of t
 between the walls and its surface, and what is missing or too much is made up by what still flows.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
+import warp as wp
 
-from sealtwin.core.records import Bed, Solid
-from simulate.device_beds import BedFigures, DeviceBeds
+from sealtwin.core.records import Solid
+from simulate.fluid.launcher import Launcher
 from simulate.fluid.state import State
-from simulate.kernels.status import FROZEN, MOVING
-from simulate.profile import half_side_mm, half_spacing_mm, settled
-from simulate.settings import SampleSlope
+from simulate.kernels import beds as device_code
+from simulate.profile import fastest_fall_mm_s, half_side_mm
+from simulate.settings import LEVEL
 from simulate.setup.release_schedule import Schedule
-from simulate.vessel import Mask, vessel_of
+from simulate.setup.signed_distance import CM
+from simulate.vessel import TURN, vessel_of
 
 PERIOD_S = 0.1  # Time between two measurements: a third of what paste needs to come to rest
 MEMORY_S = 0.4
@@ -36,10 +38,25 @@ CELL = 0.5
 """Width over R of the columns that a bed is measured in: those of 4/3 read beds with hollows up to 1 % wrong."""
 LEAST_FACTOR, MOST_FACTOR = 0.95, 1.2
 """Bounds of the factor: hollows that a stiff paste bridges are no fault of its density, nor are films on the face."""
+MOST_TOPS = 4_000_000
+"""Tops of liquid that are kept at one time, 32 MB: those of as many runs as fit, and of one at least. The paper's
+sample has 145,510 of them a run in columns of 0.3 mm, so that 27 runs are measured at once.
+"""
+
+
+class BedFigures(NamedTuple):
+    """Numbers of particles of a run, and the volume that its bed takes."""
+
+    lying: int
+    moving: int
+    moving_and_lying: int
+    flowing_and_lying: int
+    """The part of ``moving_and_lying`` that counts as flowing."""
+    volume_mm3: float
 
 
 class VolumeControl:
-    """Changes ``State.swelling`` of each run as if it were alone."""
+    """Measures each run's bed on the device, and changes ``State.swelling`` of each run as if it were alone."""
 
     def __init__(
         self,
@@ -50,49 +67,51 @@ class VolumeControl:
         radius_mm: float,
         factor: float,
         yields: Sequence[bool],
-        settings: dict[str, Any],
-        on_device: bool | None = None,
+        down: Sequence[float] = LEVEL.down,
     ) -> None:
-        """``factor`` is the scheme's volume factor, which ``State.swelling`` multiplies; ``settings`` are a run's.
+        """``factor`` is the volume factor that ``State.swelling`` multiplies, ``down`` the direction of gravity.
 
-        ``yields`` says of each run whether its sealant has a yield stress. ``on_device``: the device measures beds, and
-        not the host; None asks whether it is a GPU.
+        ``yields`` says of each run whether its sealant has a yield stress.
         """
-        self._solid, self._schedule, self._state = solid, schedule, state
-        self._vessel = vessel_of(solid, CELL * radius_mm)
-        self._radius_mm, self._factor, self._yields, self._settings = radius_mm, factor, yields, settings
+        self._schedule, self._state, self._factor, self._yields = schedule, state, factor, yields
+        self._vessel = vessel = vessel_of(solid, CELL * radius_mm)
         self.every = max(1, round(PERIOD_S / schedule.frame_s))
         """Frames from one measurement to the next."""
         self._gain = self.every * schedule.frame_s / MEMORY_S
         self._particle_volume_mm3 = schedule.dispensed_mm3 / schedule.particles
-        self._beds: DeviceBeds | None = None
-        if state.device != "cpu" if on_device is None else on_device:
-            self._beds = DeviceBeds(
-                solid,
-                self._vessel,
-                state,
-                radius_mm=radius_mm,
-                half_mm=half_side_mm(radius_mm, self._particle_volume_mm3),
-                flows_mm_s=FLOWS_MM_S,
-                down=SampleSlope.model_validate(settings.get("sample", {})).down,
-            )
+        half_mm = half_side_mm(radius_mm, self._particle_volume_mm3)
+        sizes = device_code.Sizes()
+        sizes.mm, sizes.radius_mm, sizes.floor_mm, sizes.half_mm = CM, radius_mm, -solid.depth_mm, half_mm
+        sizes.reach_mm, sizes.turn, sizes.down = np.sqrt(2) * half_mm, wp.vec2d(*TURN), wp.vec3d(*down)
+        sizes.falls_mm_s, sizes.flows_mm_s = fastest_fall_mm_s(radius_mm), FLOWS_MM_S
+        device, runs, parts = state.device, state.runs, int(device_code.PARTS)
+        lines, ceiling_mm = vessel.lines_on(device)
+        crossings = len(ceiling_mm)
+        at_once = min(runs, max(1, MOST_TOPS // max(1, crossings)))
+        self._beds = beds = device_code.Beds()
+        beds.lies = wp.zeros(state.count, dtype=int, device=device)
+        beds.count = wp.zeros((runs, parts), dtype=wp.vec4i, device=device)
+        beds.length_mm = wp.zeros((runs, parts), dtype=wp.float64, device=device)
+        beds.ceiling_mm = ceiling_mm
+        beds.liquid.top_mm = wp.zeros(at_once * crossings, dtype=wp.float64, device=device)
+        bind, moving, lanes = Launcher(device).bind_whole, (state.particles, sizes), device_code.LANES
+        self._find_lying = bind(device_code.find_lying, state.count, *moving, beds, lanes=lanes)
+        self._count = bind(device_code.count_particles, runs * parts, *moving, beds, lanes=lanes)
+        self._batches = []
+        for first in range(0, runs, at_once):
+            batch, own = min(at_once, runs - first), (lines, first, beds)
+            raise_surfaces = bind(device_code.raise_surfaces, batch * state.particles_per_run, *moving, *own)
+            self._batches.append((raise_surfaces, bind(device_code.sum_lines, batch * parts, *own, lanes=lanes)))
 
     def after_frame(self, done: int) -> None:
         """Adjust each run's particles, once in a period. ``done`` is the number of finished frames."""
         if done % self.every:
             return
         swelling = self._state.swelling.numpy().copy()
-        for run, bed in enumerate(self.figures(done)):
-            if self._is_bed(bed.lying, bed.moving):
+        for run, bed in enumerate(self.figures()):
+            if bed.moving and bed.lying * self._particle_volume_mm3 >= LEAST_SETTLED * self._schedule.dispensed_mm3:
                 swelling[run] = self._changed(float(swelling[run]), bed, yields=self._yields[run])
         self._state.swelling.assign(swelling)
-
-    def figures(self, done: int) -> Iterable[BedFigures]:
-        """The figures of each run's bed; its volume need not be measured where it is too small, or nothing moves."""
-        return self._by_host(done) if self._beds is None else self._beds.figures()
-
-    def _is_bed(self, lying: int, moving: int) -> bool:
-        return moving > 0 and lying * self._particle_volume_mm3 >= LEAST_SETTLED * self._schedule.dispensed_mm3
 
     def _changed(self, swelling: float, bed: BedFigures, *, yields: bool) -> float:
         lacking = 1 - bed.volume_mm3 / (bed.lying * self._particle_volume_mm3)
@@ -102,35 +121,15 @@ class VolumeControl:
         changed = swelling + self._gain * lacking / max(LEAST_FLOWING, share)
         return min(MOST_FACTOR / self._factor, max(LEAST_FACTOR / self._factor, changed))
 
-    def _by_host(self, done: int) -> Iterator[BedFigures]:
-        for run, (bed, moves) in enumerate(self._particles(done)):
-            lies = settled(bed, np.full(len(bed.position_mm), self._solid.depth_mm))
-            lying, moving = int(lies.sum()), int(moves.sum())
-            if not self._is_bed(lying, moving):
-                yield BedFigures(lying, moving, 0, 0, np.nan)
-                continue
-            flows = moves
-            if self._yields[run]:
-                flows = moves & (np.linalg.norm(bed.velocity_mm_s, axis=1) >= FLOWS_MM_S)
-            volume_mm3 = self._vessel.volume_mm3(bed.position_mm[lies], half_spacing_mm(bed))
-            yield BedFigures(lying, moving, int((moves & lies).sum()), int((flows & lies).sum()), volume_mm3)
-
-    def _particles(self, done: int) -> Iterator[tuple[Bed, Mask]]:
-        """Each run's particles that have left the nozzle and are not lost, and the mask of those that move."""
-        state = self._state
-        out = state.released(done - 1)
-        status, position_mm, velocity_mm_s = state.status_of(), state.position_mm(), state.velocity_mm_s()
-        for run in range(state.runs):
-            own = slice(state.own(run).start, state.own(run).start + out)
-            here = (status[own] <= int(FROZEN)) & np.isfinite(position_mm[own]).all(axis=1)
-            yield (
-                Bed(
-                    position_mm[own][here],
-                    velocity_mm_s[own][here],
-                    np.zeros(int(here.sum()), dtype=bool),
-                    self._radius_mm,
-                    self._particle_volume_mm3,
-                    self._settings,
-                ),
-                status[own][here] == int(MOVING),
-            )
+    def figures(self) -> Iterator[BedFigures]:
+        """The figures of each run's bed, as its particles are now."""
+        self._find_lying()
+        self._count()
+        for raise_surfaces, sum_lines in self._batches:
+            self._beds.liquid.top_mm.fill_(-np.inf)
+            raise_surfaces()
+            sum_lines()
+        counts = self._beds.count.numpy().sum(axis=1, dtype=np.int64)
+        volumes_mm3 = self._beds.length_mm.numpy().sum(axis=1) * self._vessel.cell_mm2
+        for (lying, moving, both, flowing), volume_mm3 in zip(counts.tolist(), volumes_mm3.tolist(), strict=True):
+            yield BedFigures(lying, moving, both, flowing, volume_mm3)

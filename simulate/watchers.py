@@ -280,7 +280,7 @@ class HealthLog(Watcher):
         injection.wait()
         engine, statistics = injection.engine, injection.statistics
         moving = engine.movers.number()
-        mover = engine.movers.movers.particle.numpy()[:moving]
+        mover = engine.state.particles.mover.numpy()[:moving]
         error = np.maximum(engine.state.density.numpy()[mover] - 1.0, 0.0)
         status = engine.state.status.numpy()
         solves = statistics.solves[self._solves :]

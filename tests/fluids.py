@@ -151,7 +151,7 @@ def check(engine: FluidSolver) -> dict[int, RunFault]:
 
 def in_rows(engine: FluidSolver) -> NDArray[np.intp]:
     """Number of the particle in each row, (rows,), once the neighbours were listed."""
-    return engine.movers.movers.particle.numpy()[: engine.rows].astype(np.intp)
+    return engine.state.particles.mover.numpy()[: engine.rows].astype(np.intp)
 
 
 def listed_fluid(engine: FluidSolver) -> list[NDArray[np.intp]]:

@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats
 from simulate.fluid.launcher import Launcher
-from simulate.fluid.state import MoversList, State
+from simulate.fluid.state import State
 from simulate.kernels import coarse_pressure as device_code
 
 SPACING = 2.0
@@ -42,7 +42,6 @@ class CoarsePressure:
     def __init__(
         self,
         state: State,
-        movers: MoversList,
         launcher: Launcher,
         centreline: Floats,
         low: Floats,
@@ -68,19 +67,18 @@ class CoarsePressure:
         for name in (*types, "old", "multiplier", "yielding", "compression"):
             setattr(coarse, name, wp.zeros(rows, dtype=types.get(name, float), device=device))
 
-        moving = (movers.movers, state.particles)
         lanes = 1 if device == "cpu" else LANES
-        self._locate = launcher.bind(device_code.locate, *moving, arc, nodes, coarse)
+        self._locate = launcher.bind(device_code.locate, state.particles, arc, nodes, coarse)
         # Sums into nodes are made in one piece: on a CPU two threads must not add to one of them.
-        self._sum_matrix = launcher.bind_whole(device_code.sum_matrix, rows, movers.movers, nodes, coarse)
-        self._sum_excess = launcher.bind_whole(device_code.sum_excess, rows, movers.movers, nodes, coarse)
+        self._sum_matrix = launcher.bind_whole(device_code.sum_matrix, rows, state.particles, nodes, coarse)
+        self._sum_excess = launcher.bind_whole(device_code.sum_excess, rows, state.particles, nodes, coarse)
         constants = (lanes, SWEEPS, OVERSHOOT, LEAST_WEIGHT, AT_ONCE)
         self._solve_first, self._solve_again = (
-            launcher.bind_blocks(device_code.solve, state.runs, LANES, nodes, summed, *constants)
+            launcher.bind_whole(device_code.solve, state.runs, nodes, summed, *constants, lanes=LANES)
             for summed in (True, False)
         )
         self._change_multipliers = [
-            launcher.bind(device_code.change_multipliers, *moving, nodes, coarse, float(iteration + 1), STEP)
+            launcher.bind(device_code.change_multipliers, state.particles, nodes, coarse, float(iteration + 1), STEP)
             for iteration in range(iterations)
         ]
 

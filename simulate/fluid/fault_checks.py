@@ -7,7 +7,7 @@ import warp as wp
 
 from simulate.fluid.cell_grid import NEIGHBOURS, WALL_NEIGHBOURS
 from simulate.fluid.launcher import Launcher
-from simulate.fluid.state import MoversList, State
+from simulate.fluid.state import State
 from simulate.fluid.viscosity import ITERATIONS_AT_MOST
 from simulate.kernels import pressure
 from simulate.setup.signed_distance import Barrier
@@ -39,13 +39,11 @@ class RunFault(NamedTuple):
 class FaultChecks:
     """Marks particles that spilled or escaped, and keeps every fault of a particle or a run."""
 
-    def __init__(
-        self, state: State, movers: MoversList, launcher: Launcher, barrier: Barrier, unsolved: wp.array, support: float
-    ) -> None:
+    def __init__(self, state: State, launcher: Launcher, barrier: Barrier, unsolved: wp.array, support: float) -> None:
         """``unsolved`` is 1 for a run whose viscosity was not solved."""
         self._state, self._unsolved = state, unsolved
         limits = (FASTEST_CM_S, DENSEST, support, barrier.clearance)
-        self.look = launcher.bind(pressure.inspect, movers.movers, state.particles, *limits, barrier.grid)
+        self.look = launcher.bind(pressure.inspect, state.particles, *limits, barrier.grid)
         """Check the movers of so many rows."""
 
     def found(self) -> dict[int, RunFault]:

@@ -29,34 +29,41 @@ class Launcher:
         self._helpers = [_Helper() for _ in range(threads - 1)]
         self.kernels = 0  # Number of launches so far; scans and sorts of Warp's own library are not counted
 
-    def bind(self, kernel: Any, *inputs: object, shared: bool = False) -> "RowLaunch":
+    def bind(self, kernel: Any, *inputs: object, shared: bool = False, lanes: int = 1) -> "RowLaunch":
         """A launch over rows; the kernel's first argument is the ``Span`` of a slice's rows, the rest are ``inputs``.
 
         One thread of a CPU takes all rows of a slice, in a loop within the kernel: to read the arguments anew for each
         row takes up to a third of a kernel's time.
 
-        Each row of a kernel whose rows are ``shared`` has as many threads as the launcher has lanes.
+        Each row of a kernel whose rows are ``shared`` has as many threads as the launcher has lanes; else it has the
+        threads of a block of ``lanes``, on a GPU.
 
         The arrays among ``inputs`` may be written to later, but not replaced. A struct's may be, until a frame is
         recorded: a launch reads the struct anew.
         """
-        lanes = self.lanes if shared else 1
+        lanes = self.lanes if shared else self._block(lanes)
         width = lanes if lanes > 1 else None
         commands = [self._record(kernel, 1, [Span(), *inputs], width) for _ in range(self._threads)]
         return RowLaunch(self, commands, inputs, lanes)
 
-    def bind_whole(self, kernel: Any, dim: int | tuple[int, ...], *inputs: object) -> Callable[[], None]:
-        """A launch over all of ``dim`` in one piece, for kernels without rows."""
-        return self._bind_all(kernel, dim, inputs)
+    def bind_whole(self, kernel: Any, count: int, *inputs: object, lanes: int | None = None) -> Callable[[], None]:
+        """A launch in one piece over ``count`` threads, for kernels without rows, or over so many blocks of ``lanes``.
 
-    def bind_blocks(self, kernel: Any, blocks: int, lanes: int, *inputs: object) -> Callable[[], None]:
-        """A launch of blocks of ``lanes`` threads, whose tiles add up; ``wp.tid()`` is a block and its thread.
-
-        A CPU's blocks have one thread each, unless Warp is set to give them more. The module of ``kernel`` is compiled
-        for each number of lanes.
+        In blocks ``wp.tid()`` is a block and its thread, and tiles add up. A CPU's blocks have one thread each, unless
+        Warp is set to give them more. The module of ``kernel`` is compiled for each number of lanes.
         """
-        lanes = 1 if self.device == "cpu" and not wp.config.enable_cpu_blocks else lanes
-        return self._bind_all(kernel, (blocks, lanes), inputs, lanes)
+        width = None if lanes is None else self._block(lanes)
+        command = self._record(kernel, count if width is None else (count, width), inputs, width)
+
+        # Warp's command keeps addresses only: the default argument keeps the arrays.
+        def launch(_inputs: object = inputs) -> None:
+            self.kernels += 1
+            command.launch()
+
+        return launch
+
+    def _block(self, lanes: int) -> int:
+        return 1 if self.device == "cpu" and not wp.config.enable_cpu_blocks else lanes
 
     def bind_first(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
         """A launch over the first so many points, in one piece."""
@@ -93,18 +100,6 @@ class Launcher:
                     busy.callback(self._helpers[part - 1].finish)
                 else:
                     _launch_all(commands)
-
-    def _bind_all(
-        self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object], width: int | None = None
-    ) -> Any:
-        command = self._record(kernel, dim, inputs, width)
-
-        # Warp's command keeps addresses only: the default argument keeps the arrays.
-        def launch(_inputs: object = inputs) -> None:
-            self.kernels += 1
-            command.launch()
-
-        return launch
 
     def _record(
         self, kernel: Any, dim: int | tuple[int, ...], inputs: Sequence[object], width: int | None = None

@@ -9,7 +9,7 @@ import warp as wp
 
 from simulate.fluid.coarse_pressure import CoarsePressure
 from simulate.fluid.launcher import Launcher
-from simulate.fluid.state import MoversList, State
+from simulate.fluid.state import State
 from simulate.kernels import pressure
 from simulate.settings import Scheme
 from simulate.setup.signed_distance import Barrier
@@ -48,7 +48,6 @@ class Pressure:
     def __init__(
         self,
         state: State,
-        movers: MoversList,
         lists: Any,
         barrier: Barrier,
         pairs: pressure.PressureKernels,
@@ -69,8 +68,7 @@ class Pressure:
         effort.iterations = wp.array(np.array(numbers), dtype=int, device=state.device)
         effort.as_solved = wp.array([float(way) for way in as_solved], dtype=float, device=state.device)
         effort.correction = wp.zeros(len(lists.fluid_count), dtype=wp.vec3, device=state.device)
-        moving = (movers.movers, state.particles)
-        around = (*moving, lists, smoothing)
+        around = (state.particles, lists, smoothing)
         if coarse:
             self.measure_terms = launcher.bind(pairs.measure_terms, *around, coarse.rows, shared=True)
             """Densities and volumes; multipliers are the coarse level's."""
@@ -83,7 +81,7 @@ class Pressure:
         for iteration in (CARRIED_OVER, *range(self._most)):
             part = (effort, iteration)
             self._corrections[iteration] = launcher.bind(pairs.correct, *around, *limits, *part, shared=True)
-            self._shifts[iteration] = launcher.bind(pressure.shift, *moving, *part, *walls)
+            self._shifts[iteration] = launcher.bind(pressure.shift, state.particles, *part, *walls)
 
     def solve(self, rows: int) -> None:
         """All iterations of a substep."""

@@ -26,10 +26,10 @@ class RunStatistics:
     def add(self, engine: FluidSolver, solves: Sequence[Integers], sampled: bool) -> None:
         for iterations in solves:
             self.solves.extend(iterations.tolist())
-        moving = np.diff(engine.movers.movers.first_row.numpy())
+        moving = np.diff(engine.state.particles.first_row.numpy())
         self.moving.extend(moving.tolist())
         if sampled:
-            mover = engine.movers.movers.particle.numpy()[: moving.sum()]
+            mover = engine.state.particles.mover.numpy()[: moving.sum()]
             owner = mover // engine.state.particles_per_run
             self.owner.append(owner)
             self.density.append(np.maximum(engine.state.density.numpy()[mover] - 1.0, 0.0))

@@ -135,7 +135,7 @@ class FluidSolver:
         native = device == "cpu" if native is None else native
         self.movers = MoversList(state, launcher)
         self.lists = neighbour_lists(rows, wall_particles, device, packed=native, lanes=launcher.lanes)
-        shared = (state, self.movers, self.lists)
+        shared = (state, self.lists)
         kernels = pair_kernels(native)
         self.sleeps = any(fluid.yields for fluid in fluids) and settings.sleep
         as_solved = [fluid.moves_as_solved for fluid in fluids]
@@ -151,13 +151,11 @@ class FluidSolver:
             support=support,
             mass=self.mass,
             frame_s=frame_s,
-            in_blocks=not native,
         )
         coarse: CoarsePressure | None = None
         if settings.pressure == "two-level":
             coarse = CoarsePressure(
                 state,
-                self.movers,
                 launcher,
                 centreline,
                 domain.low,
@@ -182,7 +180,7 @@ class FluidSolver:
             iterations=self.iterations,
             coarse=coarse,
         )
-        self.faults = FaultChecks(state, self.movers, launcher, barrier, self.viscosity.unsolved, support)
+        self.faults = FaultChecks(state, launcher, barrier, self.viscosity.unsolved, support)
         self._bind_lists(kernels.list_neighbours, domain)
         self._bind_frame()
         self._out = state.count
@@ -208,7 +206,6 @@ class FluidSolver:
         full = (pressure.NEIGHBOURS_FULL, pressure.WALLS_FULL)
         self._list = self._launcher.bind(
             kernel,
-            self.movers.movers,
             state.particles,
             self.fluid_cells.cells,
             wall_cells.cells,
@@ -222,12 +219,12 @@ class FluidSolver:
         state, lists, launcher, settings = self.state, self.lists, self._launcher, self.settings
         self._count_frame = launcher.bind_whole(movers.count_frame, 1, state.particles)
         self._grow_older = launcher.bind(movers.grow_older, state.particles, self.paste)
-        moving, solid = (self.movers.movers, state.particles), (self.barrier.clearance, self.barrier.grid)
-        yielding = (*moving, self.paste)
+        moving, solid = state.particles, (self.barrier.clearance, self.barrier.grid)
+        yielding = (moving, self.paste)
         falling = (self.step_s, settings.damping_per_s, self.gravity)
-        self._predict = launcher.bind(pressure.predict, *moving, *falling, self.pressure.effort, *solid)
-        self._update_velocity = launcher.bind(pressure.update_velocity, *moving, self.step_s)
-        solved = (*moving, self.pressure.effort, self.step_s, *solid)
+        self._predict = launcher.bind(pressure.predict, moving, *falling, self.pressure.effort, *solid)
+        self._update_velocity = launcher.bind(pressure.update_velocity, moving, self.step_s)
+        solved = (moving, self.pressure.effort, self.step_s, *solid)
         self._move_as_solved = launcher.bind(pressure.move_as_solved, *solved)
         limits = (self._frame_s, PATIENCE_S, QUIET_SHEAR, QUIET_SHEAR * self._support)
         waking = (WAKING_CM_S, RESTLESS_S, PATIENCE_S - AGAIN_S)

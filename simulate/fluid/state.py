@@ -150,18 +150,17 @@ class MoversList:
         device = state.device
         self._state, self._sorted = state, False
         self._in_order = device == "cpu" if in_order is None else in_order
-        self.movers = device_code.Movers()
-        self.movers.particle = wp.zeros(state.count, dtype=int, device=device)
-        self.movers.count = wp.zeros(1, dtype=int, device=device)
-        self.movers.first_row = wp.zeros(state.runs + 1, dtype=int, device=device)
+        state.particles.mover = wp.zeros(state.count, dtype=int, device=device)
+        state.particles.movers = wp.zeros(1, dtype=int, device=device)
+        state.particles.first_row = wp.zeros(state.runs + 1, dtype=int, device=device)
         self._order = listing.Order()
         self._order.row = wp.zeros(0 if self._in_order else state.count, dtype=int, device=device)
         ways = [(state.particles, self._order, by_cell) for by_cell in (0, 1)]
         if self._in_order:
-            self._list = [launcher.bind(listing.list_in_order, *way, self.movers) for way in ways]
+            self._list = [launcher.bind(listing.list_in_order, *way) for way in ways]
         else:
             self._mark = [launcher.bind_first(listing.mark_movers, *way) for way in ways]
-            self._list_marked = [launcher.bind_first(listing.list_marked, *way, self.movers) for way in ways]
+            self._list_marked = [launcher.bind_first(listing.list_marked, *way) for way in ways]
 
     def find(self, count: int) -> None:
         """List them in the order in which they lie in memory, among the first ``count`` particles.
@@ -196,4 +195,4 @@ class MoversList:
 
     def number(self) -> int:
         """Number of movers, over all runs."""
-        return int(self.movers.count.numpy()[0])
+        return int(self._state.particles.movers.numpy()[0])

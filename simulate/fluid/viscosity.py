@@ -13,9 +13,8 @@ import warp as wp
 
 from simulate.fluid.cell_grid import NEIGHBOURS, pairs_of
 from simulate.fluid.launcher import Launcher
-from simulate.fluid.state import SPARE, MoversList, State
-from simulate.kernels import conjugate_gradients as device_code
-from simulate.kernels import conjugate_gradients_gpu as block_code
+from simulate.fluid.state import SPARE, State
+from simulate.kernels import conjugate_gradients as code
 from simulate.kernels.viscosity import ViscosityKernels
 from simulate.setup.rheology import DAMPS, Rheology, kinematic_viscosity, no_slip_weight
 
@@ -51,7 +50,6 @@ class Viscosity:
     def __init__(
         self,
         state: State,
-        movers: MoversList,
         lists: Any,
         paste: Any,
         pairs: ViscosityKernels,
@@ -60,22 +58,20 @@ class Viscosity:
         support: float,
         mass: float,
         frame_s: float,
-        in_blocks: bool,
     ) -> None:
-        """``in_blocks`` is for ``bind_search``."""
         rows, runs, device = len(lists.fluid_count), state.runs, state.device
         self._state, self._lists, self._paste, self._support = state, lists, paste, support
         self._pairs, self._launcher = pairs, launcher
-        self._moving = (movers.movers, state.particles)
+        self._particles = state.particles
         viscosity = np.repeat(paste.by_age.numpy()[:, 0, 0], state.particles_per_run)
         state.volume_and_viscosity.assign(np.column_stack([np.full(state.count, mass), viscosity]).astype(np.float32))
         sticks = np.repeat(paste.sticks.numpy(), state.particles_per_run)
-        self.system, self._search = device_code.System(), device_code.Search()
+        self.system, self._search = code.System(), code.Search()
         """The linear system that was solved last."""
         self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
         self.system.at_walls, self.system.shear = state.column(float), state.column(float)
         self.system.at_walls.assign((sticks * viscosity).astype(np.float32))
-        self.system.inverse = wp.zeros(rows, dtype=device_code.Symmetric, device=device)
+        self.system.inverse = wp.zeros(rows, dtype=code.Symmetric, device=device)
         for name in ("drag", "held"):
             setattr(self.system, name, wp.zeros(rows, dtype=float, device=device))
         for name in ("residual", "product", "direction", "pull"):
@@ -85,18 +81,18 @@ class Viscosity:
             setattr(self._search, name, wp.zeros(runs, dtype=float, device=device))
         for name in ("warm", "iterations", "unsolved"):
             setattr(self._search, name, wp.zeros(runs, dtype=int, device=device))
-        self._search.left = wp.zeros((runs, int(device_code.CHUNKS)), dtype=float, device=device)
-        self._search.partial = wp.zeros((runs, int(device_code.CHUNKS)), dtype=device_code.Sums, device=device)
+        self._search.left = wp.zeros((runs, int(code.CHUNKS)), dtype=float, device=device)
+        self._search.partial = wp.zeros((runs, int(code.CHUNKS)), dtype=code.Sums, device=device)
         self._search.more = wp.zeros(1, dtype=int, device=device)
         self._other: Any = None  # What explicit passes write to
 
         fresh = (FRESH_SHEAR, frame_s)
         self.measure_shear = launcher.bind(
-            pairs.measure_shear, *self._moving, lists, support, paste, *fresh, self.system, shared=True
+            pairs.measure_shear, self._particles, lists, support, paste, *fresh, self.system, shared=True
         )
         """Measure the shear before a substep replaces the velocities that the last one left."""
         self.bind_weights(lists)
-        self.bind_search(in_blocks)
+        self._bind_search()
 
     @property
     def unsolved(self) -> Any:
@@ -112,53 +108,33 @@ class Viscosity:
     def bind_weights(self, lists: Any) -> None:
         """Take the pairs' weights and the walls' drag from ``lists``."""
         self._lists = lists
-        around = (*self._moving, lists, self._support)
+        around = (self._particles, lists, self._support)
         self.weigh_pairs = self._launcher.bind(
             self._pairs.weigh_pairs, *around, self._paste, self.system, self._search, shared=True
         )
         """The matrix, and the residuals of the velocity without viscosity and of the guess."""
 
-    def bind_search(self, in_blocks: bool) -> None:
-        """``in_blocks`` says that blocks of threads add up, as on a GPU, and not one thread for each part."""
-        self._in_blocks = in_blocks
-        movers, particles, system, search = *self._moving, self.system, self._search
-        # The kernels of both have the same names.
-        code = block_code if in_blocks else device_code
-        by_parts, by_runs = self._bind_by_parts, self._bind_by_runs
-        moving, goals = (movers, particles, system, search), (OF_THE_RIGHT, OF_THE_CHANGE, ITERATIONS_AT_MOST)
+    def _bind_search(self) -> None:
+        particles, system, search = self._particles, self.system, self._search
+        by_parts, moving = self._bind_by_parts, (particles, system, search)
+        goals = (OF_THE_RIGHT, OF_THE_CHANGE, ITERATIONS_AT_MOST)
+        find_turn = self._launcher.bind(code.find_turn, ITERATIONS_AT_MOST, search, lanes=code.LANES)
         self.apply_matrix = self._launcher.bind(
-            self._pairs.apply_matrix, movers, particles, self._lists, system, search, shared=True
+            self._pairs.apply_matrix, particles, self._lists, system, search, shared=True
         )
-        if in_blocks:
-            begin, find_length = [by_parts(code.start_search, *goals, *moving)], []
-        else:
-            begin = [by_runs(device_code.begin_search, *goals, search), by_parts(code.start_search, *moving)]
-            find_length = [by_runs(device_code.find_length, search)]
-        self._begin = [by_parts(code.sum_residuals, *moving), *begin]
+        self._begin = [by_parts(code.sum_residuals, *moving), by_parts(code.start_search, *goals, *moving)]
         self._step = [
-            by_parts(code.sum_curvature, movers, search),
-            *find_length,
+            by_parts(code.sum_curvature, particles, search),
             by_parts(code.advance_search, *moving),
-            by_runs(code.find_turn, ITERATIONS_AT_MOST, search),
+            lambda rows: find_turn(self._state.runs),
         ]
-        self._end = [by_parts(code.sum_left, movers, search), by_parts(code.shift_all, movers, particles, search)]
+        self._end = [by_parts(code.sum_left, particles, search), by_parts(code.shift_all, particles, search)]
 
     def _bind_by_parts(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
         """A launch over the parts of all runs, which takes the number of rows."""
-        parts = self._state.runs * int(device_code.CHUNKS)
-        if self._in_blocks:
-            launch_blocks = self._launcher.bind_blocks(kernel, parts, block_code.LANES, *inputs)
-            return lambda rows: launch_blocks()
-        launch = self._launcher.bind(kernel, *inputs)
+        parts = self._state.runs * int(code.CHUNKS)
+        launch = self._launcher.bind(kernel, *inputs, lanes=code.LANES)
         return lambda rows: launch(parts, rows / parts)
-
-    def _bind_by_runs(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
-        runs = self._state.runs
-        if self._in_blocks:
-            launch = self._launcher.bind_blocks(kernel, runs, block_code.LANES, *inputs)
-        else:
-            launch = self._launcher.bind_whole(kernel, runs, *inputs)
-        return lambda rows: launch()
 
     def solve_implicit(self, rows: int) -> None:
         """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run's is solved.
@@ -201,7 +177,7 @@ class Viscosity:
         """One of q passes; stable up to a largest diagonal of A of about 1.95 q."""
         kernel = self._pairs.pass_velocity
         inputs = (self._lists, self._support, self._paste, self.system, passes, before, after)
-        self._launcher.bind(kernel, *self._moving, *inputs, shared=True)(rows)
+        self._launcher.bind(kernel, self._particles, *inputs, shared=True)(rows)
 
 
 def _launch_all(launches: Sequence[Callable[[int], None]], rows: int) -> None:

@@ -1,18 +1,19 @@
-"""Device code that measures the beds of all runs at once, where their particles are: on a GPU. Millimetres, mm/s.
+"""Device code that measures the beds of all runs at once, where their particles are. Millimetres, mm/s.
 
-Double precision, as on the host, and sums of a fixed order: over blocks of threads, and over the parts of each run.
+Double precision, and sums of a fixed order: over blocks of threads, and over the parts of each run.
 """
 
 import warp as wp
 
+from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import FROZEN, MOVING, Particles
 from simulate.kernels.vessel import Lines, Liquid, raise_over
 
-LANES = 128  # Threads of a block
+LANES = 64  # Threads of a GPU's block
 PARTS = wp.constant(32)
 """Parts of a run that are summed up one by one; the host adds them. One run alone then fills a quarter of a GPU."""
 
-wp.set_module_options({"enable_backward": False, "block_dim": LANES})
+wp.set_module_options({"enable_backward": False})
 
 
 @wp.struct
@@ -67,7 +68,7 @@ def falls(particles: Particles, sizes: Sizes, i: int):
     return wp.dot(speed_of(particles, sizes, i), sizes.down) > sizes.falls_mm_s
 
 
-@wp.kernel
+@run_kernel
 def find_lying(
     particles: Particles,
     sizes: Sizes,
@@ -96,7 +97,7 @@ def find_lying(
         beds.lies[i] = wp.where(place[2] <= highest_mm + sizes.radius_mm, 1, 0)
 
 
-@wp.kernel
+@run_kernel
 def count_particles(
     particles: Particles,
     sizes: Sizes,
@@ -122,7 +123,7 @@ def count_particles(
         beds.count[run, part % PARTS] = total
 
 
-@wp.kernel
+@run_kernel
 def raise_surfaces(
     particles: Particles,
     sizes: Sizes,
@@ -141,7 +142,7 @@ def raise_surfaces(
     raise_over(beds.liquid, tops, turned, sizes.half_mm, sizes.reach_mm, lines)
 
 
-@wp.kernel
+@run_kernel
 def sum_lines(
     lines: Lines,
     first_run: int,

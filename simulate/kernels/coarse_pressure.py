@@ -10,7 +10,7 @@ Sums over particles are in whole numbers, so that their order, and with it the d
 
 import warp as wp
 
-from simulate.kernels.status import Movers, Particles, Span, end_of
+from simulate.kernels.status import Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -69,15 +69,14 @@ class CoarseRows:
 @wp.kernel
 def locate(
     rows: Span,
-    movers: Movers,
     particles: Particles,
     arc: ArcLengthMap,
     nodes: Nodes,
     coarse: CoarseRows,  # out
 ):
     """Find each mover's nodes for a substep, and the compression that the last one left."""
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        i = movers.particle[row]
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        i = particles.mover[row]
         here = particles.position[i]
         x = wp.vec2(here[0], here[1])
         q = (x - arc.corner) / arc.spacing
@@ -97,8 +96,10 @@ def locate(
 
 
 @wp.func
-def shape(part: wp.vec2, along: wp.vec2, ahead: float, above: float):
-    """Gradient of phi times the spacing, and phi, of the node ``ahead`` and ``above``, each 0 or 1."""
+def shape(part: wp.vec2, along: wp.vec2, corner: int):
+    """Gradient of phi times the spacing, and phi, of a corner of a cell: 0 below, 1 above, 2 and 3 the same ahead."""
+    ahead = float(corner // 2)
+    above = float(corner % 2)
     s = ahead * part[0] + (1.0 - ahead) * (1.0 - part[0])
     z = above * part[1] + (1.0 - above) * (1.0 - part[1])
     forward = (2.0 * ahead - 1.0) * z
@@ -118,59 +119,39 @@ def put(sums: wp.array2d[wp.int64], node: int, of: int, value: float):
 
 @wp.kernel
 def sum_matrix(
-    movers: Movers,
+    particles: Particles,
     nodes: Nodes,  # out: sums
     coarse: CoarseRows,
 ):
     """Add up the effect of the nodes' multipliers on each other's sums of C, times the spacing squared."""
     row = wp.tid()
-    if row >= movers.count[0]:
+    if row >= particles.movers[0]:
         return
     part = coarse.part[row]
     along = coarse.along[row]
-    n = coarse.node[row]
-    sums = nodes.sums
-    ahead = n + nodes.count[1]
     own = coarse.slope[row]
     g = 2.0 * nodes.spacing * wp.vec3(own[0], own[1], own[2])
-    here = shape(part, along, 0.0, 0.0)
-    up = shape(part, along, 0.0, 1.0)
-    on = shape(part, along, 1.0, 0.0)
-    on_up = shape(part, along, 1.0, 1.0)
-    b_here = response(here, g)
-    b_up = response(up, g)
-    b_on = response(on, g)
-    b_on_up = response(on_up, g)
-    put(sums, n, 0, wp.dot(b_here, b_here))
-    put(sums, n, 1, wp.dot(b_here, b_up))
-    put(sums, n, 3, wp.dot(b_here, b_on))
-    put(sums, n, 4, wp.dot(b_here, b_on_up))
-    put(sums, n + 1, 0, wp.dot(b_up, b_up))
-    put(sums, n + 1, 2, wp.dot(b_up, b_on))
-    put(sums, n + 1, 3, wp.dot(b_up, b_on_up))
-    put(sums, ahead, 0, wp.dot(b_on, b_on))
-    put(sums, ahead, 1, wp.dot(b_on, b_on_up))
-    put(sums, ahead + 1, 0, wp.dot(b_on_up, b_on_up))
-    put(sums, n, WEIGHT, here[3])
-    put(sums, n + 1, WEIGHT, up[3])
-    put(sums, ahead, WEIGHT, on[3])
-    put(sums, ahead + 1, WEIGHT, on_up[3])
     c = own[3] * coarse.old[row]
-    put(sums, n, OLD, here[3] * c)
-    put(sums, n + 1, OLD, up[3] * c)
-    put(sums, ahead, OLD, on[3] * c)
-    put(sums, ahead + 1, OLD, on_up[3] * c)
+    for one in range(4):
+        here = shape(part, along, one)
+        moves = response(here, g)
+        node = coarse.node[row] + one // 2 * nodes.count[1] + one % 2
+        for other in range(one, 4):
+            coupling = 3 * (other // 2 - one // 2) + other % 2 - one % 2
+            put(nodes.sums, node, coupling, wp.dot(moves, response(shape(part, along, other), g)))
+        put(nodes.sums, node, WEIGHT, here[3])
+        put(nodes.sums, node, OLD, here[3] * c)
 
 
 @wp.kernel
 def sum_excess(
-    movers: Movers,
+    particles: Particles,
     nodes: Nodes,  # out: excess
     coarse: CoarseRows,
 ):
     """Add up t_i phi_a C_i; where the fluid is loose, C < 0 counts too."""
     row = wp.tid()
-    if row >= movers.count[0]:
+    if row >= particles.movers[0]:
         return
     n = coarse.node[row]
     s = coarse.part[row][0]
@@ -252,7 +233,6 @@ def solve(
 @wp.kernel
 def change_multipliers(
     rows: Span,
-    movers: Movers,
     particles: Particles,  # in, out: the change of the multiplier with the position
     nodes: Nodes,
     coarse: CoarseRows,  # in, out: multiplier
@@ -264,8 +244,8 @@ def change_multipliers(
     The own part is a Jacobi step with the factors and the momentum of Legendre's polynomials: n of them reach as far as
     n^2 / 2 plain ones.
     """
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        i = movers.particle[row]
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        i = particles.mover[row]
         n = coarse.node[row]
         s = coarse.part[row][0]
         z = coarse.part[row][1]

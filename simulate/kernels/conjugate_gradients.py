@@ -1,13 +1,14 @@
 """Device code of the conjugate gradients that solve the viscosity's linear system, for all runs at once.
 
-Each run is solved as if it were alone, to the same bits with any number of threads and of other runs. The kernels here
-are a CPU's; ``conjugate_gradients_gpu`` has a GPU's, which do the same by row and by run but add up side by side.
+Each run is solved as if it were alone, to the same bits with any number of threads and of other runs. On a GPU a block
+of threads adds up each part of a run, or all its parts: a thread takes every so many rows, and the sums are added up as
+a tile, in an order that depends on the block's width alone. On a CPU a block has one thread, which takes all rows.
 """
 
 import warp as wp
 
 from simulate.kernels.run_module import run_kernel
-from simulate.kernels.status import Movers, Particles, Span
+from simulate.kernels.status import Particles, Span
 
 wp.set_module_options({"enable_backward": False})
 
@@ -20,6 +21,8 @@ ROUNDS = wp.constant(1.0e-5)
 UNIT_ROUNDOFF = wp.constant(6.0e-8)  # Of float32
 ROUNDINGS = wp.constant(16.0)
 """Residual that no search need get below, over that of one rounding of each velocity: a sum has 40 pairs."""
+
+LANES = 64  # Threads of a GPU's block: a part has up to 230 rows in one run of the paper, and 12 in each of its 132
 
 Sums = wp.types.vector(length=5, dtype=wp.float32)
 
@@ -54,7 +57,7 @@ class Search:
     direction: wp.array[wp.vec3]
     pull: wp.array[wp.vec3]  # The matrix times the direction
     partial: wp.array2d[Sums]  # Sums of each part of a run
-    left: wp.array2d[float]  # On a GPU: square of the new residual of each part
+    left: wp.array2d[float]  # Square of the new residual of each part
     error: wp.array[float]
     length: wp.array[float]  # How far to go along the direction
     turn: wp.array[float]  # Share of the last direction in the next one
@@ -76,21 +79,21 @@ def times(it: Symmetric, by: wp.vec3):
 
 
 @wp.func
-def rows_of(movers: Movers, part: int):
+def rows_of(particles: Particles, part: int):
     """First row of a part of a run, and one past its last."""
     run = part // CHUNKS
-    first = movers.first_row[run]
-    rows = movers.first_row[run + 1] - first
+    first = particles.first_row[run]
+    rows = particles.first_row[run + 1] - first
     width = (rows + CHUNKS - 1) // CHUNKS
     begin = wp.min(part % CHUNKS * width, rows)
     return wp.vec2i(first + begin, first + wp.min(begin + width, rows))
 
 
 @wp.func
-def squares_of(particles: Particles, movers: Movers, system: System, search: Search, row: int):
+def squares_of(particles: Particles, system: System, search: Search, row: int):
     """A row's share in the squares of the right side and of both residuals, in the norm of the preconditioner."""
     inverse = system.inverse[row]
-    own = particles.velocity[movers.particle[row]]
+    own = particles.velocity[particles.mover[row]]
     still = search.residual[row]
     moved = search.product[row]
     return Sums(
@@ -102,31 +105,45 @@ def squares_of(particles: Particles, movers: Movers, system: System, search: Sea
     )
 
 
-@run_kernel
-def sum_residuals(
-    parts: Span,
-    movers: Movers,
-    particles: Particles,
-    system: System,
-    search: Search,  # out: partial, and zero in ``more``
-):
-    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
-        if part == 0:
-            search.more[0] = 0
-        rows = rows_of(movers, part)
-        total = Sums(0.0)
-        for row in range(rows[0], rows[1]):
-            total += squares_of(particles, movers, system, search, row)
+@wp.func
+def keep_sum(search: Search, part: int, lane: int, own: Sums):
+    """Add up what the threads of a part's block have; all of them come here."""
+    total = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
+    if lane == 0:
         search.partial[part // CHUNKS, part % CHUNKS] = total
 
 
 @wp.func
-def whole_sum(search: Search, run: int):
-    """The parts in their order."""
-    total = Sums(0.0)
-    for chunk in range(CHUNKS):
-        total += search.partial[run, chunk]
-    return total
+def whole_sum(search: Search, run: int, lane: int):
+    """The sum over the parts of a run, in their order, for all threads of a block; all of them come here."""
+    own = Sums(0.0)
+    for chunk in range(lane, CHUNKS, wp.block_dim()):
+        own += search.partial[run, chunk]
+    return wp.tile_sum(wp.tile(own, preserve_type=True))[0]
+
+
+@wp.func
+def begins_run(part: int, begin: int):
+    """Returns whether a part is the first of its run, or the first that a thread takes."""
+    return part == begin or part % CHUNKS == 0
+
+
+@run_kernel
+def sum_residuals(
+    parts: Span,
+    particles: Particles,
+    system: System,
+    search: Search,  # out: partial, and zero in ``more``
+):
+    lane = wp.tid() % wp.block_dim()
+    for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
+        if part + lane == 0:
+            search.more[0] = 0
+        rows = rows_of(particles, part)
+        own = Sums(0.0)
+        for row in range(rows[0] + lane, rows[1], wp.block_dim()):
+            own += squares_of(particles, system, search, row)
+        keep_sum(search, part, lane, own)
 
 
 @wp.func
@@ -152,17 +169,6 @@ def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_t
     ask_for_more(search, run, at_most)
 
 
-@run_kernel
-def begin_search(
-    of_the_right: float,
-    of_the_change: float,
-    at_most: int,
-    search: Search,  # out: all scalars
-):
-    run = wp.tid()
-    begin_run(search, run, whole_sum(search, run), of_the_right, of_the_change, at_most)
-
-
 @wp.func
 def ask_for_more(search: Search, run: int, at_most: int):
     """Ask for another iteration while a residual is above its goal.
@@ -180,9 +186,9 @@ def ask_for_more(search: Search, run: int, at_most: int):
 
 
 @wp.func
-def start_row(movers: Movers, particles: Particles, system: System, search: Search, row: int, warm: int):
+def start_row(particles: Particles, system: System, search: Search, row: int, warm: int):
     """Begin at the guess, which lies where the scaled residual will, or at the velocity without viscosity."""
-    i = movers.particle[row]
+    i = particles.mover[row]
     r = search.residual[row]
     if warm == 1:
         r = search.product[row]
@@ -194,33 +200,51 @@ def start_row(movers: Movers, particles: Particles, system: System, search: Sear
 
 
 @run_kernel
-def start_search(parts: Span, movers: Movers, particles: Particles, system: System, search: Search):
-    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
-        rows = rows_of(movers, part)
-        warm = search.warm[part // CHUNKS]
-        for row in range(rows[0], rows[1]):
-            start_row(movers, particles, system, search, row, warm)
-
-
-@run_kernel
-def sum_curvature(
+def start_search(
     parts: Span,
-    movers: Movers,
-    search: Search,  # out: partial, and zero in ``more``
+    of_the_right: float,
+    of_the_change: float,
+    at_most: int,
+    particles: Particles,
+    system: System,
+    search: Search,  # out: all scalars too, which no block reads
 ):
-    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
-        if part == 0:
-            search.more[0] = 0
-        rows = rows_of(movers, part)
-        total = float(0.0)
-        for row in range(rows[0], rows[1]):
-            total += search.curvature[row]
-        search.partial[part // CHUNKS, part % CHUNKS] = Sums(total, 0.0, 0.0, 0.0, 0.0)
+    lane = wp.tid() % wp.block_dim()
+    begin = parts.begin + wp.tid() // wp.block_dim()
+    squares = Sums(0.0)
+    for part in range(begin, parts.end, parts.step):
+        rows = rows_of(particles, part)
+        if begins_run(part, begin):
+            squares = whole_sum(search, part // CHUNKS, lane)
+        if part % CHUNKS + lane == 0:
+            begin_run(search, part // CHUNKS, squares, of_the_right, of_the_change, at_most)
+        warm = begins_at_guess(squares)
+        for row in range(rows[0] + lane, rows[1], wp.block_dim()):
+            start_row(particles, system, search, row, warm)
 
 
 @wp.func
 def is_solved(search: Search, run: int):
     return search.error[run] <= search.goal[run]
+
+
+@run_kernel
+def sum_curvature(
+    parts: Span,
+    particles: Particles,
+    search: Search,  # out: partial, and zero in ``more``
+):
+    lane = wp.tid() % wp.block_dim()
+    for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
+        if part + lane == 0:
+            search.more[0] = 0
+        if is_solved(search, part // CHUNKS):
+            continue
+        rows = rows_of(particles, part)
+        own = float(0.0)
+        for row in range(rows[0] + lane, rows[1], wp.block_dim()):
+            own += search.curvature[row]
+        keep_sum(search, part, lane, Sums(own, 0.0, 0.0, 0.0, 0.0))
 
 
 @wp.func
@@ -238,26 +262,9 @@ def way_of(search: Search, run: int, along: float):
 
 
 @wp.func
-def set_way(search: Search, run: int, along: float):
-    way = way_of(search, run, along)
-    search.length[run] = way[0]
-    search.turn[run] = way[1]
-
-
-@run_kernel
-def find_length(search: Search):
-    run = wp.tid()
-    if is_solved(search, run):
-        return
-    set_way(search, run, whole_sum(search, run)[0])
-
-
-@wp.func
-def advance_row(
-    movers: Movers, particles: Particles, system: System, search: Search, row: int, length: float, turn: float
-):
+def advance_row(particles: Particles, system: System, search: Search, row: int, length: float, turn: float):
     """Turn the direction and go along it; returns the square of the new residual."""
-    i = movers.particle[row]
+    i = particles.mover[row]
     direction = particles.scaled_residual[i] + turn * search.direction[row]
     pull = search.product[row] + turn * search.pull[row]
     search.direction[row] = direction
@@ -271,77 +278,89 @@ def advance_row(
 
 
 @run_kernel
-def advance_search(parts: Span, movers: Movers, particles: Particles, system: System, search: Search):
-    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
+def advance_search(
+    parts: Span,
+    particles: Particles,
+    system: System,
+    search: Search,  # out: left, and the vectors; all blocks read the sums and the scalars
+):
+    lane = wp.tid() % wp.block_dim()
+    begin = parts.begin + wp.tid() // wp.block_dim()
+    way = wp.vec2(0.0)
+    for part in range(begin, parts.end, parts.step):
         run = part // CHUNKS
         if is_solved(search, run):
             continue
-        rows = rows_of(movers, part)
-        length = search.length[run]
-        turn = search.turn[run]
-        total = float(0.0)
-        for row in range(rows[0], rows[1]):
-            total += advance_row(movers, particles, system, search, row, length, turn)
-        search.partial[run, part % CHUNKS] = Sums(total, 0.0, 0.0, 0.0, 0.0)
-
-
-@wp.func
-def set_turn(search: Search, run: int, error: float, at_most: int):
-    """The share of this direction in the next one, and whether there is one."""
-    search.turn[run] = error / wp.max(search.error[run], 1.0e-30)
-    search.error[run] = error
-    ask_for_more(search, run, at_most)
+        rows = rows_of(particles, part)
+        if begins_run(part, begin):
+            way = way_of(search, run, whole_sum(search, run, lane)[0])
+        own = float(0.0)
+        for row in range(rows[0] + lane, rows[1], wp.block_dim()):
+            own += advance_row(particles, system, search, row, way[0], way[1])
+        total = wp.tile_sum(wp.tile(own))[0]
+        if lane == 0:
+            search.left[run, part % CHUNKS] = total
 
 
 @run_kernel
 def find_turn(
+    runs: Span,
     at_most: int,
     search: Search,  # in, out
 ):
-    run = wp.tid()
-    if is_solved(search, run):
-        return
-    set_turn(search, run, whole_sum(search, run)[0], at_most)
+    """The way that was gone, the share of its direction in the next one, and whether there is a next one."""
+    lane = wp.tid() % wp.block_dim()
+    for run in range(runs.begin + wp.tid() // wp.block_dim(), runs.end, runs.step):
+        if is_solved(search, run):
+            continue
+        along = whole_sum(search, run, lane)[0]
+        own = float(0.0)
+        for chunk in range(lane, CHUNKS, wp.block_dim()):
+            own += search.left[run, chunk]
+        # The sum waits for all threads: none of them asks above for what one of them writes below.
+        error = wp.tile_sum(wp.tile(own))[0]
+        if lane == 0:
+            way = way_of(search, run, along)
+            search.length[run] = way[0]
+            search.turn[run] = error / wp.max(search.error[run], 1.0e-30)
+            search.error[run] = error
+            ask_for_more(search, run, at_most)
 
 
 @run_kernel
 def sum_left(
     parts: Span,
-    movers: Movers,
+    particles: Particles,
     search: Search,  # out: partial
 ):
     """The residual of a run as a whole."""
-    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
-        rows = rows_of(movers, part)
-        total = wp.vec3(0.0)
-        for row in range(rows[0], rows[1]):
-            total += search.residual[row]
-        search.partial[part // CHUNKS, part % CHUNKS] = Sums(total[0], total[1], total[2], 0.0, 0.0)
-
-
-@wp.func
-def shift_of(search: Search, run: int, left: Sums):
-    """Velocity by which a run moves as a whole, so that its residual is zero.
-
-    Pairs then keep momentum, wherever the search ended.
-    """
-    return wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
-
-
-@wp.func
-def shift_row(movers: Movers, particles: Particles, row: int, by: wp.vec3):
-    i = movers.particle[row]
-    particles.velocity[i] = particles.velocity[i] + by
+    lane = wp.tid() % wp.block_dim()
+    for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
+        rows = rows_of(particles, part)
+        own = wp.vec3(0.0)
+        for row in range(rows[0] + lane, rows[1], wp.block_dim()):
+            own += search.residual[row]
+        keep_sum(search, part, lane, Sums(own[0], own[1], own[2], 0.0, 0.0))
 
 
 @run_kernel
-def shift_all(parts: Span, movers: Movers, particles: Particles, search: Search):
-    for part in range(parts.begin + wp.tid(), parts.end, parts.step):
+def shift_all(parts: Span, particles: Particles, search: Search):
+    """Give a run, as a whole, the velocity with which its residual is zero.
+
+    Pairs then keep momentum, wherever the search ended.
+    """
+    lane = wp.tid() % wp.block_dim()
+    begin = parts.begin + wp.tid() // wp.block_dim()
+    by = wp.vec3(0.0)
+    for part in range(begin, parts.end, parts.step):
         run = part // CHUNKS
-        rows = rows_of(movers, part)
-        by = shift_of(search, run, whole_sum(search, run))
+        rows = rows_of(particles, part)
+        if begins_run(part, begin):
+            left = whole_sum(search, run, lane)
+            by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
         # What is no number stays with its particle, which is then found.
         if not wp.isfinite(by):
             continue
-        for row in range(rows[0], rows[1]):
-            shift_row(movers, particles, row, by)
+        for row in range(rows[0] + lane, rows[1], wp.block_dim()):
+            i = particles.mover[row]
+            particles.velocity[i] = particles.velocity[i] + by

@@ -8,7 +8,7 @@ import warp as wp
 from simulate.kernels.cells import NEARLY_ONE, CellArrays, beside, cell_along, cells_per_run
 from simulate.kernels.lanes import count_marks, lane, lanes
 from simulate.kernels.neighbours import Neighbours
-from simulate.kernels.status import Movers
+from simulate.kernels.status import Particles
 
 wp.set_module_options({"enable_backward": False})
 
@@ -55,16 +55,15 @@ def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.ar
 def list_rows(
     first: int,
     last: int,
-    movers: Movers,
+    particles: Particles,
     cells: CellArrays,
     wall_cells: CellArrays,
-    position: wp.array[wp.vec4],
     near: Neighbours,  # out: the counts are of all that was found
 ):
     """List the fluid and the wall particles near the movers of some rows, each row in a window of its own."""
     for row in range(first, last):
-        i = movers.particle[row]
-        here = position[i]
+        i = particles.mover[row]
+        here = particles.position[i]
         fluid = collect(cells, i // cells.points_per_run, here, i, near.fluid, row)
         wall = collect(wall_cells, 0, here, -1, near.wall, row)
         if lane() == 0:

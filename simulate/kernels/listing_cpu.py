@@ -10,7 +10,7 @@ import warp as wp
 from simulate.kernels.cells import CellArrays
 from simulate.kernels.neighbours import BLOCK, Neighbours
 from simulate.kernels.run_module import cpu_block
-from simulate.kernels.status import Movers
+from simulate.kernels.status import Particles
 
 wp.set_module_options({"enable_backward": False})
 
@@ -141,8 +141,8 @@ const auto list_one = [&](const auto& of, const Around& around, wp::vec4 here, i
 Around fluid, wall;
 int last_cell = -1;
 for (int row = first; row < last; ++row) {
-    const int i = movers.particle.data[row];
-    const wp::vec4 here = position.data[i];
+    const int i = particles.mover.data[row];
+    const wp::vec4 here = particles.position.data[i];
     int cell[3];
     for (int axis = 0; axis < 3; ++axis) {
         const int along = (int)__builtin_elementwise_floor((here[axis] - cells.corner[axis]) / cells.size);
@@ -156,7 +156,7 @@ for (int row = first; row < last; ++row) {
         last_cell = key;
     }
     near.fluid_at.data[row] = at;
-    near.fluid_count.data[row] = list_one(cells, fluid, here, i, near.fluid.shape[1], position.shape[0]);
+    near.fluid_count.data[row] = list_one(cells, fluid, here, i, near.fluid.shape[1], particles.position.shape[0]);
     near.wall_at.data[row] = at;
     near.wall_count.data[row] = list_one(wall_cells, wall, here, -1, near.wall.shape[1], near.wall_particle.shape[0]);
 }""",
@@ -165,9 +165,8 @@ for (int row = first; row < last; ++row) {
 def list_rows(
     first: int,
     last: int,
-    movers: Movers,
+    particles: Particles,
     cells: CellArrays,
     wall_cells: CellArrays,
-    position: wp.array[wp.vec4],
     near: Neighbours,
 ): ...

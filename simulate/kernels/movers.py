@@ -7,7 +7,7 @@ each mover where its sum says.
 import warp as wp
 
 from simulate.kernels.run_module import cpu_block, run_kernel
-from simulate.kernels.status import ASLEEP, FROZEN, MOVING, WAITING, Movers, Particles, Span, bring_to_rest
+from simulate.kernels.status import ASLEEP, FROZEN, MOVING, WAITING, Particles, Span, bring_to_rest
 from simulate.kernels.viscosity import Paste
 
 wp.set_module_options({"enable_backward": False})
@@ -55,7 +55,7 @@ def grow_older(points: Span, particles: Particles, paste: Paste):
         """
 // The arrays lie without gaps; their pointers stay in registers.
 const int *status = particles.status.data, *number = order.number.data;
-int *particle = movers.particle.data, *first_row = movers.first_row.data;
+int *particle = particles.mover.data, *first_row = particles.first_row.data;
 int found = 0, run = 0;
 if (by_cell) {
     for (int k = 0; k < count; ++k)
@@ -66,26 +66,25 @@ for (int i = 0, next = 0; i < count; ++i) {
     if (i == next) first_row[run++] = found, next += particles.per_run;
     if (status[i] == MOVING) particle[found++] = i;
 }
-first_row[movers.first_row.shape[0] - 1] = movers.count.data[0] = found;
+first_row[particles.first_row.shape[0] - 1] = particles.movers.data[0] = found;
 """,
     )
 )
-def list_first(count: int, particles: Particles, order: Order, by_cell: int, movers: Movers): ...
+def list_first(count: int, particles: Particles, order: Order, by_cell: int): ...
 
 
 @run_kernel
 def list_in_order(
     points: Span,
-    particles: Particles,
+    particles: Particles,  # out: mover, movers and first_row
     order: Order,
     by_cell: int,
-    movers: Movers,  # out
 ):
     """List the movers among the first points in memory, or among the first of the cells; for one thread of a CPU.
 
     By cell they have the rows of their runs as in memory, which a list in memory's order has found.
     """
-    list_first(points.end, particles, order, by_cell, movers)
+    list_first(points.end, particles, order, by_cell)
 
 
 @wp.kernel
@@ -103,10 +102,9 @@ def mark_movers(
 
 @wp.kernel
 def list_marked(
-    particles: Particles,
+    particles: Particles,  # out: mover, movers and first_row
     order: Order,
     by_cell: int,
-    movers: Movers,  # out
 ):
     """List the movers, in memory's order with the rows of each run, or by cell, which leaves each run its rows."""
     k = wp.tid()
@@ -116,13 +114,13 @@ def list_marked(
     row = order.row[k]
     moves = particles.status[i] == MOVING
     if moves:
-        movers.particle[row] = i
+        particles.mover[row] = i
     if by_cell == 1:
         return
     count = particles.status.shape[0]
     if k % particles.per_run == 0:
-        movers.first_row[k // particles.per_run] = row
+        particles.first_row[k // particles.per_run] = row
     if k == count - 1:
         total = row + wp.where(moves, 1, 0)
-        movers.count[0] = total
-        movers.first_row[count // particles.per_run] = total
+        particles.movers[0] = total
+        particles.first_row[count // particles.per_run] = total

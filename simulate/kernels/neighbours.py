@@ -7,7 +7,7 @@ import warp as wp
 
 from simulate.kernels.cells import CellArrays
 from simulate.kernels.lanes import lane, lanes
-from simulate.kernels.status import Movers, Particles, Span, end_of
+from simulate.kernels.status import Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -52,7 +52,6 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
     @wp.kernel(enable_backward=False, module=module)
     def list_neighbours(
         rows: Span,
-        movers: Movers,
         particles: Particles,
         cells: CellArrays,
         wall_cells: CellArrays,
@@ -64,15 +63,15 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
 
         The cells of both are the same; a list that is too short is a fault.
         """
-        for first in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
+        for first in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             if first % block > 0:
                 continue
-            last = wp.min(first + block, movers.count[0])
-            list_rows(first, last, movers, cells, wall_cells, particles.position, near)
+            last = wp.min(first + block, particles.movers[0])
+            list_rows(first, last, particles, cells, wall_cells, near)
             if lane() > 0:
                 continue
             for row in range(first, last):
-                i = movers.particle[row]
+                i = particles.mover[row]
                 if cut(near.fluid_count, row, near.fluid.shape[1]):
                     particles.fault[i] = particles.fault[i] | fluid_full
                 if cut(near.wall_count, row, near.wall.shape[1]):

@@ -94,21 +94,34 @@ NEAR = """
 """
 
 
-@wp.func_native(
-    cpu_block(
+def summed(over: str, sums: str, *terms: str, constants: str = "") -> str:
+    """A block that adds ``terms`` to ``sums`` for each listed point of the array ``over``, and returns the sums.
+
+    ``sums`` are names, or factors times names: a factor multiplies the whole sum.
+    """
+    pairs = [each.rpartition("*") for each in sums.split()]
+    return cpu_block(
+        constants,
         VECTORS,
-        "floats density = {}, gx = {}, gy = {}, gz = {}, squares = {};",
-        OFFSETS.replace("POSITIONS", "position"),
+        f"floats {', '.join(f'{name} = {{}}' for _, _, name in pairs)};",
+        OFFSETS.replace("POSITIONS", over),
+        *terms,
+        f"}}\nwp::vec_t<{len(pairs)}, wp::float32> sums;\n",
+        *(f"sums[{k}] = {by}{times}SUM({name});\n" for k, (by, times, name) in enumerate(pairs)),
+        "return sums;",
+    )
+
+
+@wp.func_native(
+    summed(
+        "position",
+        "density gx gy gz squares",
         SPIKE,
         """
     const floats left = ABOVE(h2 - d2);
     density += left * left * left;
     gx += spike * X; gy += spike * Y; gz += spike * Z;
     squares += spike * spike * d2;
-}
-wp::vec_t<5, wp::float32> sums;
-sums[0] = SUM(density); sums[1] = SUM(gx); sums[2] = SUM(gy); sums[3] = SUM(gz); sums[4] = SUM(squares);
-return sums;
 """,
     )
 )
@@ -118,20 +131,15 @@ def sum_density(
 
 
 @wp.func_native(
-    cpu_block(
-        VECTORS,
-        "floats density = {}, gx = {}, gy = {}, gz = {};",
-        OFFSETS.replace("POSITIONS", "wall"),
+    summed(
+        "wall",
+        "density gx gy gz",
         SPIKE,
         """
     const floats left = ABOVE(h2 - d2);
     density += W * left * left * left;
     spike *= W;
     gx += spike * X; gy += spike * Y; gz += spike * Z;
-}
-wp::vec_t<4, wp::float32> sums;
-sums[0] = SUM(density); sums[1] = SUM(gx); sums[2] = SUM(gy); sums[3] = SUM(gz);
-return sums;
 """,
     )
 )
@@ -141,18 +149,15 @@ def sum_walls(
 
 
 @wp.func_native(
-    cpu_block(
-        VECTORS,
-        f"const float RESTS = {float(RESTS)!r}f;",
-        "floats x = {}, y = {}, z = {};",
-        OFFSETS.replace("POSITIONS", "position"),
+    summed(
+        "position",
+        "x y z",
         SPIKE,
         """
     spike *= here[3] + (W == RESTS ? none + resting : W);
     x += spike * X; y += spike * Y; z += spike * Z;
-}
-return wp::vec3(SUM(x), SUM(y), SUM(z));
 """,
+        constants=f"const float RESTS = {float(RESTS)!r}f;",
     )
 )
 def sum_correction(
@@ -167,11 +172,9 @@ def sum_correction(
 
 
 @wp.func_native(
-    cpu_block(
-        VECTORS,
-        "floats xx = {}, yy = {}, zz = {}, xy = {}, yz = {}, zx = {};",
-        "floats ux = {}, uy = {}, uz = {}, vx = {}, vy = {}, vz = {}, tx = {}, ty = {}, tz = {};",
-        OFFSETS.replace("POSITIONS", "position"),
+    summed(
+        "position",
+        "xx yy zz xy yz zx ux uy uz vx vy vz tx ty tz",
         NEAR,
         """
     LOADS(U, V, T, unused, velocity.data, 12, l)
@@ -181,13 +184,6 @@ def sum_correction(
     ux += U * wx; uy += U * wy; uz += U * wz;
     vx += V * wx; vy += V * wy; vz += V * wz;
     tx += T * wx; ty += T * wy; tz += T * wz;
-}
-wp::vec_t<15, wp::float32> sums;
-sums[0] = SUM(xx); sums[1] = SUM(yy); sums[2] = SUM(zz); sums[3] = SUM(xy); sums[4] = SUM(yz); sums[5] = SUM(zx);
-sums[6] = SUM(ux); sums[7] = SUM(uy); sums[8] = SUM(uz);
-sums[9] = SUM(vx); sums[10] = SUM(vy); sums[11] = SUM(vz);
-sums[12] = SUM(tx); sums[13] = SUM(ty); sums[14] = SUM(tz);
-return sums;
 """,
     )
 )
@@ -204,15 +200,9 @@ def sum_gradient(
 
 
 @wp.func_native(
-    cpu_block(
-        VECTORS,
-        f"const float RESTS = {float(RESTS)!r}f, ALONG = {float(ALONG)!r}f;",
-        """
-floats xx = {}, yy = {}, zz = {}, xy = {}, yz = {}, zx = {}, held = {};
-floats vx = {}, vy = {}, vz = {}, gx = {}, gy = {}, gz = {};
-_Float16* out = (_Float16*)((char*)links.data + (size_t)row * (size_t)links.strides[0]);
-""",
-        OFFSETS.replace("POSITIONS", "position"),
+    summed(
+        "position",
+        "xx yy zz xy yz zx held vx vy vz gx gy gz",
         NEAR,
         """
     LOADS(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
@@ -230,13 +220,10 @@ _Float16* out = (_Float16*)((char*)links.data + (size_t)row * (size_t)links.stri
     LOADS(E, F, G, spare, guess.data, 12, l)
     const floats moved = (guessed[0] - E) * X + (guessed[1] - F) * Y + (guessed[2] - G) * Z;
     gx += moved * X; gy += moved * Y; gz += moved * Z;
-}
-wp::vec_t<13, wp::float32> sums;
-sums[0] = SUM(xx); sums[1] = SUM(yy); sums[2] = SUM(zz); sums[3] = SUM(xy); sums[4] = SUM(yz); sums[5] = SUM(zx);
-sums[6] = SUM(held);
-sums[7] = SUM(vx); sums[8] = SUM(vy); sums[9] = SUM(vz);
-sums[10] = SUM(gx); sums[11] = SUM(gy); sums[12] = SUM(gz);
-return sums;
+""",
+        constants=f"""
+const float RESTS = {float(RESTS)!r}f, ALONG = {float(ALONG)!r}f;
+_Float16* out = (_Float16*)((char*)links.data + (size_t)row * (size_t)links.strides[0]);
 """,
     )
 )
@@ -258,10 +245,9 @@ def couple(
 
 
 @wp.func_native(
-    cpu_block(
-        VECTORS,
-        "floats x = {}, y = {}, z = {}, total = {};",
-        OFFSETS.replace("POSITIONS", "position"),
+    summed(
+        "position",
+        "x y z total",
         GAUSS,
         """
     LOADS(U, V, T, unused, velocity.data, 12, l)
@@ -270,8 +256,6 @@ def couple(
     const floats weight = 2.0f * viscosity * volume * theirs * gauss / both;
     x += weight * (moves[0] - U); y += weight * (moves[1] - V); z += weight * (moves[2] - T);
     total += weight;
-}
-return wp::vec4(SUM(x), SUM(y), SUM(z), SUM(total));
 """,
     )
 )
@@ -290,11 +274,9 @@ def sum_printed(
 
 
 @wp.func_native(
-    cpu_block(
-        VECTORS,
-        f"const float NEAREST_WALL = {float(NEAREST_WALL)!r}f;",
-        "floats drag = {}, sticks = {}, far = {}, x = {}, y = {}, z = {};",
-        OFFSETS.replace("POSITIONS", "wall"),
+    summed(
+        "wall",
+        "drag h3*sticks h4*far h4*x h4*y h4*z",
         GAUSS,
         """
     drag += W * gauss;
@@ -304,12 +286,10 @@ def sum_printed(
     const floats by = left * ((0.12740f - 0.01363f * inverse) * inverse - 0.08634f);
     far += by;
     x += by * X; y += by * Y; z += by * Z;
-}
-const float h3 = h2 * support, h4 = h2 * h2;
-wp::vec_t<6, wp::float32> sums;
-sums[0] = SUM(drag); sums[1] = h3 * SUM(sticks); sums[2] = h4 * SUM(far);
-sums[3] = h4 * SUM(x); sums[4] = h4 * SUM(y); sums[5] = h4 * SUM(z);
-return sums;
+""",
+        constants=f"""
+const float NEAREST_WALL = {float(NEAREST_WALL)!r}f;
+const float h3 = support * support * support, h4 = (support * support) * (support * support);
 """,
     )
 )

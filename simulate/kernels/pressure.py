@@ -1,7 +1,7 @@
 """Device code of the fluid: Algorithm 1 of the paper, Eqs 1 to 4.
 
 Centimetres and seconds; densities in units of the rest density, so that a particle's mass is a volume in cm3.
-Row ``row`` of a launch is a mover's row in ``Movers``.
+Row ``row`` of a launch is a place in the list of movers, ``Particles.mover``.
 """
 
 from types import ModuleType
@@ -23,7 +23,7 @@ from simulate.kernels.distance import (
 from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.run_module import run_kernel
-from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Movers, Particles, Span, bring_to_rest, end_of
+from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Particles, Span, bring_to_rest, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -84,7 +84,6 @@ def xyz(x: wp.vec4):
 @run_kernel
 def predict(
     rows: Span,
-    movers: Movers,
     particles: Particles,
     step_s: float,
     damping: float,
@@ -94,8 +93,8 @@ def predict(
     solid: Distance,
 ):
     """V + (g - eta v) dt, x* = x + v dt, as far as walls allow (Eq. 4; Algorithm 1, line 2); what is carried over."""
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        i = movers.particle[row]
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        i = particles.mover[row]
         x = xyz(particles.position[i])
         particles.previous_position[i] = x
         v = particles.velocity[i] + step_s * (gravity - damping * particles.velocity[i])
@@ -111,7 +110,6 @@ def predict(
 @run_kernel
 def shift(
     rows: Span,
-    movers: Movers,
     particles: Particles,
     effort: Effort,
     iteration: int,
@@ -123,8 +121,8 @@ def shift(
     The last move begins where the substep did, and stops what planes have let through. Runs that move ``as_solved``
     make it later.
     """
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        i = movers.particle[row]
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        i = particles.mover[row]
         run = i // particles.per_run
         if not takes_part(effort, run, iteration):
             continue
@@ -151,10 +149,10 @@ def shift(
 
 
 @run_kernel
-def update_velocity(rows: Span, movers: Movers, particles: Particles, step_s: float):
+def update_velocity(rows: Span, particles: Particles, step_s: float):
     """V = (x - x0) / dt, and a guess of what viscosity leaves of it: the last two substeps' course, gone on with."""
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        i = movers.particle[row]
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        i = particles.mover[row]
         # Read before the guess takes its memory.
         moved = particles.moved[i]
         last = particles.velocity[i]
@@ -166,7 +164,6 @@ def update_velocity(rows: Span, movers: Movers, particles: Particles, step_s: fl
 @run_kernel
 def move_as_solved(
     rows: Span,
-    movers: Movers,
     particles: Particles,
     effort: Effort,
     step_s: float,
@@ -179,8 +176,8 @@ def move_as_solved(
     substep, and thick liquid falls at g dt however thick it is (decision 0155). Thick fluid takes away what pressure
     does to a few particles as well; where that undid much compression, it stays done.
     """
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        i = movers.particle[row]
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        i = particles.mover[row]
         if effort.as_solved[i // particles.per_run] == 0.0:
             continue
         start, step = particles.previous_position[i], step_s * particles.velocity[i]
@@ -193,7 +190,6 @@ def move_as_solved(
 @run_kernel
 def inspect(
     rows: Span,
-    movers: Movers,
     particles: Particles,
     fastest: float,
     densest: float,
@@ -205,8 +201,8 @@ def inspect(
 
     Walls are not asked for again near a place that is known to be farther from them.
     """
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        i = movers.particle[row]
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        i = particles.mover[row]
         if particles.status[i] != MOVING:
             continue
         x = xyz(particles.position[i])
@@ -283,7 +279,6 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
     @wp.kernel(enable_backward=False, module=module)
     def measure_density(
         rows: Span,
-        movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
         kernel: Smoothing,
@@ -294,8 +289,8 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
 
         Where nothing is carried over, lambda_i is the paper's: that of an iteration, which begins at zero.
         """
-        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
-            i = movers.particle[row]
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
+            i = particles.mover[row]
             run = i // particles.per_run
             if not takes_part(effort, run, iteration):
                 continue
@@ -314,7 +309,6 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
     @wp.kernel(enable_backward=False, module=two_level)
     def measure_terms(
         rows: Span,
-        movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
         kernel: Smoothing,
@@ -325,8 +319,8 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         Walls answer a multiplier, but not its gradient: a particle beside them feels only the part of that gradient
         that its fluid neighbours make, and so takes a larger share of its nodes' multipliers.
         """
-        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
-            i = movers.particle[row]
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
+            i = particles.mover[row]
             here = particles.position[i]
             it = constrain(
                 kernel, neighbours, particles.position, particles.swelling[i // particles.per_run], row, here
@@ -344,7 +338,6 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
     @wp.kernel(enable_backward=False, module=module)
     def correct(
         rows: Span,
-        movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
         kernel: Smoothing,
@@ -360,8 +353,8 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         A particle at rest cannot give way: it answers with the particle's own multiplier or, as in the paper, with
         none, and is then half as hard as it should be.
         """
-        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
-            i = movers.particle[row]
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
+            i = particles.mover[row]
             run = i // particles.per_run
             if not takes_part(effort, run, iteration):
                 continue

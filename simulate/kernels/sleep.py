@@ -5,7 +5,7 @@ import warp as wp
 from simulate.kernels.conjugate_gradients import System
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.run_module import run_kernel
-from simulate.kernels.status import ASLEEP, MOVING, Movers, Particles, Span, bring_to_rest, end_of
+from simulate.kernels.status import ASLEEP, MOVING, Particles, Span, bring_to_rest, end_of
 from simulate.kernels.viscosity import Paste
 
 wp.set_module_options({"enable_backward": False})
@@ -14,7 +14,6 @@ wp.set_module_options({"enable_backward": False})
 @run_kernel
 def wake(
     rows: Span,
-    movers: Movers,
     particles: Particles,
     paste: Paste,
     fast: float,
@@ -28,11 +27,11 @@ def wake(
     They count as quiet for ``rested_s``, until they flow.
     Several threads may write to one of them; all write the same.
     """
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         # Most particles have no neighbour at rest: walls alone hold them.
         if system.held[row] == system.drag[row]:
             continue
-        i = movers.particle[row]
+        i = particles.mover[row]
         if paste.yields_at_most[i // particles.per_run] == 0.0:
             continue
         if wp.length(particles.velocity[i]) > fast or particles.quiet_s[i] < -restless_s:
@@ -46,7 +45,6 @@ def wake(
 @run_kernel
 def fall_asleep(
     rows: Span,
-    movers: Movers,
     particles: Particles,
     paste: Paste,
     system: System,
@@ -56,8 +54,8 @@ def fall_asleep(
     slowest: float,
 ):
     """Bring to rest the particles that were below their yield stress for ``patience_s``."""
-    for row in range(rows.begin + wp.tid(), end_of(rows, movers), rows.step):
-        i = movers.particle[row]
+    for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
+        i = particles.mover[row]
         if particles.status[i] != MOVING or paste.yields_at_most[i // particles.per_run] == 0.0:
             continue
         quiet = wp.min(particles.quiet_s[i], 0.0) - frame_s

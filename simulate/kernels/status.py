@@ -1,4 +1,4 @@
-"""Device code of the particles and their status, of the list of movers, and of the rows of a launch."""
+"""Device code of the particles, their status and the list of those that move, and of the rows of a launch."""
 
 import warp as wp
 
@@ -54,15 +54,9 @@ class Particles:
     fault: wp.array[int]  # Its faults so far, one bit each
     swelling: wp.array[float]
     """Factor by which each run's particles count for more in the density sum than the scheme says."""
-
-
-@wp.struct
-class Movers:
-    """List of the particles that move, run by run."""
-
-    particle: wp.array[int]
-    count: wp.array[int]
-    first_row: wp.array[int]  # First row of each run, and one past the last row
+    mover: wp.array[int]  # List of the particles that move, run by run
+    movers: wp.array[int]  # Their number
+    first_row: wp.array[int]  # First row of each run in that list, and one past the last row
 
 
 @wp.struct
@@ -75,9 +69,9 @@ class Span:
 
 
 @wp.func
-def end_of(rows: Span, movers: Movers):
+def end_of(rows: Span, particles: Particles):
     """End of the rows of a launch in which there is a mover."""
-    return wp.min(rows.end, movers.count[0])
+    return wp.min(rows.end, particles.movers[0])
 
 
 @wp.func

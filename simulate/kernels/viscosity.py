@@ -15,7 +15,7 @@ from simulate.kernels.conjugate_gradients import Search, Symmetric, System, is_s
 from simulate.kernels.lanes import lane, lanes
 from simulate.kernels.neighbours import Neighbours
 from simulate.kernels.pair_sums import DragSums, GradientSums
-from simulate.kernels.status import Movers, Particles, Span, end_of
+from simulate.kernels.status import Particles, Span, end_of
 
 wp.set_module_options({"enable_backward": False})
 
@@ -98,7 +98,6 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
     @wp.kernel(enable_backward=False, module=module)
     def measure_shear(
         rows: Span,
-        movers: Movers,
         particles: Particles,  # out: viscosity
         neighbours: Neighbours,
         support: float,
@@ -111,8 +110,8 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
 
         gamma^2 is the rate at which a viscosity of 1 dissipates, in pairs and at walls.
         """
-        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
-            i = movers.particle[row]
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
+            i = particles.mover[row]
             near = neighbours
             run = i // particles.per_run
             gamma = fresh_shear
@@ -148,7 +147,6 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
     @wp.kernel(enable_backward=False, module=module)
     def weigh_pairs(
         rows: Span,
-        movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
         support: float,
@@ -157,8 +155,8 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         search: Search,  # out: residual of the velocity without viscosity, and in ``product`` that of the guess
     ):
         """The link of each pair, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
-        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
-            i = movers.particle[row]
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
+            i = particles.mover[row]
             near = neighbours
             here = particles.position[i]
             own = particles.velocity[i]
@@ -196,15 +194,14 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
     @wp.kernel(enable_backward=False, module=module)
     def apply_matrix(
         rows: Span,
-        movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
         system: System,
         search: Search,  # out: product and curvature
     ):
         """(I + A) of backward Euler on Eq. 5, times the scaled residual."""
-        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
-            i = movers.particle[row]
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
+            i = particles.mover[row]
             if wp.static(skips_solved) and is_solved(search, i // particles.per_run):
                 continue
             near = neighbours
@@ -219,7 +216,6 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
     @wp.kernel(enable_backward=False, module=explicit)
     def pass_velocity(
         rows: Span,
-        movers: Movers,
         particles: Particles,
         neighbours: Neighbours,
         support: float,
@@ -230,8 +226,8 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         after: wp.array[wp.vec3],  # out
     ):
         """One of the q passes of Eq. 5 as printed, with U sum_j m/rho_j W and D sum_k W."""
-        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, movers), rows.step):
-            i = movers.particle[row]
+        for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
+            i = particles.mover[row]
             near = neighbours
             here = particles.position[i]
             own = before[i]

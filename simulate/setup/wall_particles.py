@@ -12,6 +12,7 @@ from scipy.spatial import KDTree
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from simulate.kernels.neighbours import NOWHERE_CM
 from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, build_barrier
+from simulate.vessel import counted
 
 TURN = np.arctan((np.sqrt(5) - 1) / 2)
 """Angle of the golden ratio: no slope of small numbers is near it, so no row of points runs along an edge."""
@@ -154,11 +155,10 @@ def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
     face = np.flatnonzero(length > 0)
     axes = _axes(normal[face] / length[face, None])
     corner = np.einsum("fck,fak->fca", triangles_mm[face], axes) / spacing_mm - SHIFT
-    row, which = _rows(corner[:, :, 0])
-    first, last = _crossed(corner[which], row)
-    count = np.maximum(last - first + 1, 0)
-    node = np.column_stack([np.repeat(row, count), np.repeat(first, count) + _counting(count)])
-    which = np.repeat(which, count)
+    across = corner[:, :, 0]
+    row, which = counted(*(end.astype(np.int64) for end in (np.ceil(across.min(axis=1)), np.floor(across.max(axis=1)))))
+    column, line = counted(*_crossed(corner[which], row))
+    node, which = np.column_stack([row[line], column]), which[line]
     height = np.einsum("fk,fk->f", triangles_mm[face, 0], normal[face] / length[face, None])
     lot = _lots(node)
     beside = np.column_stack([lot >> np.uint64(40), lot & np.uint64(0xFFFFFF)]) / 2**24 * OFF_NODE
@@ -187,13 +187,6 @@ def _axes(normal: Floats) -> Floats:
     return np.stack([cosine * along + sine * across, cosine * across - sine * along], axis=1)
 
 
-def _rows(coordinate: Floats) -> tuple[Integers, Integers]:
-    """Every whole number between the least and the greatest of each triangle's three, (n,), and its triangle."""
-    first = np.ceil(coordinate.min(axis=1)).astype(np.int64)
-    count = np.maximum(np.floor(coordinate.max(axis=1)).astype(np.int64) - first + 1, 0)
-    return np.repeat(first, count) + _counting(count), np.repeat(np.arange(len(count)), count)
-
-
 def _crossed(corner: Floats, row: Integers) -> tuple[Integers, Integers]:
     """First and last whole number inside each triangle (n, 3, 2), on the line where its first coordinate is ``row``."""
     low, high = np.full(len(row), np.inf), np.full(len(row), -np.inf)
@@ -205,8 +198,3 @@ def _crossed(corner: Floats, row: Integers) -> tuple[Integers, Integers]:
         low, high = np.where(crosses, np.minimum(low, at), low), np.where(crosses, np.maximum(high, at), high)
     met = low <= high
     return np.ceil(np.where(met, low, 0.0)).astype(np.int64), np.floor(np.where(met, high, -1.0)).astype(np.int64)
-
-
-def _counting(count: Integers) -> Integers:
-    """0, 1, ... up to each count, one after the other."""
-    return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)

@@ -10,7 +10,7 @@ from digitise.trajectory import plan_trajectory, with_path
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import write_table
 from simulate.setup.release_schedule import plan_releases
-from simulate.slot.supply import supplied_mm3
+from simulate.slot.fill import supplied_mm3
 from tests.shapes import straight_slot
 
 OUTLINE = straight_slot(40.0, 4.0)

@@ -128,7 +128,7 @@ def test_a_gpu_lists_no_mover_twice_once_others_are_gone():
         grid.fill(200)
         movers.find(200)
         movers.sort(grid.cells.number, 200)
-    assert sorted(movers.movers.particle.numpy()[: movers.number()]) == list(range(120, 200))
+    assert sorted(state.particles.mover.numpy()[: movers.number()]) == list(range(120, 200))
 
 
 @pytest.mark.usefixtures("one_slice")
@@ -146,10 +146,10 @@ def test_a_cpu_lists_who_moves_as_a_gpu_does(runs):
         order = np.random.default_rng(4).permutation(state.count)
         movers = MoversList(state, Launcher("cpu", threads=2), in_order)
         movers.find(state.count)
-        in_memory = movers.movers.particle.numpy()[: movers.number()].copy()
+        in_memory = state.particles.mover.numpy()[: movers.number()].copy()
         movers.sort(wp.array(order, dtype=int, device="cpu"), state.count)
-        by_cell = movers.movers.particle.numpy()[: movers.number()].copy()
+        by_cell = state.particles.mover.numpy()[: movers.number()].copy()
         assert (in_memory == np.flatnonzero(fate == int(status.MOVING))).all()
         assert (by_cell == order[fate[order] == int(status.MOVING)]).all()
-        listed.append([*in_memory, *by_cell, *movers.movers.first_row.numpy()])
+        listed.append([*in_memory, *by_cell, *state.particles.first_row.numpy()])
     assert listed[0] == listed[1]

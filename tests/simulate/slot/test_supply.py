@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import Trajectory
-from simulate.slot.supply import supplied_mm3
+from simulate.slot.fill import supplied_mm3
 from tests.fluids import path, slot
 
 EDGES_MM = np.linspace(0.0, 40.0, 81)

@@ -1,18 +1,17 @@
-"""Beds measured on the device, here the CPU, against the same beds measured on the host."""
-
-from functools import partial
+"""Beds measured by kernels, here on the CPU, against the same beds measured by the level's own functions."""
 
 import numpy as np
 import pytest
 import warp as wp
 
-from sealtwin.core.records import Solid
-from simulate.device_beds import BedFigures
+from sealtwin.core.records import Bed, Solid
 from simulate.injection import Injection
 from simulate.kernels.status import ASLEEP, ESCAPED, FROZEN, GIVEN_UP, MOVING, SPILLED, WAITING
+from simulate.profile import half_spacing_mm, settled
 from simulate.settings import LEVEL, SampleSlope
 from simulate.setup.signed_distance import CM
-from simulate.volume_control import FLOWS_MM_S, VolumeControl
+from simulate.vessel import vessel_of
+from simulate.volume_control import CELL, FLOWS_MM_S, BedFigures, VolumeControl
 from tests.fluids import slot
 from tests.launches import PASTES, finish, ready
 
@@ -44,7 +43,7 @@ def spread() -> Injection:
     return injection
 
 
-def figures(injection: Injection, solid: Solid, slope: SampleSlope, **how: bool) -> list[BedFigures]:
+def figures(injection: Injection, solid: Solid, slope: SampleSlope) -> list[BedFigures]:
     control = VolumeControl(
         solid,
         injection.schedule,
@@ -52,10 +51,24 @@ def figures(injection: Injection, solid: Solid, slope: SampleSlope, **how: bool)
         radius_mm=injection.solver.size_mm,
         factor=1.0,
         yields=[True] * len(RUNS),
-        settings=slope.table,
-        **how,
+        down=slope.down,
     )
-    return list(control.figures(injection.done))
+    return list(control.figures())
+
+
+def figures_by_host(injection: Injection, solid: Solid, slope: SampleSlope, run: int) -> BedFigures:
+    state, radius_mm = injection.engine.state, injection.solver.size_mm
+    own = state.own(run)
+    status, place_mm, speed_mm_s = state.status_of()[own], state.position_mm()[own], state.velocity_mm_s()[own]
+    here = (status <= int(FROZEN)) & np.isfinite(place_mm).all(axis=1)
+    size_mm3 = injection.schedule.dispensed_mm3 / injection.schedule.particles
+    lost = np.zeros(here.sum(), dtype=bool)
+    bed = Bed(place_mm[here], speed_mm_s[here], lost, radius_mm, size_mm3, slope.table)
+    lies, moves = settled(bed, np.full(here.sum(), solid.depth_mm)), status[here] == int(MOVING)
+    flows = moves & (np.linalg.norm(bed.velocity_mm_s, axis=1) >= FLOWS_MM_S)
+    volume_mm3 = vessel_of(solid, CELL * radius_mm).volume_mm3(bed.position_mm[lies], half_spacing_mm(bed))
+    lying, moving, both, flowing = (int(mask.sum()) for mask in (lies, moves, moves & lies, flows & lies))
+    return BedFigures(lying, moving, both, flowing, volume_mm3)
 
 
 @pytest.mark.parametrize(
@@ -71,7 +84,8 @@ def test_the_device_measures_the_beds_that_the_host_measures(spread, tilt, slope
     monkeypatch.setattr(wp.config, "enable_cpu_blocks", True)
     monkeypatch.setattr("simulate.kernels.beds.LANES", lanes)
     solid, _ = slot(12.0, tilt=tilt, angle_deg=10.0)
-    here, there = (figures(spread, solid, slope, on_device=on_device) for on_device in (False, True))
+    there = figures(spread, solid, slope)
+    here = [figures_by_host(spread, solid, slope, run) for run in range(len(RUNS))]
     here_at_most = spread.schedule.particles - 46
     assert [bed[:2] for bed in there] == [bed[:2] for bed in here]
     for host, device in zip(here[:2] + here[3:], there[:2] + there[3:], strict=True):
@@ -83,15 +97,6 @@ def test_the_device_measures_the_beds_that_the_host_measures(spread, tilt, slope
 
 
 def test_each_run_has_the_bits_that_it_has_in_any_company(spread, monkeypatch):
-    together = figures(spread, spread.solid, LEVEL, on_device=True)
-    monkeypatch.setattr("simulate.device_beds.MOST_TOPS", 1)
-    assert figures(spread, spread.solid, LEVEL, on_device=True) == together
-
-
-def test_a_pour_that_the_device_measures_ends_where_the_hosts_does(monkeypatch):
-    """The factors by which particles count are the same float32, and so is all that follows from them."""
-    by_host = finish(ready(PASTES))
-    monkeypatch.setattr("simulate.injection.VolumeControl", partial(VolumeControl, on_device=True))
-    by_device = finish(ready(PASTES))
-    assert by_device.engine.state.swelling.numpy().std() > 0
-    assert np.array_equal(by_host.engine.state.position_mm(), by_device.engine.state.position_mm())
+    together = figures(spread, spread.solid, LEVEL)
+    monkeypatch.setattr("simulate.volume_control.MOST_TOPS", 1)
+    assert figures(spread, spread.solid, LEVEL) == together
