@@ -34,9 +34,9 @@ from validate.wording.comparison import (
     uncertainty_sentences,
     uncertainty_tables,
     volume_table,
+    where_off,
 )
 from validate.wording.prediction import prediction_table
-from validate.wording.where_off import where_off
 
 
 @dataclass(frozen=True)
@@ -115,17 +115,15 @@ def chapters(evidence: Evidence) -> list[Chapter]:
             item = replace(item, draw=cache(item.draw))
         return replace(item, caption=f"Figure {next(number)}. {item.caption}") if isinstance(item, Picture) else item
 
-    explained = [(*chapter, False) for chapter in _answer_and_why(evidence)]
     return [
         Chapter(title, name, tuple(map(numbered, items)), appendix)
-        for title, name, items, appendix in (*explained, *((*chapter, True) for chapter in _appendix(evidence)))
+        for part, appendix in ((_answer_and_why, False), (_appendix, True))
+        for title, name, items in part(evidence)
     ]
 
 
-Titled = tuple[str, str, Sequence[Item]]  # Title, name and items of a chapter
-
-
-def _answer_and_why(evidence: Evidence) -> Iterator[Titled]:
+def _answer_and_why(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
+    """Yield title, name and items of each chapter before the appendix."""
     yield "Photo and level", "answer", [_photo(evidence), _level_plate(evidence)]
     if errors := list(_error_items(evidence)):
         yield "Error", "error", errors
@@ -136,7 +134,7 @@ def _answer_and_why(evidence: Evidence) -> Iterator[Titled]:
     yield "Assumed and left out", "assumptions", [Paragraph(assumed)]
 
 
-def _appendix(evidence: Evidence) -> Iterator[Titled]:
+def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     comparison, readings = evidence.comparison, evidence.readings
     held: list[Item] = []
     if comparison is not None and readings is not None:
