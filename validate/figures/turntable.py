@@ -129,13 +129,13 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
     ages = matplotlib.colormaps[AGES](np.clip(fluid.value / oldest_s, 0.0, 1.0))[:, :3]
     faces, label, rim = _coarse_cavity(solid)
     walls, ribbon = _inside(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim)
-    vertices_mm, faces, normal, colour = zip(walls, ribbon, fluid._replace(value=ages), strict=True)
-    before = np.cumsum([0, *map(len, vertices_mm)])
+    parts = walls, ribbon, fluid._replace(value=ages)
+    before = np.cumsum([0, *(len(part.vertices_mm) for part in parts)])
     return Turntable(
-        vertices_mm=np.vstack(vertices_mm),
-        faces=np.vstack([each + first for each, first in zip(faces, before, strict=False)]),
-        normal=np.vstack(normal),
-        colour=np.vstack(colour),
+        vertices_mm=np.vstack([part.vertices_mm for part in parts]),
+        faces=np.vstack([part.faces + first for part, first in zip(parts, before, strict=False)]),
+        normal=np.vstack([part.normal for part in parts]),
+        colour=np.vstack([part.value for part in parts]),
         azimuth_deg=square_on(solid) - ASIDE_DEG,
         elevation_deg=DOWN_DEG,
         oldest_s=oldest_s,

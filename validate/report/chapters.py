@@ -7,7 +7,7 @@ from itertools import count
 
 import cv2
 import numpy as np
-from matplotlib.figure import FigureBase
+from matplotlib.figure import Figure
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
@@ -42,7 +42,7 @@ from validate.wording.prediction import prediction_table
 @dataclass(frozen=True)
 class Plate:
     caption: str
-    draw: Callable[[], FigureBase]
+    draw: Callable[[], Figure]
 
 
 @dataclass(frozen=True)
