@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from itertools import count
+from itertools import count, groupby
 
 import cv2
 import numpy as np
@@ -90,16 +90,9 @@ class Chapter:
     @property
     def rows(self) -> Iterator[tuple[Item, ...]]:
         """Items from top to bottom: plates and photos that follow each other stand in pairs, all else alone."""
-        waiting: tuple[Item, ...] = ()
-        for item in self.items:
-            half = isinstance(item, Plate | PhotoBlock)
-            if waiting:
-                yield (*waiting, item) if half else waiting
-            if not half:
-                yield (item,)
-            waiting = (item,) if half and not waiting else ()
-        if waiting:
-            yield waiting
+        for half, group in groupby(self.items, lambda item: isinstance(item, Plate | PhotoBlock)):
+            items, size = tuple(group), 2 if half else 1
+            yield from (items[first : first + size] for first in range(0, len(items), size))
 
 
 def chapters(evidence: Evidence) -> list[Chapter]:
