@@ -73,7 +73,7 @@ def test_the_floor_is_drawn_where_it_is(evidence):
     sections = Sections(np.array([0.0, 20.0, 40.0]), np.array([10.0, 10.0, 4.0]), np.full(3, 1.0))
     (axes,) = axes_of(draw_profile(evidence.profile, sections, None, None))
     (ground,) = axes.collections
-    corner_mm = ground.get_paths()[0].vertices
+    corner_mm = np.array(ground.get_paths()[0].vertices)
     along = np.isclose(corner_mm[:, 0], 30.0, atol=0.11)
     assert corner_mm[along, 1].max() == pytest.approx(-7.0, abs=0.05)
     assert corner_mm[:, 1].min() == pytest.approx(axes.get_ylim()[0]) == -11.5
