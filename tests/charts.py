@@ -57,7 +57,6 @@ def make_runs(u: tuple[float, ...] = U, d_cm: tuple[float, ...] = D_CM) -> list[
             {"fluid.U": pair[0], "fluid.D_cm": pair[1]},
             Profile(S_MM, line(S_MM) + error_mm(*pair), source="simulation"),
             10.0,
-            1.0,
         )
         for number, pair in enumerate(pairs, start=1)
     ]

@@ -36,7 +36,7 @@ from validate.uncertainty.budget import Budget, Curve, Kind
 from validate.uncertainty.computed import Spread, numerical_errors, size_series
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import COVERAGE
-from validate.wording.where_off import worst_at_a_station
+from validate.wording.comparison import worst_at_a_station
 
 AREAS_AGREE = 1e-9  # Largest relative difference, by rounding, of the two computations of one area
 

@@ -236,7 +236,7 @@ def finished_run(folder: Path, run: StudyRun) -> Finished:
     if run.figures is None or not is_intact(folder, run):
         raise InputError(f"{path}: not as run {run.number} left it. 'sealtwin sweep' with its study computes it again.")
     profile = record_files.read_profile(path.parent)
-    return Finished(run.number, run.settings, profile, run.wall_s or 0.0, run.figures["volume_ratio"])
+    return Finished(run.number, run.settings, profile, run.wall_s or 0.0)
 
 
 def _largest_mm(folder: Path, runs: Sequence[StudyRun]) -> tuple[float, float]:

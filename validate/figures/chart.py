@@ -111,7 +111,6 @@ class Finished:
     settings: Mapping[str, Any]  # Settings that vary, by dotted name
     profile: Profile
     wall_s: float
-    volume_ratio: float  # Volume of the settled sealant over the dispensed volume
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,8 @@ from validate.figures.side_by_side import (
     numbered,
     replicate_words,
     setting_words,
-    volume_words,
 )
-from validate.metrics.verdict import beside_baselines, leak
+from validate.metrics.verdict import beside_baselines
 from validate.units import signed
 
 FIGURES = {
@@ -93,19 +92,9 @@ def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Figure
 def _cautions(sides: Sequence[Side]) -> list[str]:
     kinds = sorted({side.readings.data for side in sides if side.readings is not None} - {"measured"})
     sentences = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
-    if through := [index for index, side in enumerate(sides) if side.escaped_particles]:
-        words = leak(sum(sides[index].escaped_particles for index in through))
-        sentences.append(
-            f"{words} in {numbered(through)}, which must never happen. Please report it with the trial file."
-        )
-    sentences += volume_words({number: side.volume_ratio for number, side in enumerate(sides, start=1)})
-    sentences += _known_before(sides)
-    return sentences + [
-        f"Edited by hand since run {number} was made: {', '.join(side.edited)}. It is shown as edited and "
-        "counts for no finding."
-        for number, side in enumerate(sides, start=1)
-        if side.edited
-    ]
+    if unranked := [f"run {number}: {side.unranked}" for number, side in enumerate(sides, start=1) if side.unranked]:
+        sentences.append(f"Not ranked: {'; '.join(unranked)}.")
+    return sentences + _known_before(sides)
 
 
 def _known_before(sides: Sequence[Side]) -> list[str]:

@@ -82,6 +82,13 @@ def wide_axes(height_in: float, *, face: bool = False) -> tuple[Figure, Axes]:
     return figure, axes
 
 
+def page_environment() -> jinja2.Environment:
+    """Return the environment of the package's templates, which escapes all text."""
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
+    )
+
+
 def write_sheet_of_figures(folder: Path, name: str, sheet: FigureSheet) -> list[str]:
     """Write the page ``name``, which needs no other file and no network, and figures/ beside it.
 
@@ -100,9 +107,7 @@ def write_sheet_of_figures(folder: Path, name: str, sheet: FigureSheet) -> list[
         if numbers is not None:
             write_sheet(folder / FIGURES / f"{item.name}.csv", numbers.columns, numbers.rows)
             written.append(f"{FIGURES}/{item.name}.csv")
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
-    )
+    environment = page_environment()
     environment.filters["breaking"] = lambda text: Markup("<wbr>").join(NAME_BREAKS.split(text))
     environment.tests["unbroken"] = lambda text: any(
         len(part) > LONGEST_PART for word in text.split() for part in NAME_BREAKS.split(word)

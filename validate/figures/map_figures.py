@@ -56,7 +56,7 @@ def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
     """Scale an axis of a plot as its setting, with plain numbers on a logarithmic one."""
     if setting.logarithmic:
         axes.set(**{f"{name}scale": "log"})
-        theme.print_plain(axes.xaxis if name == "x" else axes.yaxis)
+        (axes.xaxis if name == "x" else axes.yaxis).set_major_formatter("{x:g}")
 
 
 @theme.themed()

@@ -8,7 +8,7 @@ import numpy as np
 from validate.figures import map_figures
 from validate.figures.chart import Chart
 from validate.figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, Numbers, Plot, SheetSection
-from validate.figures.side_by_side import setting_words, volume_words
+from validate.figures.side_by_side import setting_words
 from validate.units import percent, signed
 
 MOST_ROWS = 200  # Largest number of rows on the page, the nearest runs first; the CSV has all
@@ -65,10 +65,7 @@ def _cautions(chart: Chart) -> list[str]:
     sentences = [chart.screening] if chart.screening else []
     sentences += [
         f"The nearest of {len(chart.runs)} pairs was chosen with these readings: that is a calibration. Its error is a "
-        "residual, and predicts nothing until the pair is compared with other readings."
-    ]
-    sentences += [
-        *volume_words({run.number: run.volume_ratio for run in chart.runs}),
+        "residual, and predicts nothing until the pair is compared with other readings.",
         *chart.fluid_warnings,
         *chart.unused,
     ]

@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 from sealtwin.core.mesh_file import load_trimesh
 from sealtwin.core.records import Floats, Frame, Integers, Outline, Solid
-from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes, print_plain
+from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes
 
 SECTIONS_AT = (0.2, 0.5, 0.8)
 """Places of the sections across a crack, as shares of its length: in the paste's slope, its middle, its plateau."""
@@ -99,7 +99,7 @@ def add_bar(figure: FigureBase, scale: ColourScale, axes: Iterable[Axes], **layo
     layout.setdefault("extend", "min" if scale is SPEED else "neither")
     bar = figure.colorbar(ScalarMappable(scale.norm, scale.colours), ax=list(axes), label=scale.label, **layout)
     if isinstance(scale.norm, LogNorm):
-        print_plain(bar.long_axis)
+        bar.long_axis.set_major_formatter("{x:g}")
 
 
 class AlongCrack:
@@ -126,9 +126,7 @@ class AlongCrack:
 
 def show_to_scale(axes: Axes, x_mm: tuple[float, float], y_mm: tuple[float, float]) -> None:
     """Show a part of the sample at one scale, without a grid."""
-    axes.set_xlim(*x_mm)
-    axes.set_ylim(*y_mm)
-    axes.set_aspect("equal")
+    axes.set(xlim=x_mm, ylim=y_mm, aspect="equal")
     axes.grid(visible=False)
 
 

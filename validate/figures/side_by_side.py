@@ -15,9 +15,6 @@ FEWEST = 2  # Least number of replicates: one alone has no distribution
 SAME_MM = 0.01
 """Largest difference at any station between copies of the same readings: the last digit of a caliper. Repeated readings
 differ by ten times that."""
-MOST_NAMED = 28  # Largest number of runs that are named in a sentence; more are counted
-
-
 LONGEST_VALUE = 120
 """Letters of a setting that are shown; a board of markers has a thousand."""
 
@@ -70,15 +67,16 @@ class Side:
 
     @property
     def unranked(self) -> str:
-        """Reason for which the run is in no ranking; empty if it is in them."""
-        if self.edited:
-            return "edited by hand"
-        if self.escaped_particles:
-            return "particles went through a wall"
+        """Reasons for which the run is in no ranking; empty if it is in them."""
         low, high = SOUND
-        if not kept_volume(self.volume_ratio):
-            return f"{self.volume_ratio:.3f} of the dispensed volume settled; {low:g} to {high:g} is sound"
-        return ""
+        reasons = {
+            f"edited by hand since it was made ({', '.join(self.edited)})": self.edited,
+            "particles went through a wall": self.escaped_particles,
+            f"{self.volume_ratio:.3f} of the dispensed volume settled; {low:g} to {high:g} is sound": not kept_volume(
+                self.volume_ratio
+            ),
+        }
+        return " and ".join(reason for reason, applies in reasons.items() if applies)
 
     @property
     def held_out(self) -> bool:
@@ -169,23 +167,6 @@ def replicate_words(sides: Sequence[Side]) -> list[str]:
             "readings of their own each, and there are none among these runs."
         )
     return sentences
-
-
-def volume_words(ratios: Mapping[int, float]) -> list[str]:
-    """Name the runs whose settled sealant has not the dispensed volume, by number; empty if all are sound."""
-    low, high = SOUND
-    off = {number: round(ratio, 3) for number, ratio in ratios.items() if not kept_volume(ratio)}
-    if not off:
-        return []
-    which = numbered([number - 1 for number in sorted(off)])
-    if len(off) > MOST_NAMED:
-        which = f"{len(off)} of {len(ratios)} runs"
-    least, most = min(off.values()), max(off.values())
-    share = f"{least:.3f}" if least == most else f"{least:.3f} to {most:.3f}"
-    return [
-        f"Not the dispensed volume: in {which} the settled sealant has {share} of it ({low:g} to {high:g} is sound), "
-        "so the levels are not those of the dispensed sealant."
-    ]
 
 
 def numbered(indices: Sequence[int]) -> str:

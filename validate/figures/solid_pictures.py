@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.colors import Normalize, to_rgb
-from matplotlib.figure import FigureBase
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ BELOW: Any = {"location": "bottom", "aspect": 40, "pad": 0.02}  # Place of a col
 
 
 @theme.themed()
-def draw_solid(solid: Solid) -> FigureBase:
+def draw_solid(solid: Solid) -> Figure:
     """Draw the block from above, and its cavity alone from the side, as a cast; each as wide as the figure."""
     colour = FACE_COLOURS[solid.face_label]
     azimuth_deg = square_on(solid)
@@ -52,7 +52,7 @@ def draw_solid(solid: Solid) -> FigureBase:
 
 
 @theme.themed()
-def draw_still(still: NDArray[np.uint8], oldest_s: float) -> FigureBase:
+def draw_still(still: NDArray[np.uint8], oldest_s: float) -> Figure:
     """Draw a picture of the fill in three dimensions, (h, w, 4), with its colour bar."""
     figure = theme.wide_figure(4.6)
     axes = figure.add_subplot()
@@ -63,9 +63,7 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> FigureBase:
 
 
 @theme.themed()
-def draw_side_view(
-    run: Run, outline: Outline, solid: Solid, profile: Profile, on: FigureBase | None = None
-) -> FigureBase:
+def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile, on: FigureBase | None = None) -> Figure:
     """Draw the particles along the crack and in height, by age, with the profile measured from them."""
     figure = on or theme.plate(2.7)
     axes = figure.add_subplot()
@@ -87,7 +85,7 @@ def draw_side_view(
 
 
 @theme.themed()
-def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajectory) -> FigureBase:
+def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajectory) -> Figure:
     """Draw the sample from above: particles by height, the traced walls, the nozzle's path."""
     figure = theme.plate(3.6)
     axes = figure.add_subplot()
@@ -111,7 +109,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
 
 
 @theme.themed()
-def draw_sections(run: Run, outline: Outline, solid: Solid) -> FigureBase:
+def draw_sections(run: Run, outline: Outline, solid: Solid) -> Figure:
     """Draw sections across the crack at three places, particles by age."""
     figure, stays = theme.plate(3.6), ~run.spilled
     row = figure.subplots(1, len(SECTIONS_AT), sharey=True)

@@ -7,6 +7,7 @@ import base64
 import json
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import matplotlib
 import numpy as np
@@ -128,21 +129,26 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
     ages = matplotlib.colormaps[AGES](np.clip(fluid.value / oldest_s, 0.0, 1.0))[:, :3]
     faces, label, rim = _coarse_cavity(solid)
     walls, ribbon = _inside(solid.vertices_mm, faces, label), _ribbon(solid.vertices_mm, rim)
-    parts = [walls, ribbon, (fluid.vertices_mm, fluid.faces, fluid.normal, ages)]
-    vertices_mm, faces, normal, colour = zip(*parts, strict=True)
-    before = np.cumsum([0, *map(len, vertices_mm)])
+    parts = walls, ribbon, fluid._replace(value=ages)
+    before = np.cumsum([0, *(len(part.vertices_mm) for part in parts)])
     return Turntable(
-        vertices_mm=np.vstack(vertices_mm),
-        faces=np.vstack([each + first for each, first in zip(faces, before, strict=False)]),
-        normal=np.vstack(normal),
-        colour=np.vstack(colour),
+        vertices_mm=np.vstack([part.vertices_mm for part in parts]),
+        faces=np.vstack([part.faces + first for part, first in zip(parts, before, strict=False)]),
+        normal=np.vstack([part.normal for part in parts]),
+        colour=np.vstack([part.value for part in parts]),
         azimuth_deg=square_on(solid) - ASIDE_DEG,
         elevation_deg=DOWN_DEG,
         oldest_s=oldest_s,
     )
 
 
-Part = tuple[Floats, Integers, Floats, Floats]  # Vertices (v, 3), faces (f, 3), normals (v, 3) and colours (v, 3)
+class Surface(NamedTuple):
+    """Mesh of a part of the picture."""
+
+    vertices_mm: Floats  # (v, 3)
+    faces: Integers  # (f, 3), counter-clockwise from outside
+    normal: Floats  # (v, 3), outward
+    value: Floats  # Colour, (v, 3); of the sealant its age, (v,), the mean over the particles around
 
 
 def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, Integers, Integers]:
@@ -168,17 +174,17 @@ def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
     return faces, label, rim
 
 
-def _inside(vertices_mm: Floats, faces: Integers, label: Integers) -> Part:
+def _inside(vertices_mm: Floats, faces: Integers, label: Integers) -> Surface:
     """Return the cavity's facets, each with its own vertices."""
     normal = facet_normals(vertices_mm, faces)
     whole = normal.any(axis=1)
     corner = vertices_mm[faces[whole]]
     own = np.arange(3 * len(corner)).reshape(-1, 3)
     normal, colour = (np.repeat(values[whole], 3, axis=0) for values in (normal, FACE_COLOURS[label]))
-    return corner.reshape(-1, 3), own, normal, colour
+    return Surface(corner.reshape(-1, 3), own, normal, colour)
 
 
-def _ribbon(vertices_mm: Floats, rim: Integers) -> Part:
+def _ribbon(vertices_mm: Floats, rim: Integers) -> Surface:
     """Return a ribbon on the face along each edge between the face and a wall."""
     begin_mm, end_mm = vertices_mm[rim.T]
     ahead = (end_mm - begin_mm)[:, :2]
@@ -187,27 +193,17 @@ def _ribbon(vertices_mm: Floats, rim: Integers) -> Part:
     corner = np.stack([begin_mm, end_mm, end_mm + onto_face, begin_mm + onto_face], axis=1).reshape(-1, 3)
     faces = (4 * np.arange(len(ahead))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
     count = len(corner)
-    return corner, faces, np.tile([0.0, 0.0, 1.0], (count, 1)), np.tile(to_rgb(ON_GROUND), (count, 1))
+    return Surface(corner, faces, np.tile([0.0, 0.0, 1.0], (count, 1)), np.tile(to_rgb(ON_GROUND), (count, 1)))
 
 
 def _directed_edges(faces: Integers) -> Integers:
     return np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
 
 
-@dataclass(frozen=True)
-class FluidSurface:
-    """Mesh of a surface, closed."""
-
-    vertices_mm: Floats  # (v, 3)
-    faces: Integers  # (f, 3), counter-clockwise from outside
-    normal: Floats  # (v, 3), outward
-    value: Floats  # (v,), mean over the particles around
+NOTHING = Surface(np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty((0, 3)), np.empty(0))
 
 
-NOTHING = FluidSurface(np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty((0, 3)), np.empty(0))
-
-
-def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats) -> FluidSurface:
+def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats) -> Surface:
     """Return the surface on which half of the space is sealant, by a blurred count of the particles in each cell.
 
     The colour field is that of Müller, Charypar and Gross 2003. ``position_mm`` is (n, 3), ``value`` (n,). Cells are
@@ -233,7 +229,7 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
         cell_mm *= SURFACE_COARSER
     weighted = share * ndimage.gaussian_filter(_spread(place, value, shape), blur_mm / cell_mm)
     at = ndimage.map_coordinates(weighted, vertices.T, order=1) / ndimage.map_coordinates(filled, vertices.T, order=1)
-    return FluidSurface(vertices * cell_mm + low_mm, faces.astype(np.int64), normal.astype(float), at)
+    return Surface(vertices * cell_mm + low_mm, faces.astype(np.int64), normal.astype(float), at)
 
 
 def _spread(place: Floats, weight: Floats, shape: tuple[int, ...]) -> Floats:

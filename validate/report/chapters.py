@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from itertools import count
+from itertools import count, groupby
 
 import cv2
 import numpy as np
-from matplotlib.figure import FigureBase
+from matplotlib.figure import Figure
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
@@ -34,15 +34,15 @@ from validate.wording.comparison import (
     uncertainty_sentences,
     uncertainty_tables,
     volume_table,
+    where_off,
 )
 from validate.wording.prediction import prediction_table
-from validate.wording.where_off import where_off
 
 
 @dataclass(frozen=True)
 class Plate:
     caption: str
-    draw: Callable[[], FigureBase]
+    draw: Callable[[], Figure]
 
 
 @dataclass(frozen=True)
@@ -90,16 +90,9 @@ class Chapter:
     @property
     def rows(self) -> Iterator[tuple[Item, ...]]:
         """Items from top to bottom: plates and photos that follow each other stand in pairs, all else alone."""
-        waiting: tuple[Item, ...] = ()
-        for item in self.items:
-            half = isinstance(item, Plate | PhotoBlock)
-            if waiting:
-                yield (*waiting, item) if half else waiting
-            if not half:
-                yield (item,)
-            waiting = (item,) if half and not waiting else ()
-        if waiting:
-            yield waiting
+        for half, group in groupby(self.items, lambda item: isinstance(item, Plate | PhotoBlock)):
+            items, size = tuple(group), 2 if half else 1
+            yield from (items[first : first + size] for first in range(0, len(items), size))
 
 
 def chapters(evidence: Evidence) -> list[Chapter]:
@@ -115,17 +108,15 @@ def chapters(evidence: Evidence) -> list[Chapter]:
             item = replace(item, draw=cache(item.draw))
         return replace(item, caption=f"Figure {next(number)}. {item.caption}") if isinstance(item, Picture) else item
 
-    explained = [(*chapter, False) for chapter in _answer_and_why(evidence)]
     return [
         Chapter(title, name, tuple(map(numbered, items)), appendix)
-        for title, name, items, appendix in (*explained, *((*chapter, True) for chapter in _appendix(evidence)))
+        for part, appendix in ((_answer_and_why, False), (_appendix, True))
+        for title, name, items in part(evidence)
     ]
 
 
-Titled = tuple[str, str, Sequence[Item]]  # Title, name and items of a chapter
-
-
-def _answer_and_why(evidence: Evidence) -> Iterator[Titled]:
+def _answer_and_why(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
+    """Yield title, name and items of each chapter before the appendix."""
     yield "Photo and level", "answer", [_photo(evidence), _level_plate(evidence)]
     if errors := list(_error_items(evidence)):
         yield "Error", "error", errors
@@ -136,7 +127,7 @@ def _answer_and_why(evidence: Evidence) -> Iterator[Titled]:
     yield "Assumed and left out", "assumptions", [Paragraph(assumed)]
 
 
-def _appendix(evidence: Evidence) -> Iterator[Titled]:
+def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     comparison, readings = evidence.comparison, evidence.readings
     held: list[Item] = []
     if comparison is not None and readings is not None:

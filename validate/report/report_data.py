@@ -19,8 +19,7 @@ from validate.result import Comparison, EarlierTrials, Outcome, PredictedLevel
 from validate.uncertainty.validation import with_time
 from validate.units import PageTable, unit_of, words
 from validate.wording.comparison import uncertainty_sentences, volumes_mm3
-from validate.wording.headline import cautions, headline
-from validate.wording.in_short import in_short
+from validate.wording.headline import cautions, headline, in_short
 from validate.wording.sample_and_run import HEALTH_LABELS, assumptions, left_out
 
 

@@ -9,8 +9,6 @@ from importlib.resources import files as resources
 from pathlib import Path
 from typing import Literal, Self
 
-import cv2
-import jinja2
 import matplotlib
 import numpy as np
 from fpdf import FPDF
@@ -22,6 +20,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from sealtwin.core.files import replacing, write_json, write_text
+from validate.figures.figure_sheet import page_environment
 from validate.figures.solid_pictures import draw_still
 from validate.figures.theme import AGES, GRID, INK, MUTED, SIMULATED, as_picture, as_svg, in_page, printable
 from validate.report.chapters import Chapter, CommandLines, Model, Paragraph, PhotoBlock, Picture, Plate, chapters
@@ -72,14 +71,12 @@ def write_report(folder: Path, evidence: Evidence) -> None:
 
 
 def _page(evidence: Evidence, data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> str:
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("validate"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
-    )
+    environment = page_environment()
     # Limits of the fast model keep their order, in which the page lists what exceeds them.
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False}
     environment.filters["kind"] = lambda item: type(item).__name__
-    environment.filters["photo"] = lambda item: _data_uri("jpeg", _encoded(".jpg", item.pixels[:, :, ::-1]))
-    environment.filters["still"] = lambda item: _data_uri("webp", _encoded(".webp", item.still[:, :, [2, 1, 0, 3]]))
+    environment.filters["photo"] = lambda item: _data_uri("jpeg", item.pixels)
+    environment.filters["still"] = lambda item: _data_uri("webp", item.still)
     environment.filters["svg"] = lambda item, name: in_page(as_svg(item.draw(), name, PIXELS_DPI), item.caption)
     live = live_chapter(evidence)
     turns = any(isinstance(item, Model) for chapter in content for item in chapter.items)
@@ -100,17 +97,14 @@ def _page(evidence: Evidence, data: ReportData, figures: KeyFigures, content: Se
     )
 
 
-def _encoded(suffix: Literal[".jpg", ".webp"], picture: NDArray[np.uint8]) -> bytes:
-    """Encode a picture whose colours are in OpenCV's order."""
-    flag = cv2.IMWRITE_JPEG_QUALITY if suffix == ".jpg" else cv2.IMWRITE_WEBP_QUALITY
-    done, content = cv2.imencode(suffix, picture, [flag, QUALITY])
-    if not done:
-        raise RuntimeError(f"OpenCV could not encode a picture as {suffix}")
-    return content.tobytes()
+def _encoded(kind: Literal["jpeg", "webp"], pixels: NDArray[np.uint8]) -> io.BytesIO:
+    target = io.BytesIO()
+    Image.fromarray(pixels).save(target, kind, quality=QUALITY)
+    return target
 
 
-def _data_uri(kind: Literal["jpeg", "webp"], content: bytes) -> str:
-    return f"data:image/{kind};base64," + base64.b64encode(content).decode()
+def _data_uri(kind: Literal["jpeg", "webp"], pixels: NDArray[np.uint8]) -> str:
+    return f"data:image/{kind};base64," + base64.b64encode(_encoded(kind, pixels).getvalue()).decode()
 
 
 def _write_pdf(path: Path, data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> None:
@@ -160,7 +154,7 @@ def _write_chapter(paper: "Typesetter", chapter: Chapter) -> None:
 def _picture(item: Picture) -> Image.Image | io.BytesIO:
     if isinstance(item, PhotoBlock):
         # The PDF holds the JPEG itself.
-        return io.BytesIO(_encoded(".jpg", item.pixels[:, :, ::-1]))
+        return _encoded("jpeg", item.pixels)
     figure = item.draw() if isinstance(item, Plate) else draw_still(item.turntable.still, item.turntable.oldest_s)
     return as_picture(figure, FIGURE_DPI)
 

@@ -1,15 +1,25 @@
-"""Tables of the agreement with the readings, of the volumes, and of what is uncertain in both."""
+"""Tables and sentences on the agreement with the readings, on the volumes, and on what is uncertain in both."""
 
 from collections.abc import Mapping
+from itertools import groupby
 
-from sealtwin.core.records import Profile
-from validate.comparison import Baseline, BudgetPart, ErrorUncertainty, MassBalance, VolumeComparison
+import numpy as np
+
+from sealtwin.core.records import Floats, Profile
+from validate.comparison import (
+    Baseline,
+    BudgetPart,
+    ErrorUncertainty,
+    MassBalance,
+    StationError,
+    StationErrors,
+    VolumeComparison,
+)
 from validate.report_input import Evidence, ReadingsSheet
 from validate.result import Comparison
 from validate.settings import Role
 from validate.uncertainty.budget import UNDECLARED_MM
 from validate.units import (
-    LABELS,
     MODELS,
     NOT_COMPUTED,
     NOT_RECORDED,
@@ -21,21 +31,22 @@ from validate.units import (
     signed,
     span,
 )
-from validate.wording.prediction import prediction_sentences
+from validate.wording.prediction import INPUTS, input_sentences, prediction_sentences
+
+NAMED = 3  # Stretches that a sentence names, the largest errors first
+AT_A_STATION_MM = 0.05  # Distance from a station within which an error is that station's, as s is written
 
 
 def balance_table(evidence: Evidence) -> PageTable:
     """Volumes of the dispensed sealant by place."""
-    if not evidence.run.has_particles:
-        known = [(label, f"{volume_mm3:.0f} mm³") for label, volume_mm3 in volumes_mm3(evidence).values()]
-        unknown = [(name, NOT_COMPUTED) for name in ("over the sample's edge", "through a wall")]
-        return PageTable("Dispensed sealant, by place", (*known, *unknown))
-    particle_mm3 = evidence.run.particle_volume_mm3
-    rows = [
-        (label, f"{volume_mm3:.0f} mm³, {counted(round(volume_mm3 / particle_mm3), 'particle')}")
-        for label, volume_mm3 in volumes_mm3(evidence).values()
-    ]
-    rows.append(("space that the settled particles fill, over dispensed volume", f"{evidence.volume_ratio:.3f}"))
+    run, rows = evidence.run, []
+    for label, volume_mm3 in volumes_mm3(evidence).values():
+        particles = f", {counted(round(volume_mm3 / run.particle_volume_mm3), 'particle')}" if run.has_particles else ""
+        rows.append((label, f"{volume_mm3:.0f} mm³{particles}"))
+    if run.has_particles:
+        rows.append(("space that the settled particles fill, over dispensed volume", f"{evidence.volume_ratio:.3f}"))
+    else:
+        rows += [(place, NOT_COMPUTED) for place in ("over the sample's edge", "through a wall")]
     return PageTable("Dispensed sealant, by place", tuple(rows))
 
 
@@ -145,8 +156,6 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
     return PageTable("Readings", tuple(rows))
 
 
-INPUTS: dict[str, tuple[str, str]] = LABELS["inputs"]
-"""Words and unit of each input by its name in the table [uncertainty]."""
 Rows = list[tuple[str, str]]
 JUDGED = "Where particles moved the same inputs, u_input by both agreed within a factor of 1.25 (decision 0140)."
 
@@ -183,19 +192,12 @@ def _included(found: ErrorUncertainty) -> list[str]:
             for one in found.budget.missing
         )
         sentences.append(f"What {UNDECLARED_MM:g} mm of the errors that nobody declared would do, at 95 %: {would}.")
-    if found.inputs_left_out:
-        names = ", ".join(INPUTS[name][0] for name in found.inputs_left_out)
-        sentences.append(f"Not declared in [uncertainty], and not included: {names}.")
     if (draws := found.input_draws) is not None:
         sentences.append(
             f"The fast model moved the inputs: {counted(draws.runs, 'run')} with all of them drawn together, less one "
             f"with the inputs as they are. The level itself is no part of it. {JUDGED}"
         )
-        if draws.unfit:
-            sentences.append(
-                f"The trial is OUTSIDE the fast model's domain, so that u_input is an estimate. {' '.join(draws.unfit)}"
-            )
-    return sentences
+    return sentences + input_sentences(found.inputs_left_out, () if draws is None else draws.unfit, "the intervals")
 
 
 def volume_table(metrics: Comparison, volumes: VolumeComparison) -> PageTable:
@@ -333,3 +335,53 @@ def _inputs(found: ErrorUncertainty) -> Rows:
     if found.inputs and found.effect_scatter_mm is not None:
         rows.append(("the same by the scatter of single runs", f"{found.effect_scatter_mm:.2f} mm at a place"))
     return rows
+
+
+def where_off(comparison: Comparison) -> tuple[str, ...]:
+    """Return where the level leaves the band that holds at all stations together, and how far it can be checked."""
+    if (uncertainty := comparison.uncertainty) is None:
+        return ()
+    return (*stretches_off(uncertainty.stations), *between_stations(uncertainty.levels.s_mm, comparison.worst_at_mm))
+
+
+def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationError | None:
+    """Return the worst error at a station; None if the worst of all is at one, or there is no station."""
+    if not len(stations.s_mm) or np.abs(stations.s_mm - worst_at_mm).min() < AT_A_STATION_MM:
+        return None
+    worst = int(np.argmax(np.abs(stations.error_mm)))
+    return StationError(abs(float(stations.error_mm[worst])), float(stations.s_mm[worst]))
+
+
+def stretches_off(stations: StationErrors) -> tuple[str, ...]:
+    """Stretches of neighbouring stations that are off to one side, the largest error first."""
+    sides = np.where(stations.off, np.sign(stations.error_mm), 0).astype(int)
+    found: list[tuple[float, str]] = []
+    for side, group in groupby(range(len(sides)), key=lambda station: int(sides[station])):
+        if side:
+            part = list(group)
+            worst = max(part, key=lambda station: abs(stations.error_mm[station]))
+            off_mm = abs(float(stations.error_mm[worst]))
+            first, last, at = (f"{stations.s_mm[station]:g}" for station in (part[0], part[-1], worst))
+            place = f"from {first} to {last} mm (by up to {off_mm:.1f} mm, at {at} mm)"
+            if len(part) == 1:
+                place = f"at {at} mm (by {off_mm:.1f} mm)"
+            found.append((off_mm, f"too {'high' if side > 0 else 'low'} {place}"))
+    if not found:
+        return ()
+    named = [told for _, told in sorted(found, key=lambda stretch: -stretch[0])]
+    others = len(named) - NAMED
+    more = f"; in {others} other {'stretch' if others == 1 else 'stretches'} by less" if others > 0 else ""
+    return (
+        "Along s, outside the band that holds at all stations together, the simulated level is "
+        f"{', '.join(named[:NAMED])}{more}.",
+    )
+
+
+def between_stations(stations_mm: Floats, worst_at_mm: float) -> tuple[str, ...]:
+    """A reader looks for the worst error among the stations, where it may not be."""
+    if np.abs(stations_mm - worst_at_mm).min() < AT_A_STATION_MM:
+        return ()
+    return (
+        f"The worst error of all, at {worst_at_mm:.1f} mm, lies between stations, where the readings are taken to "
+        "follow a straight line.",
+    )

@@ -1,4 +1,4 @@
-"""The beginning of a report: cautions, the verdict in one line, and the key figures."""
+"""The beginning of a report: cautions, the verdict in one line, the key figures, and the answer in plain sentences."""
 
 from typing import Any
 
@@ -8,8 +8,9 @@ from sealtwin.core.regime import standing_stress_pa
 from validate.metrics.verdict import NO_VERDICT, SOUND, edited_by_hand, kept_volume, leak
 from validate.report_input import Evidence
 from validate.result import Outcome
+from validate.uncertainty.earlier_trials import expected_sentences
 from validate.units import NOT_COMPUTED, counted
-from validate.wording.comparison import ROLES
+from validate.wording.comparison import ROLES, volumes_mm3
 from validate.wording.prediction import predicted_sentence
 
 FEW_ACROSS = 3.0
@@ -21,6 +22,7 @@ AT_REST_MM_S = 2.0
 """RMS speed at the end of a run, at most, of sealant at rest. Liquids ten times as thick as water end at 0.1 to 1.2."""
 MUCH_SPILLED = 0.05
 """Share of the sealant whose spill is always reported; a smaller one only where it alone makes the ratio unsound."""
+ML = 1000.0  # mm³
 
 
 FAST = (
@@ -188,3 +190,36 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
         figures += [worst, ("readings were", ROLES[m.role])]
     lost = f"{run.escaped_particles}; {run.spilled_particles}" if run.has_particles else NOT_COMPUTED
     return [*figures, ("volume ratio", f"{evidence.volume_ratio:.3f}"), ("particles escaped; spilled", lost)]
+
+
+def in_short(evidence: Evidence) -> tuple[str, ...]:
+    """Return how near the level comes to the readings, if any, where the sealant went, what earlier trials say."""
+    expected = () if evidence.earlier is None else expected_sentences(evidence.earlier)
+    return (*_nearness(evidence), _whereabouts(evidence), *expected)
+
+
+def _nearness(evidence: Evidence) -> tuple[str, ...]:
+    if evidence.comparison is None:
+        return ()
+    m = evidence.comparison
+    side = "above" if m.bias_mm > 0 else "below"
+    off = f"{m.worst_error_mm:.1f} mm at most, {m.worst_at_mm:.0f} mm from the start"
+    if (station := m.worst_at_a_station) is not None:
+        off = f"{station.error_mm:.1f} mm at most at a station, {station.s_mm:.0f} mm from the start"
+    lies = f"{abs(m.bias_mm):.1f} mm {side}" if round(m.bias_mm, 1) else "as high as"
+    return (
+        f"Along {m.covered_length_mm:.0f} mm of crack, the computed sealant surface is {m.mean_error_mm:.1f} mm off "
+        f"the readings on average and {off}; its mean level lies {lies} theirs.",
+    )
+
+
+def _whereabouts(evidence: Evidence) -> str:
+    ml = {place: volume_mm3 / ML for place, (_, volume_mm3) in volumes_mm3(evidence).items()}
+    over = ", by the fast model; what runs over the edge of the sample it does not compute"
+    if evidence.run.has_particles:
+        amount = f"{ml['spilled']:.2f} ml" if ml["spilled"] >= 0.005 else "less than 0.01 ml"
+        over = f"; {amount if ml['spilled'] else 'none'} ran over the edge of the sample"
+    return (
+        f"Of {ml['dispensed']:.2f} ml dispensed, {ml['in_crack']:.2f} ml lie in the crack, whose room below the face "
+        f"is {evidence.solid.cavity_volume_mm3 / ML:.2f} ml, and {ml['above_face']:.2f} ml above the face{over}."
+    )

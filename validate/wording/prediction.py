@@ -1,11 +1,14 @@
 """Sentences on a level that was predicted and not read yet."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from validate.result import PredictedLevel
 from validate.units import LABELS, PageTable, signed
 
-INPUTS = LABELS["inputs"]
+INPUTS: dict[str, tuple[str, str]] = LABELS["inputs"]
+"""Words and unit of each input by its name in the table [uncertainty]."""
 
 
 def predicted_sentence(prediction: PredictedLevel) -> str:
@@ -27,15 +30,21 @@ def prediction_sentences(found: PredictedLevel) -> tuple[str, ...]:
     ]
     if found.numerics_mm is None:
         sentences.append("What the numerics do to the level is not known, and not in the band.")
-    if found.inputs_left_out:
-        names = ", ".join(INPUTS[name][0] for name in found.inputs_left_out)
-        sentences.append(f"Not declared in [uncertainty], and not in the band: {names}.")
-    if found.unfit:
+    return (*sentences, *input_sentences(found.inputs_left_out, found.unfit, "the band"))
+
+
+def input_sentences(left_out: Sequence[str], unfit: Sequence[str], whole: str) -> list[str]:
+    """Return sentences on the inputs that are not in ``whole``, and on those that an unfit fast model moved."""
+    sentences = []
+    if left_out:
+        names = ", ".join(INPUTS[name][0] for name in left_out)
+        sentences.append(f"Not declared in [uncertainty], and so not in {whole}: {names}.")
+    if unfit:
         sentences.append(
-            "The trial is OUTSIDE the domain of the fast model that moved its inputs, so that their part of the band "
-            f"is an estimate. {' '.join(found.unfit)}"
+            "The trial is OUTSIDE the domain of the fast model that moved its inputs, so that u_input, their part of "
+            f"{whole}, is an estimate. {' '.join(unfit)}"
         )
-    return tuple(sentences)
+    return sentences
 
 
 def prediction_table(found: PredictedLevel) -> PageTable:

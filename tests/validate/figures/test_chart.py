@@ -164,7 +164,7 @@ def test_the_readings_own_scatter_widens_what_comes_as_near():
     runs = make_runs(U[:2], D_CM[:2])
     low = runs[0].profile.s_mm < 40
     changed = [
-        Finished(run.number, run.settings, Profile(run.profile.s_mm, run.profile.level_mm + extra_mm), 1.0, 1.0)
+        Finished(run.number, run.settings, Profile(run.profile.s_mm, run.profile.level_mm + extra_mm), 1.0)
         for run, extra_mm in zip(runs, (-3.0 * low, 0.1 - 3.0 * ~low, 2.0 + 0 * low, 3.0 + 0 * low), strict=True)
     ]
     counts = []

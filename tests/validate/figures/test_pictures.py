@@ -13,7 +13,7 @@ LINES = "centreline_mm", "left_wall_mm", "right_wall_mm"
 
 
 def places(axes):
-    return np.asarray(axes.collections[0].get_offsets())
+    return np.asarray(axes.collections[-1].get_offsets())
 
 
 def test_the_side_view_shows_all_but_what_spilled_at_s_and_z(evidence):
@@ -22,7 +22,7 @@ def test_the_side_view_shows_all_but_what_spilled_at_s_and_z(evidence):
     stays = ~evidence.run.spilled
     # The slot of this trial runs along x from the origin, so s is x.
     assert places(axes) == pytest.approx(evidence.run.position_mm[stays][:, [0, 2]])
-    assert np.asarray(axes.collections[0].get_array()) == pytest.approx(evidence.run.age_s[stays])
+    assert np.asarray(axes.collections[-1].get_array()) == pytest.approx(evidence.run.age_s[stays])
     assert axes.get_aspect() == 1.0
     assert (axes.get_xlabel()[-4:], axes.get_ylabel(), bar.get_xlabel()) == ("(mm)", "z (mm)", "age (s)")
 

@@ -8,7 +8,6 @@ from tests.charts import make_chart
 from validate.figures.chart import Excluded
 from validate.figures.figure_sheet import FigureTable, write_sheet_of_figures
 from validate.figures.map_sheet import map_sheet
-from validate.figures.side_by_side import volume_words
 
 HOSTILE = "<script>alert(1)</script> $\\frac{a}{b}$ =1+1"
 
@@ -47,18 +46,6 @@ def test_names_and_reasons_are_text_and_nothing_else(tmp_path):
     with (tmp_path / "figures" / "left-out.csv").open(encoding="utf-8", newline="") as file:
         for row in csv.reader(file):
             assert not any(cell.startswith(("=", "+", "-", "@")) for cell in row)
-
-
-def test_a_map_names_the_runs_that_do_not_hold_their_volume():
-    """By number; more than stand side by side are counted."""
-    chart = make_chart()
-    runs = [replace(held, volume_ratio=1.5 if held.number in (2, 30) else 1.0) for held in chart.runs]
-    _, told = map_sheet(replace(chart, runs=tuple(runs)), ()).cautions
-    assert "runs 2 and 30 " in told
-    assert "1.500" in told
-    (many,) = volume_words({number: 1.5 if number > 5 else 1.0 for number in range(1, 36)})
-    assert " 30 of 35 runs " in many
-    assert volume_words({1: 0.95, 2: 1.05}) == []
 
 
 def test_numbers_of_a_map_are_written_as_in_a_report():

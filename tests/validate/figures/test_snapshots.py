@@ -21,13 +21,13 @@ def test_the_fill_shows_every_moment_by_speed_and_by_age_on_common_scales(scene,
         _, shown = scene.side(frame)
         assert len(shown) == len(frame.age_s) - 1  # all but the one that spilled
         for axes, value in ((by_speed, frame.speed_mm_s), (by_age, frame.age_s)):
-            (discs,) = axes.collections
+            _, discs = axes.collections
             assert np.asarray(discs.get_offsets()) == pytest.approx(frame.position_mm[shown][:, [0, 2]], abs=0.06)
             assert np.asarray(discs.get_array()) == pytest.approx(value[shown])
             assert axes.get_aspect() == 1.0
         # One scale for all moments, or they could not be compared.
-        assert by_age.collections[0].get_clim() == (0.0, 10.0)
-        assert by_speed.collections[0].norm is SPEED.norm
+        assert by_age.collections[1].get_clim() == (0.0, 10.0)
+        assert by_speed.collections[1].norm is SPEED.norm
 
 
 def test_what_is_nearest_to_the_centreline_lies_on_top(scene, frames):

@@ -8,7 +8,7 @@ import pytest
 from sealtwin.core.records import SHOWN_AROUND
 from tests.evidence import make_evidence
 from validate.report.chapters import _around_crack
-from validate.wording.in_short import in_short
+from validate.wording.headline import in_short
 
 
 @pytest.mark.parametrize(("error_mm", "lies"), [(0.5, "0.5 mm above"), (-0.5, "0.5 mm below"), (0.0, "as high as")])

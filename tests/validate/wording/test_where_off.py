@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from validate.comparison import StationError, StationErrors
-from validate.wording.where_off import between_stations, stretches_off, worst_at_a_station
+from validate.wording.comparison import between_stations, stretches_off, worst_at_a_station
 
 S_MM = np.arange(0.0, 45.0, 5.0)
 
