@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from skimage.measure import points_in_poly
 
-from digitise.crack_path.hints import CrackPath, listed
+from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.standing_out import band_px, is_wider
 from digitise.geometry import polyline
 from digitise.image.raster import shrunk
@@ -127,10 +127,7 @@ def _along(
     lines_mm: Sequence[Floats] = (),
 ) -> Outline:
     """Outline of what was traced and drawn, without side cracks and islands."""
-    stations = _stations(photo, traced)
-    centreline_mm, left_mm, right_mm, drawn, far = mended(
-        stations, lines_mm, traced.kinds, photo.mm_per_px, str(photo.file)
-    )
+    centreline_mm, left_mm, right_mm, drawn, far = mended(photo, _stations(photo, traced), lines_mm, traced.kinds)
     if source == "none":
         # A path has no area; its ring goes there and back.
         left_mm = right_mm = centreline_mm
@@ -142,7 +139,7 @@ def _along(
         ends=traced.kinds,
         **photo.facts_of_outline,
         path_source=path.source,
-        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *_far(photo, far), *remarks),
+        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *far, *remarks),
         width_source=source,
         width_95_mm=width_95_mm,
     )
@@ -306,15 +303,6 @@ def _doubts(path: CrackPath, traced: Traced, drawn: float) -> list[str]:
             f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts a wall off"
         )
     return doubts
-
-
-def _far(photo: Photo, far: Sequence[tuple[int, float, Floats]]) -> list[str]:
-    """Warnings about walls drawn far from those that the photo shows."""
-    return [
-        f"photo.walls_px, line {number}, is up to {away_mm:.1f} mm from the wall that the photo shows, at "
-        f"{listed(photo.to_px(place_mm[None]))} px: check that it follows this crack"
-        for number, away_mm, place_mm in far
-    ]
 
 
 def _stated(islands_mm: tuple[Floats, ...]) -> list[str]:

@@ -11,8 +11,7 @@ from digitise.crack_path.crack_map import FoundCrack, cracks_on
 from digitise.crack_path.hints import CrackPath, listed
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.path_search import LiveWire
-from digitise.crack_path.path_width import unlike_length_px
-from digitise.crack_path.standing_out import unlike_sides
+from digitise.crack_path.standing_out import unlike_length_px, unlike_sides
 from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
 from digitise.settings import CHOICE, MOST_RANKED, Pixel

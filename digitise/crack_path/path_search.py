@@ -16,7 +16,7 @@ from digitise.crack_path import step_costs
 from digitise.crack_path.darkness import DarkMap, coarser, map_darkness
 from digitise.crack_path.hints import CrackPath, check_hints, listed, region_px, snap_px, too_far
 from digitise.crack_path.medial_axis import distance_outside, larger_pieces
-from digitise.crack_path.path_width import width_along
+from digitise.crack_path.profiles import width_along
 from digitise.crack_path.ridge_filter import support
 from digitise.crack_path.standing_out import require_dark
 from digitise.image.raster import Map

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import LEAST_BRANCH, LEAST_BRANCH_PX, holding, radius, side_lines
-from digitise.crack_path.path_width import unlike_length_px
+from digitise.crack_path.standing_out import unlike_length_px
 from digitise.geometry.polyline import resampled, signed_area, smoothed, unit
 from digitise.geometry.region import ISLAND_MM2
 from digitise.image.raster import shrunk

@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter
 
 from digitise.crack_path.darkness import WORK_PX
 from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
-from digitise.crack_path.path_width import unlike_length_px
+from digitise.crack_path.standing_out import unlike_length_px
 from digitise.geometry.polyline import depth_inside, left_normals, resampled, smoothed, unit
 from digitise.image.raster import sampled
 from digitise.photo import Photo
