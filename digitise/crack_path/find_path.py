@@ -38,7 +38,7 @@ class RivalCracksError(InputError):
 def find_path(
     photo: Photo,
     ends_px: tuple[Pixel, Pixel] | None,
-    between_px: tuple[Pixel, ...] = (),
+    via_px: tuple[Pixel, ...] = (),
     roi_px: tuple[Pixel, ...] | None = None,
     crack: int | None = None,
 ) -> CrackPath:
@@ -52,7 +52,7 @@ def find_path(
         return painted_path(photo, ends_px)
     if ends_px is None:
         return CrackSearch.of(photo, roi_px).path(crack)
-    return LiveWire(photo, roi_px).path(ends_px, between_px)
+    return LiveWire(photo, roi_px).path(ends_px, via_px)
 
 
 @dataclass(frozen=True)

@@ -91,9 +91,8 @@ def band_px(photo: Photo, line_px: Floats, width_px: float, level: float = 0.5) 
     profile = np.median(light / np.maximum(np.percentile(light, GROUND, axis=1, keepdims=True), 1e-6), axis=0)
     near = np.flatnonzero(np.abs(seen.offset_px) <= max(width_px / 2, 2.0))
     middle = int(near[np.argmin(profile[near])])
-    bright = np.concatenate([[True], profile >= profile[middle] + level * (1 - profile[middle]), [True]])
-    places = np.flatnonzero(bright) - 1
-    return float(places[places > middle].min() - places[places < middle].max() - 1)
+    bright = np.flatnonzero(profile >= profile[middle] + level * (1 - profile[middle]))
+    return float(bright[bright > middle].min(initial=len(profile)) - bright[bright < middle].max(initial=-1) - 1)
 
 
 def is_wider(dark_px: float, width_px: float) -> bool:
