@@ -121,7 +121,8 @@ def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
     """
     most = max(1, round(STEEPEST_WALL * station_px / sample_px))
     price = STIFFNESS / station_px * (np.arange(-most, most + 1) * sample_px) ** 2
-    return np.asarray((cheapest_way(np.cumsum(excess, axis=2) * sample_px, price) + 0.5) * sample_px, dtype=float)
+    place = cheapest_way(np.cumsum(excess, axis=2) * sample_px, np.asarray(price, dtype=float))
+    return np.asarray((place + 0.5) * sample_px, dtype=float)
 
 
 def cheapest_way(cost: Floats, price: Floats) -> Integers:
