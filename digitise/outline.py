@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from skimage.measure import points_in_poly
 
-from digitise.crack_path.hints import CrackPath, listed
+from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.standing_out import band_px, is_wider
 from digitise.geometry import polyline
 from digitise.image.raster import shrunk
@@ -16,13 +16,14 @@ from digitise.photo import Photo
 from digitise.scale.view import Lens, View
 from digitise.settings import PhotoInput
 from digitise.walls.beyond import judge_beyond
+from digitise.walls.box_fit import BoxFit
 from digitise.walls.centreline_and_walls import STATION_PX, TooThinError, Traced
 from digitise.walls.islands import find_islands, photo_of_paint
 from digitise.walls.mended import mended
 from digitise.walls.mouths import trace_past_mouths
-from digitise.walls.side_cracks import find_side_cracks, measure_branches
+from digitise.walls.side_cracks import find_side_cracks, with_branches
 from digitise.walls.stretches import MIN_WIDTH_PX, WORTH_SAYING, judge_reach, judge_stretches
-from digitise.walls.thin_crack import FittedWidth, trace_line, trace_thin
+from digitise.walls.thin_crack import trace_line, trace_thin
 from digitise.weighing.moved_walls import widened
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
@@ -99,25 +100,20 @@ def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DE
     source, wall_share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
     islands_mm, source = find_islands(source, path, wall_share)
     sides = find_side_cracks(source, path, wall_share)
-    traced, rings_px = trace_past_mouths(source, path, sides, wall_share)
+    traced, rings_px = trace_past_mouths(source, path, sides)
     lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in settings.walls_px or ()]
     outline = _along(photo, path, traced, "walls", lines_mm=lines_mm)
-    main_mm, centreline_px = outline.outline_mm, outline.centreline_px
-    missed = judge_reach(photo, path.points_px, centreline_px, traced.kinds)
+    missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
     # Paint is as wide as it is painted, with no blur to mistake for it.
     least_px = 0.0 if painted else MIN_WIDTH_PX
     if not painted:
         missed += judge_stretches(photo, outline.centreline_mm, outline.width_mm)
-    keep = settings.branches == "keep"
-    branches = measure_branches(photo, main_mm, centreline_px, sides, rings_px, keep, least_px)
-    standing = tuple(ring for ring in islands_mm if points_in_poly(ring, branches.ring_mm).all())
+    outline = with_branches(photo, outline, sides, rings_px, settings.branches == "keep", least_px)
+    standing = tuple(ring for ring in islands_mm if points_in_poly(ring, outline.outline_mm).all())
     return replace(
         outline,
-        **photo.in_both_units(outline=branches.ring_mm),
-        warnings=(*missed, *outline.warnings, *branches.warnings, *_stated(standing)),
-        islands_mm=(*standing, *branches.enclosed_mm),
-        branches_mm=branches.lines_mm,
-        branches_kept=branches.kept,
+        warnings=(*missed, *outline.warnings, *_stated(standing)),
+        islands_mm=(*standing, *outline.islands_mm),
     )
 
 
@@ -131,10 +127,7 @@ def _along(
     lines_mm: Sequence[Floats] = (),
 ) -> Outline:
     """Outline of what was traced and drawn, without side cracks and islands."""
-    stations = _stations(photo, traced)
-    centreline_mm, left_mm, right_mm, drawn, far = mended(
-        stations, lines_mm, traced.kinds, photo.mm_per_px, str(photo.file)
-    )
+    centreline_mm, left_mm, right_mm, drawn, far = mended(photo, _stations(photo, traced), lines_mm, traced.kinds)
     if source == "none":
         # A path has no area; its ring goes there and back.
         left_mm = right_mm = centreline_mm
@@ -146,7 +139,7 @@ def _along(
         ends=traced.kinds,
         **photo.facts_of_outline,
         path_source=path.source,
-        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *_far(photo, far), *remarks),
+        warnings=(*photo.warnings, *path.warnings, *_doubts(path, traced, drawn), *far, *remarks),
         width_source=source,
         width_95_mm=width_95_mm,
     )
@@ -181,7 +174,7 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
     return _along(photo, path, traced, "fit", (low_mm, high_mm), (said, *_judged_band(seen, narrow, traced, fit)))
 
 
-def _judged_band(seen: Photo, path: CrackPath, traced: Traced, fit: FittedWidth) -> list[str]:
+def _judged_band(seen: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> list[str]:
     """Return a warning if the photo is dark far beside a fitted width; raises InputError if a line is painted there."""
     dark_px = band_px(seen, seen.to_px(traced.line_mm), fit.mean_px)
     dark_mm = dark_px * seen.mm_per_px
@@ -310,15 +303,6 @@ def _doubts(path: CrackPath, traced: Traced, drawn: float) -> list[str]:
             f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts a wall off"
         )
     return doubts
-
-
-def _far(photo: Photo, far: Sequence[tuple[int, float, Floats]]) -> list[str]:
-    """Warnings about walls drawn far from those that the photo shows."""
-    return [
-        f"photo.walls_px, line {number}, is up to {away_mm:.1f} mm from the wall that the photo shows, at "
-        f"{listed(photo.to_px(place_mm[None]))} px: check that it follows this crack"
-        for number, away_mm, place_mm in far
-    ]
 
 
 def _stated(islands_mm: tuple[Floats, ...]) -> list[str]:

@@ -3,7 +3,7 @@
 from itertools import pairwise
 from math import hypot
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
@@ -32,15 +32,18 @@ def _require_no_sign(angle_deg: Any) -> Any:
 
 WallAngle = Annotated[float, Field(ge=0, lt=60), BeforeValidator(_require_no_sign)]
 ONE, SEVERAL = "one", "several"
+One = TypeVar("One")
+Several = TypeVar("Several")
 ByShape = Discriminator(lambda value: SEVERAL if isinstance(value, list | tuple) else ONE)
-"""Discriminator of settings that are one number or several, so that an error is about the form given."""
+OneOrSeveral = Annotated[Annotated[One, Tag(ONE)] | Annotated[Several, Tag(SEVERAL)], ByShape]
+"""One number or several; an error is about the form given."""
 DEEPEST_MM = 500.0  # Largest depth, more than any sample's; below a tenth of a millimetre a crack is a scratch
 Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]
 Station = Annotated[float, Field(ge=0, le=10_000)]  # Arc length from the nozzle's start, in mm
 MOST_STATIONS = 1000  # Rows of a table along the crack
-DepthStation = tuple[Station, Depth]  # Arc length, and depth there, in mm
+DepthTable = Annotated[tuple[tuple[Station, Depth], ...], Field(min_length=1, max_length=MOST_STATIONS)]
 Width = Annotated[float, Field(gt=0.005, le=200)]  # Of a crack in mm: no gauge shows less, and no sample is wider
-WidthStation = tuple[Station, Width]  # Arc length, and width there, in mm
+WidthTable = Annotated[tuple[tuple[Station, Width], ...], Field(min_length=1, max_length=MOST_STATIONS)]
 Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
 MeshUnit = Literal["mm", "cm", "m", "inch"]
 MOST_WALLS, MOST_WALL_POINTS = 50, 200  # Stretches of wall drawn by hand, and points of each: more is a mask's work
@@ -128,14 +131,7 @@ class PhotoInput(Settings):
     edge_fraction: float = Field(default=0.5, gt=0.2, lt=0.9)
     """Share of the contrast from crack to mortar at which a wall is. Half is the middle of a blurred edge; 0.7 finds
     more of a lit wall. Noise in the crack sets the lower bound, noise in the mortar the upper one."""
-    width_mm: (
-        Annotated[
-            Annotated[Width, Tag(ONE)]
-            | Annotated[tuple[WidthStation, ...], Field(min_length=1, max_length=MOST_STATIONS), Tag(SEVERAL)],
-            ByShape,
-        ]
-        | None
-    ) = None
+    width_mm: OneOrSeveral[Width, WidthTable] | None = None
     """Width of the crack by a gauge or a microscope, in place of the photo's: one, or a table of [s, width] along the
     crack from the nozzle's start, linear between and constant beyond. Its uncertainty is width_mm of [uncertainty].
     Left out, the width is measured between the walls, or fitted to the profile of a crack below 8 px."""
@@ -219,11 +215,7 @@ class PhotoInput(Settings):
 class CrackShape(Settings):
     """Depth and tilt of the walls, which a photo does not show."""
 
-    depth_mm: Annotated[
-        Annotated[Depth, Tag(ONE)]
-        | Annotated[tuple[DepthStation, ...], Field(min_length=1, max_length=MOST_STATIONS), Tag(SEVERAL)],
-        ByShape,
-    ]
+    depth_mm: OneOrSeveral[Depth, DepthTable]
     """One depth, or a table of [s, depth] along the crack from the nozzle's start: linear between, constant beyond."""
     tilt: Tilt = "lean"
     """Tilt of the walls. lean: both lean the same way, so that mouth, width and the volume between closed ends are the
@@ -232,9 +224,7 @@ class CrackShape(Settings):
     keeps it, the walls close downward. undercut: the mouth keeps it, the walls open downward; it is refused where its
     walls would meet below the face or leave the block. The paper's walls "funnel particles into the crack while keeping
     the appearance of the original crack", as lean does."""
-    wall_angle_deg: Annotated[
-        Annotated[WallAngle, Tag(ONE)] | Annotated[tuple[WallAngle, WallAngle], Tag(SEVERAL)], ByShape
-    ] = 11.0
+    wall_angle_deg: OneOrSeveral[WallAngle, tuple[WallAngle, WallAngle]] = 11.0
     """Angle of both walls from vertical, or of the left and the right one along the path; 11 in the paper."""
     fill: FillOrFile | None = None
     """CSV of a liquid that was weighed into the crack, or the table [crack.fill] with it. It gives the angle of the
@@ -353,7 +343,7 @@ class NozzlePath(Settings):
     """Flow along the path: the same for every mm, or in proportion to the cavity's cross-section."""
     reverse: bool = False
     """Start at the crack's second end; s counts from the first."""
-    trim_mm: Annotated[Annotated[Trim, Tag(ONE)] | Annotated[tuple[Trim, Trim], Tag(SEVERAL)], ByShape] = 10.0
+    trim_mm: OneOrSeveral[Trim, tuple[Trim, Trim]] = 10.0
     """Distance between the ends of crack and path, 10 in the paper; or two, the one at s = 0 first."""
     ramp_mm: float = Field(default=0.0, ge=0, le=200)
     """Distance to reach full speed and to stop, from the outer ends of the leads; no arm needs more than 200. Flow is

@@ -11,8 +11,7 @@ from digitise.crack_path.crack_map import FoundCrack, cracks_on
 from digitise.crack_path.hints import CrackPath, listed
 from digitise.crack_path.painted_path import painted_path
 from digitise.crack_path.path_search import LiveWire
-from digitise.crack_path.path_width import unlike_length_px
-from digitise.crack_path.standing_out import unlike_sides
+from digitise.crack_path.standing_out import unlike_length_px, unlike_sides
 from digitise.photo import Photo
 from digitise.scale.face_scale import see_face
 from digitise.settings import CHOICE, MOST_RANKED, Pixel
@@ -39,7 +38,7 @@ class RivalCracksError(InputError):
 def find_path(
     photo: Photo,
     ends_px: tuple[Pixel, Pixel] | None,
-    between_px: tuple[Pixel, ...] = (),
+    via_px: tuple[Pixel, ...] = (),
     roi_px: tuple[Pixel, ...] | None = None,
     crack: int | None = None,
 ) -> CrackPath:
@@ -53,7 +52,7 @@ def find_path(
         return painted_path(photo, ends_px)
     if ends_px is None:
         return CrackSearch.of(photo, roi_px).path(crack)
-    return LiveWire(photo, roi_px).path(ends_px, between_px)
+    return LiveWire(photo, roi_px).path(ends_px, via_px)
 
 
 @dataclass(frozen=True)

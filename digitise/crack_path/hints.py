@@ -42,9 +42,9 @@ def too_far(away_px: float, most_px: float) -> str:
     return f"{np.ceil(away_px):.0f} px away (at most {np.floor(most_px):.0f})"
 
 
-def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], between_px: tuple[Pixel, ...] = ()) -> None:
+def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> None:
     """Raise InputError where a point is outside the photo or the face, or the ends are too close together."""
-    named = [("end", point) for point in ends_px] + [("via point", point) for point in between_px]
+    named = [("end", point) for point in ends_px] + [("via point", point) for point in via_px]
     width, height = photo.size_px
     for name, (x, y) in named:
         if not (0 <= x <= width - 1 and 0 <= y <= height - 1):

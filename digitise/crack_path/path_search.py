@@ -16,7 +16,7 @@ from digitise.crack_path import step_costs
 from digitise.crack_path.darkness import DarkMap, coarser, map_darkness
 from digitise.crack_path.hints import CrackPath, check_hints, listed, region_px, snap_px, too_far
 from digitise.crack_path.medial_axis import distance_outside, larger_pieces
-from digitise.crack_path.path_width import width_along
+from digitise.crack_path.profiles import width_along
 from digitise.crack_path.ridge_filter import support
 from digitise.crack_path.standing_out import require_dark
 from digitise.image.raster import Map
@@ -287,11 +287,11 @@ class LiveWire:
         self._photo, self._in_region = photo, roi_px is not None
         self.field: DarkMap = map_darkness(photo, None if roi_px is None else region_px(photo, roi_px), found_face_px)
 
-    def path(self, ends_px: tuple[Pixel, Pixel], between_px: tuple[Pixel, ...] = ()) -> CrackPath:
+    def path(self, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> CrackPath:
         """Find the path past all points in turn. Raises InputError for one on no crack, or a broken crack."""
-        check_hints(self._photo, ends_px, between_px)
-        points_px = np.array([ends_px[0], *between_px, ends_px[1]], dtype=float)
-        source = "via" if between_px else "ends"
+        check_hints(self._photo, ends_px, via_px)
+        points_px = np.array([ends_px[0], *via_px, ends_px[1]], dtype=float)
+        source = "via" if via_px else "ends"
         coarse = self._way(self.coarse, points_px)
         if coarse.obvious():
             # An end that tapers to a hairline is on no crack of the coarse map: the fine map then decides.

@@ -5,9 +5,12 @@ with masks: no path on a crack comes near them.
 """
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
 from digitise.crack_path.profiles import median_known, profiles_across, row_medians
+from digitise.geometry.polyline import left_normals, resampled, smoothed
+from digitise.image.raster import blurred, sampled
 from digitise.photo import Photo
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -18,6 +21,9 @@ SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Widths, and px more, between which t
 MOST_UNLIKE = 0.4  # Difference of both sides over the lesser one's step down to the line: up to 0.33 on real cracks
 BAND, BAND_PX = (6.0, 20.0), 6.0  # Reach in widths, and px more, of a dark band; px by which it is wider at least
 TWICE = 2.0  # Width of the band over the fitted one: blur makes less of it
+BESIDE = (1.0, 1.5, 2.0)  # Crack widths from the line at which its two sides are compared
+UNLIKE = 1.8  # Ratio of brightness between both sides, more than grain makes over a few widths: a sample's edge
+STEADY = 17  # Samples over which the sides are compared at once, two crack widths, so that no pore or grain decides
 GROUND = 75  # Percentile of light across a stretch that is the ground's
 
 
@@ -47,6 +53,22 @@ def _own_and_sides(photo: Photo, path: CrackPath, beside_px: float, reach_px: fl
     return light, own, *(row_medians(light[:, (away_px > beside_px) & (sign * seen.offset_px > 0)]) for sign in (1, -1))
 
 
+def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
+    """Length of the longest stretch of a line whose two sides differ in brightness by more than ``UNLIKE``."""
+    step_px = max(1.0, width_px / 8)
+    line = smoothed(resampled(points_px, step_px), 8.0)
+    soft = blurred(photo.brightness, width_px / 4)
+    normal = left_normals(line)
+    sides = []
+    for sign in (1, -1):
+        places = line[:, None] + sign * width_px * np.array(BESIDE)[:, None] * normal[:, None]
+        sides.append(np.median(sampled(soft, places), axis=1))
+    ratio = median_filter(np.log(np.maximum(sides[0], 1e-4) / np.maximum(sides[1], 1e-4)), size=STEADY)
+    unlike = np.abs(ratio) > np.log(UNLIKE)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], unlike.astype(int), [0]])))
+    return int((edges[1::2] - edges[::2]).max(initial=0)) * step_px
+
+
 def unlike_sides(photo: Photo, path: CrackPath) -> list[str]:
     """Return a warning about a line whose sides differ by much of its darkness, as beside a marking or at an edge."""
     beside_px, reach_px = (widths * path.width_px + more_px for widths, more_px in zip(SIDES, SIDES_PX, strict=True))
@@ -69,9 +91,8 @@ def band_px(photo: Photo, line_px: Floats, width_px: float, level: float = 0.5) 
     profile = np.median(light / np.maximum(np.percentile(light, GROUND, axis=1, keepdims=True), 1e-6), axis=0)
     near = np.flatnonzero(np.abs(seen.offset_px) <= max(width_px / 2, 2.0))
     middle = int(near[np.argmin(profile[near])])
-    bright = np.concatenate([[True], profile >= profile[middle] + level * (1 - profile[middle]), [True]])
-    places = np.flatnonzero(bright) - 1
-    return float(places[places > middle].min() - places[places < middle].max() - 1)
+    bright = np.flatnonzero(profile >= profile[middle] + level * (1 - profile[middle]))
+    return float(bright[bright > middle].min(initial=len(profile)) - bright[bright < middle].max(initial=-1) - 1)
 
 
 def is_wider(dark_px: float, width_px: float) -> bool:

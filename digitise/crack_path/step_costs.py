@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.graph import MCP_Geometric
+from skimage.graph import MCP_Geometric, route_through_array
 
 from digitise.crack_path.darkness import DarkMap
 from digitise.crack_path.medial_axis import distance_outside, larger_pieces, radius
@@ -39,7 +39,7 @@ def _votes(voters: NDArray[np.bool_], cost: Floats) -> Integers:
     cheapest = np.flatnonzero(voters & (cost == cost[voters].min()))
     # Many cost the same; the first of them would be the tip of whatever lies highest in the picture, be it a hair.
     root = int(cheapest[len(cheapest) // 2])
-    search = MCP_Geometric(np.where(np.isfinite(cost), cost, -1), fully_connected=True)
+    search = MCP_Geometric(cost)
     _, came_by = search.find_costs([np.unravel_index(root, cost.shape)])
     steps = np.array(search.offsets, dtype=np.int64) @ (cost.shape[1], 1)
     votes = np.zeros(cost.size, dtype=np.int64)
@@ -84,9 +84,8 @@ def cheapest(cost: Floats, start: Integers, end: Integers, margin: int) -> Integ
     low = np.maximum(np.minimum(start, end) - margin, 0)
     high = np.maximum(start, end) + margin + 1
     near = cost[low[0] : high[0], low[1] : high[1]]
-    search = MCP_Geometric(np.where(np.isfinite(near), near, -1), fully_connected=True)
-    search.find_costs([tuple(start - low)], [tuple(end - low)])
-    return low + np.array(search.traceback(tuple(end - low)), dtype=np.int64)
+    way, _ = route_through_array(near, start - low, end - low)
+    return low + np.array(way, dtype=np.int64)
 
 
 def along_middle(region: NDArray[np.bool_], ends: Floats) -> Integers:

@@ -34,9 +34,8 @@ def _blurred(values: Floats, sigma: float) -> Floats:
     if len(values) < 3 or sigma <= 0:
         return values
     pad = min(len(values) - 1, int(4 * sigma) + 1)
-    before = 2 * values[:1] - values[pad:0:-1]
-    after = 2 * values[-1:] - values[-2 : -pad - 2 : -1]
-    return gaussian_filter1d(np.concatenate([before, values, after]), sigma, axis=0)[pad : pad + len(values)]
+    around = np.pad(values, [(pad, pad), *[(0, 0)] * (values.ndim - 1)], "reflect", reflect_type="odd")
+    return gaussian_filter1d(around, sigma, axis=0)[pad : pad + len(values)]
 
 
 def tangents(points: Floats) -> Floats:

@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFile, ImageOps, TiffImagePlugin
+from PIL.ExifTags import IFD, Base
 
 from digitise.image.raster import Map
-from digitise.image.tone_curve import EXIF_IFD, as_displayed
+from digitise.image.tone_curve import as_displayed
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core.errors import InputError
 
@@ -36,11 +37,8 @@ RAW_ENDINGS = frozenset(
 )
 RAW = "this is a camera's raw file, which is not read; develop it, and save it as JPEG at full size."
 BLACK, BRIGHT_PART = 15, 99.5  # Least usable brightness, of 255, of a photo's brightest parts, and their percentile
-BITS_PER_SAMPLE, SAMPLE_FORMAT, FLOATS = 258, 339, 3  # TIFF tags of a channel's numbers, and the format of floats
-SUBFILE_TYPE, SUB_PICTURES, DNG_VERSION = 254, 330, 50706  # TIFF tags that tell a raw file from a photo
+FLOATS = 3  # TIFF's sample format of floats
 FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))  # Of 35 mm film, to which EXIF refers a focal length (CIPA DCG-001)
-FOCAL_IN_35_MM, EXIF_WIDTH, EXIF_HEIGHT = 0xA405, 0xA002, 0xA003
-X_RESOLUTION, Y_RESOLUTION = 282, 283
 RESOLUTIONS = ("dpi", "resolution", "aspect", "jfif_density")  # Pillow's names for dots per length, across and down
 SQUARE = 0.01  # Largest relative difference of a square pixel's sides; programs round to whole dots
 MULTIPAGE = ("TIFF", "PNG", "WEBP")  # A second picture is another page or frame; in a phone's JPEG it is a preview
@@ -151,8 +149,10 @@ def _tiff_values(path: Path) -> str | None:
             tags = TiffImagePlugin.ImageFileDirectory_v2(file.read(8))
             file.seek(tags.next)
             tags.load(file)
-        (bits, *_), (kind, *_) = (np.atleast_1d(tags.get(tag, 1)).tolist() for tag in (BITS_PER_SAMPLE, SAMPLE_FORMAT))
-    except (OSError, SyntaxError, ValueError, TypeError, struct.error):
+        (bits, *_), (kind, *_) = (
+            np.atleast_1d(tags.get(tag, 1)).tolist() for tag in (Base.BitsPerSample, Base.SampleFormat)
+        )
+    except (OSError, SyntaxError, ValueError, TypeError, IndexError, struct.error):
         return None
     return f"{bits}-bit {'floats' if kind == FLOATS else 'whole numbers'} per channel"
 
@@ -171,8 +171,8 @@ def _check_header(path: Path, photo: Image.Image, saved: str) -> None:
     if isinstance(photo, TiffImagePlugin.TiffImageFile):
         tags = photo.tag_v2
         # A raw file's first picture is a thumbnail, which a reader of plain TIFF takes for the photo.
-        thumbnail = SUB_PICTURES in tags and tags.get(SUBFILE_TYPE, 0) & 1
-        if path.suffix.lower() in RAW_ENDINGS or DNG_VERSION in tags or thumbnail:
+        thumbnail = Base.SubIFDs in tags and tags.get(Base.NewSubfileType, 0) & 1
+        if path.suffix.lower() in RAW_ENDINGS or Base.DNGVersion in tags or thumbnail:
             raise InputError(f"{path}: {RAW}")
     _check_size(path, *photo.size)
     if photo.mode.startswith(("I", "F")) or ";16" in _stored_as(photo):
@@ -192,7 +192,7 @@ def _check_size(name: Path | str, width: int, height: int) -> None:
 def _require_square(path: Path, photo: Image.Image) -> None:
     """Raise InputError if the file states pixels that are higher or wider than a square, as some scans have."""
     exif = photo.getexif()
-    for pair in (*map(photo.info.get, RESOLUTIONS), (exif.get(X_RESOLUTION), exif.get(Y_RESOLUTION))):
+    for pair in (*map(photo.info.get, RESOLUTIONS), (exif.get(Base.XResolution), exif.get(Base.YResolution))):
         across, down = (float(side) if isinstance(side, Real) else 0.0 for side in pair or (0, 0))
         if across > 0 and down > 0 and abs(across / down - 1) > SQUARE:
             raise InputError(
@@ -210,8 +210,8 @@ def _stored_as(photo: Image.Image) -> str:
 
 def _focal_px(photo: Image.Image) -> float | None:
     """Return the focal length in pixels by the EXIF of a photo that is not yet turned upright."""
-    exif = photo.getexif().get_ifd(EXIF_IFD)
-    film_mm, width, height = (exif.get(tag) for tag in (FOCAL_IN_35_MM, EXIF_WIDTH, EXIF_HEIGHT))
+    exif = photo.getexif().get_ifd(IFD.Exif)
+    film_mm, width, height = map(exif.get, (Base.FocalLengthIn35mmFilm, Base.ExifImageWidth, Base.ExifImageHeight))
     if not isinstance(film_mm, int) or film_mm <= 0:
         return None
     if isinstance(width, int) and isinstance(height, int) and height > 0:

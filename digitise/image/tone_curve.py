@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from PIL import Image, TiffImagePlugin
+from PIL.ExifTags import IFD, Base
 
 from sealtwin.core.errors import present
 from sealtwin.core.records import Floats
@@ -13,7 +14,6 @@ from sealtwin.core.records import Floats
 DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
 NEAR = 0.2  # A curve this near to that exponent is a camera's, as sRGB's, of 2.1 to 2.25; a width changes by under 1 %
 TOLD_BY = np.arange(64, 192)  # Stored values that tell a curve's exponent: below, it is a straight piece's
-EXIF_IFD, EXIF_GAMMA, TRANSFER_FUNCTION = 0x8769, 0xA500, 301
 WIDEST_GAMMA = 6.0  # A stated exponent of more, or of less than its inverse, is none
 MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Mode of the pixels for each colour space of a profile that is used
 GREY_MODES = ("1", "L", "LA")
@@ -61,11 +61,11 @@ def _stated(photo: Image.Image) -> tuple[Curve, str] | None:
     if photo.format == "PNG":
         gamma = photo.info.get("gamma")
         return None if "srgb" in photo.info or not gamma else _power(1 / gamma, "PNG gAMA")
-    if isinstance(photo, TiffImagePlugin.TiffImageFile) and (table := photo.tag_v2.get(TRANSFER_FUNCTION)):
+    if isinstance(photo, TiffImagePlugin.TiffImageFile) and (table := photo.tag_v2.get(Base.TransferFunction)):
         values = np.array(table[:256], dtype=float) / 65535
         if len(values) == 256:
             return lambda stored: np.interp(stored, np.arange(256) / 255, values), "TIFF TransferFunction"
-    gamma = photo.getexif().get_ifd(EXIF_IFD).get(EXIF_GAMMA)
+    gamma = photo.getexif().get_ifd(IFD.Exif).get(Base.Gamma)
     return None if gamma is None else _power(gamma, "EXIF Gamma")
 
 

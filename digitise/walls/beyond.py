@@ -59,7 +59,7 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
     dark = _slender((light < threshold) & sample, width)
     body = np.zeros(dark.shape, dtype=np.uint8)
     cv2.polylines(body, [np.rint(cells).astype(np.int32)], False, 1, max(1, round(BODY * width)))
-    return factor * _farthest(dark & (body == 0), cells[0], -_ahead(part_px), width)
+    return factor * _farthest(dark & (body == 0), cells[0], unit(part_px[0] - part_px[-1]), width)
 
 
 def _threshold(photo: Photo, part_px: Floats, width_px: float) -> float:
@@ -68,11 +68,6 @@ def _threshold(photo: Photo, part_px: Floats, width_px: float) -> float:
     ground = median_known(seen.light[:, away_px > BESIDE[0] * width_px + 2])
     own = median_known(row_medians(np.where(away_px <= max(width_px / 4, 1.0), seen.light, np.nan)))
     return own + HALF * (ground - own)
-
-
-def _ahead(part_px: Floats) -> Floats:
-    """Direction into the crack at its first point."""
-    return unit(part_px[-1] - part_px[0])
 
 
 def _slender(dark: NDArray[np.bool_], width: float) -> NDArray[np.bool_]:
@@ -100,5 +95,5 @@ def _farthest(dark: NDArray[np.bool_], end: Floats, ahead: Floats, width: float)
     own = label == label[row, column]
     left, top, across, down = cv2.boundingRect(own.astype(np.uint8))
     part = own[top : top + down, left : left + across]
-    cost, _ = MCP_Geometric(np.where(part, 1.0, -1.0), fully_connected=True).find_costs([(row - top, column - left)])
+    cost, _ = MCP_Geometric(np.where(part, 1.0, -1.0)).find_costs([(row - top, column - left)])
     return float(cost[np.isfinite(cost)].max()) + float(np.linalg.norm(away[start]))

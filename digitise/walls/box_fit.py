@@ -5,7 +5,6 @@ ground of its own. Below four pixels the profile gives little more than darkness
 width's doubt is that about the darkness and about the camera's tone curve, which no averaging along the crack reduces.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,7 +64,7 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
     likely = 1 / (1 + np.exp((1 - DARKNESS - INNER_LIGHT) / FADE))
     for gamma, tone_weight in zip(TONES, TONE_WEIGHTS, strict=True):
         bent, beside = (values ** (gamma / DISPLAY_GAMMA) for values in (light, ground))
-        fits = list(_for_each_darkness(bent, places_px, _whitener(beside, places_px), width_px))
+        fits = _for_each_darkness(bent, places_px, _whitener(beside, places_px), width_px)
         surprise = np.array([fit.surprise for fit in fits])
         # A model that does not fit is not believed to the last digit.
         spread = max(1.0, fits[int(surprise.argmin())].squares / (len(light) * (len(places_px) - 4)))
@@ -88,13 +87,13 @@ def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -
     )
 
 
-def _for_each_darkness(light: Floats, places_px: Floats, whitener: Floats, width_px: float) -> Iterator[_Shape]:
+def _for_each_darkness(light: Floats, places_px: Floats, whitener: Floats, width_px: float) -> list[_Shape]:
     shape = _Shape(np.full(len(light), width_px), np.zeros(len(light)), USUAL_BLUR_PX)
     shapes = list[_Shape]()
     for darkness in DARKNESS[::-1]:
         shape = _fitted(light, places_px, whitener, float(darkness), shape, LATER_ROUNDS if shapes else ROUNDS)
         shapes.append(shape)
-    yield from shapes[::-1]
+    return shapes[::-1]
 
 
 def _fitted(light: Floats, places_px: Floats, whitener: Floats, darkness: float, start: _Shape, rounds: int) -> _Shape:

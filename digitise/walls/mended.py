@@ -6,7 +6,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.spatial import KDTree
 
+from digitise.crack_path.hints import listed
 from digitise.geometry import polyline
+from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -26,21 +28,17 @@ class Mended(NamedTuple):
     right_mm: Floats
     drawn: float
     """Share of both walls' stations that was drawn."""
-    far: tuple[tuple[int, float, Floats], ...] = ()
-    """Number, largest distance in mm from the wall that it replaces, and place, of each line far from it."""
+    warnings: tuple[str, ...] = ()
+    """One for each line drawn far from the wall that it replaces."""
 
 
 def mended(
-    stations: tuple[Floats, Floats, Floats],
-    lines_mm: Sequence[Floats],
-    kinds: tuple[EndKind, EndKind],
-    mm_per_px: float,
-    where: str,
+    photo: Photo, stations: tuple[Floats, Floats, Floats], lines_mm: Sequence[Floats], kinds: tuple[EndKind, EndKind]
 ) -> Mended:
     """Replace the stretch of a wall beside each line, (k, 2) from the wall along the true one and back to it.
 
     ``stations`` are centreline, left and right wall, (n, 2) each; a later line replaces an earlier one. Raises
-    InputError, which begins with ``where``, for a line that does not begin and end at one wall.
+    InputError for a line that does not begin and end at one wall.
     """
     centreline_mm, left_mm, right_mm = (points.copy() for points in stations)
     walls: dict[Side, Floats] = {"left": left_mm, "right": right_mm}
@@ -48,11 +46,11 @@ def mended(
     first, last = (int(kind == "closed") for kind in kinds)
     inner = slice(first, len(centreline_mm) - last)
     width_mm = float(np.median(np.linalg.norm(left_mm - right_mm, axis=1)))
-    near_mm = max(NEAR * width_mm, LEAST_NEAR_PX * mm_per_px)
+    near_mm = max(NEAR * width_mm, LEAST_NEAR_PX * photo.mm_per_px)
     touched = {side: np.zeros(len(centreline_mm), dtype=bool) for side in walls}
-    far = list[tuple[int, float, Floats]]()
+    warnings = list[str]()
     for number, line_mm in enumerate(lines_mm, start=1):
-        side, begin, end = _stretch(walls, inner, line_mm, near_mm, f"{where}: photo.walls_px, line {number}")
+        side, begin, end = _stretch(walls, inner, line_mm, near_mm, f"{photo.file}: photo.walls_px, line {number}")
         along = slice(min(begin, end), max(begin, end) + 1)
         drawn_mm = line_mm if begin < end else line_mm[::-1]
         s_mm = arc_length(drawn_mm)
@@ -61,12 +59,16 @@ def mended(
         walls[side][along] = polyline.at_arc_length(drawn_mm, s_mm, np.linspace(0.0, s_mm[-1], count))
         away_mm = np.asarray(KDTree(before_mm).query(walls[side][along])[0])
         if away_mm.max() > FAR * width_mm:
-            far.append((number, float(away_mm.max()), walls[side][along][int(away_mm.argmax())].copy()))
+            farthest_px = photo.to_px(walls[side][along][away_mm.argmax()][None])
+            warnings.append(
+                f"photo.walls_px, line {number}, is up to {away_mm.max():.1f} mm from the wall that the photo shows, "
+                f"at {listed(farthest_px)} px: check that it follows this crack"
+            )
         touched[side][along] = True
     moved = touched["left"] | touched["right"]
     centreline_mm[moved] = (left_mm[moved] + right_mm[moved]) / 2
     drawn = float(np.mean([touched["left"], touched["right"]]))
-    return Mended(centreline_mm, left_mm, right_mm, drawn, tuple(far))
+    return Mended(centreline_mm, left_mm, right_mm, drawn, tuple(warnings))
 
 
 def _stretch(

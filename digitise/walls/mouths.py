@@ -34,12 +34,10 @@ SWELLING = 2.0  # Most that a side crack reaches sideways, in its half widths: b
 LIP_PX = 2  # Radius around a lip in which a pixel may belong to either crack, and neither is filled
 
 
-def trace_past_mouths(
-    photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, wall_share: float
-) -> tuple[Traced, SideRings]:
+def trace_past_mouths(photo: RetouchedPhoto, path: CrackPath, sides: SideCracks) -> tuple[Traced, SideRings]:
     """Follow the walls of the main crack as if mortar filled its side cracks; also return the rims of these."""
     if not sides.found:
-        return trace(photo, path, wall_share), ()
+        return trace(photo, path, sides.wall_share), ()
     share = np.where(widened(sides.crack, 1), sides.levels.share, 1)
     # No wall runs along the edge of the face.
     share[~sides.levels.sample] = np.nan
@@ -47,22 +45,22 @@ def trace_past_mouths(
     found = (_lips(sides, share, line_px, side.half_px) for line_px, side in ways)
     lips_px = [lips for lips in found if lips is not None]
     if not lips_px:
-        return trace(photo, path, wall_share), ((),) * len(sides.found)
-    traced, parted = _with_walls_across(photo, path, sides, lips_px, wall_share)
+        return trace(photo, path, sides.wall_share), ((),) * len(sides.found)
+    traced, parted = _with_walls_across(photo, path, sides, lips_px)
     walls_px = [_across(photo, sides, traced, lips) for lips in lips_px]
-    traced, parted = _with_walls_across(photo, path, sides, walls_px, wall_share)
+    traced, parted = _with_walls_across(photo, path, sides, walls_px)
     return traced, tuple(_rings_px(sides, side, parted) for side in sides.found)
 
 
 def _with_walls_across(
-    photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, walls_px: Sequence[Floats], wall_share: float
+    photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, walls_px: Sequence[Floats]
 ) -> tuple[Traced, NDArray[np.bool_]]:
     """The main crack with given walls across its mouths, and the pixels of crack beyond them."""
     open_to = (sides.crack & ~_drawn(sides.crack.shape, walls_px)).astype(np.uint8)
     for x, y in np.concatenate([wall_px[[0, -1]] for wall_px in walls_px]):
         cv2.circle(open_to, (round(x), round(y)), LIP_PX, 0, -1)
     parted = (open_to > 0) & ~holding(open_to > 0, sides.way_px)
-    return trace(_without_side_cracks(photo, sides, parted, walls_px), path, wall_share), parted
+    return trace(_without_side_cracks(photo, sides, parted, walls_px), path, sides.wall_share), parted
 
 
 def _lips(sides: SideCracks, share: NDArray[np.floating], line_px: Floats, half_px: float) -> Floats | None:

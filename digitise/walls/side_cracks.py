@@ -1,7 +1,7 @@
 """Side cracks of a crack: found in the dark connected to it, measured, and joined to its ring where they are kept."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from manifold3d import CrossSection, FillRule
@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from digitise.crack_path.hints import CrackPath
 from digitise.crack_path.medial_axis import LEAST_BRANCH, LEAST_BRANCH_PX, holding, radius, side_lines
-from digitise.crack_path.path_width import unlike_length_px
+from digitise.crack_path.standing_out import unlike_length_px
 from digitise.geometry.polyline import resampled, signed_area, smoothed, unit
 from digitise.geometry.region import ISLAND_MM2
 from digitise.image.raster import shrunk
@@ -19,7 +19,7 @@ from digitise.walls.centreline_and_walls import LEAST_WIDTH_PX
 from digitise.walls.islands import Contrast, contrast
 from digitise.walls.straightened import patch_around
 from sealtwin.core.arc_length import arc_length
-from sealtwin.core.records import Floats, Integers
+from sealtwin.core.records import Floats, Integers, Outline
 
 WORK_PX = 30.0  # Width of the crack in the searched copy: a side crack of a tenth of it is three pixels wide
 AROUND = 0.5  # Lengths of the path, to either side of it, within which side cracks are searched for
@@ -96,31 +96,22 @@ def _to_the_tip(cells: Integers, to_rim: Floats, comes_back: bool) -> Floats:
     return np.vstack([places, places[-1] + left * behind / np.linalg.norm(behind)])
 
 
-@dataclass(frozen=True)
-class Branches:
-    """Side cracks of a crack, and the ring of both."""
-
-    ring_mm: Floats  # The main crack's ring, joined by those of its side cracks where these are kept
-    lines_mm: tuple[Floats, ...] = ()  # Centre polylines of all side cracks, from the main crack outward
-    enclosed_mm: tuple[Floats, ...] = ()  # Rings of the ground that kept side cracks close in, clockwise
-    kept: bool = False
-    warnings: tuple[str, ...] = ()
-
-
-def measure_branches(
+def with_branches(
     photo: Photo,
-    main_mm: Floats,
-    centreline_px: Floats,
+    outline: Outline,
     sides: SideCracks,
     side_rings_px: Sequence[Sequence[Floats]],
     keep: bool,
     least_width_px: float,
-) -> Branches:
-    """Measure the side cracks of the crack with the ring ``main_mm``; join those wide enough to it if they are kept."""
-    main = CrossSection([main_mm], FillRule.Positive)
+) -> Outline:
+    """Return the main crack's outline with its side cracks; those wide enough are joined to its ring if they are kept.
+
+    Ground that kept side cracks close in is an island.
+    """
+    main = CrossSection([outline.outline_mm], FillRule.Positive)
     lines_mm, measured, warnings = [], [], []
     for side, rings_px in zip(sides.found, side_rings_px, strict=True):
-        line_mm = _from_centreline(photo, centreline_px, sides, side)
+        line_mm = _from_centreline(photo, outline.centreline_px, sides, side)
         lines_mm.append(line_mm)
         rings_mm = _turned([photo.to_mm(ring) for ring in rings_px])
         own_mm = photo.to_mm(side.line_px + sides.levels.patch.offset_px)
@@ -135,14 +126,21 @@ def measure_branches(
             )
         else:
             measured.append((line_mm, rings_mm))
-    ring_mm, enclosed_mm = main_mm, ()
+    ring_mm, enclosed_mm = outline.outline_mm, ()
     if measured and keep:
-        ring_mm, enclosed_mm = _united([main_mm, *(ring for _, rings in measured for ring in rings)])
+        ring_mm, enclosed_mm = _united([ring_mm, *(ring for _, rings in measured for ring in rings)])
     elif measured:
         are, them = ("is", "it") if len(measured) == 1 else ("are", "them")
         count = _count([line for line, _ in measured])
         warnings.insert(0, f'{count} {are} left out; branches = "keep" keeps {them}')
-    return Branches(ring_mm, tuple(lines_mm), enclosed_mm, bool(measured) and keep, tuple(warnings))
+    return replace(
+        outline,
+        **photo.in_both_units(outline=ring_mm),
+        branches_mm=tuple(lines_mm),
+        branches_kept=bool(measured) and keep,
+        islands_mm=enclosed_mm,
+        warnings=(*outline.warnings, *warnings),
+    )
 
 
 def _from_centreline(photo: Photo, centreline_px: Floats, sides: SideCracks, side: FoundSideCrack) -> Floats:

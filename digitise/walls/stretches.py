@@ -1,8 +1,5 @@
 """Stretches of a crack that the mean of its width would hide: too narrow to measure, or clicked and not found."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.ndimage import median_filter
 from scipy.spatial import KDTree
@@ -21,61 +18,42 @@ WORTH_SAYING = 0.05  # Share of the crack from which a warning reports a doubt
 STEADY, LEAST = 3.0, 5.0  # Least widths along the crack that one width is the median of, and that a stretch is long
 
 
-@dataclass(frozen=True)
-class Stretch:
-    """Part of a crack narrower than a limit."""
-
-    first_mm: float
-    last_mm: float
-    ends_px: Floats  # (2, 2), in the photo
-    usual_px: float  # Median width
-
-    @property
-    def told(self) -> str:
-        return (
-            f"{self.first_mm:.0f} to {self.last_mm:.0f} mm along, from {listed(self.ends_px)} px, about "
-            f"{self.usual_px:.1f} px wide"
+def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[str]:
+    """Warnings about stretches too narrow to measure; raises InputError where much of the crack is a hairline."""
+    least_px = UNKNOWN * MIN_WIDTH_PX
+    share, places = _narrow(photo, centreline_mm, width_mm, least_px)
+    if share > MOST_MISSING:
+        raise InputError(
+            f"{photo.file}: {share:.0%} of the crack (at most {MOST_MISSING:.0%}) is too narrow to measure, under "
+            f"{least_px:g} px: {places}; give ends_px of the wide part alone, or move the camera closer."
         )
+    share, places = _narrow(photo, centreline_mm, width_mm, MIN_WIDTH_PX)
+    if share <= WORTH_SAYING:
+        return []
+    return [
+        f"{share:.0%} of the crack is under {MIN_WIDTH_PX:g} px wide, where width and volume are "
+        f"uncertain: {places}; a closer photo measures it"
+    ]
 
 
-def narrow_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats, limit_px: float) -> list[Stretch]:
-    """Stretches narrower than ``limit_px`` for several times ``MIN_WIDTH_PX``, which a tip that tapers is not."""
+def _narrow(photo: Photo, centreline_mm: Floats, width_mm: Floats, limit_px: float) -> tuple[float, str]:
+    """Share of the crack in stretches narrower than ``limit_px``, and a list of these.
+
+    A stretch is several times as long as ``MIN_WIDTH_PX``, so that a tip that tapers is none.
+    """
     s_mm, width_px = arc_length(centreline_mm), width_mm / photo.mm_per_px
     least_mm = MIN_WIDTH_PX * photo.mm_per_px
     per_station_mm = s_mm[-1] / (len(s_mm) - 1)
     steady_px = median_filter(width_px, size=1 + 2 * int(STEADY * least_mm / per_station_mm / 2), mode="nearest")
     narrow = np.concatenate([[0], (steady_px < limit_px).astype(int), [0]])
     bounds = np.flatnonzero(np.diff(narrow)).reshape(-1, 2) - (0, 1)
-    return [
-        Stretch(
-            float(s_mm[first]),
-            float(s_mm[last]),
-            photo.to_px(centreline_mm[[first, last]]),
-            float(np.median(width_px[first : last + 1])),
-        )
-        for first, last in bounds
-        if s_mm[last] - s_mm[first] > LEAST * least_mm
-    ]
-
-
-def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[str]:
-    """Warnings about stretches too narrow to measure; raises InputError where much of the crack is a hairline."""
-    length_mm = float(arc_length(centreline_mm)[-1])
-    least_px = UNKNOWN * MIN_WIDTH_PX
-    hairlines = narrow_stretches(photo, centreline_mm, width_mm, least_px)
-    share = _share(hairlines, length_mm)
-    if share > MOST_MISSING:
-        raise InputError(
-            f"{photo.file}: {share:.0%} of the crack (at most {MOST_MISSING:.0%}) is too narrow to measure, under "
-            f"{least_px:g} px: {_listed(hairlines)}; give ends_px of the wide part alone, or move the camera closer."
-        )
-    narrow = narrow_stretches(photo, centreline_mm, width_mm, MIN_WIDTH_PX)
-    if _share(narrow, length_mm) <= WORTH_SAYING:
-        return []
-    return [
-        f"{_share(narrow, length_mm):.0%} of the crack is under {MIN_WIDTH_PX:g} px wide, where width and volume are "
-        f"uncertain: {_listed(narrow)}; a closer photo measures it"
-    ]
+    stretches = [(first, last) for first, last in bounds if s_mm[last] - s_mm[first] > LEAST * least_mm]
+    places = (
+        f"{s_mm[first]:.0f} to {s_mm[last]:.0f} mm along, from {listed(photo.to_px(centreline_mm[[first, last]]))} px, "
+        f"about {np.median(width_px[first : last + 1]):.1f} px wide"
+        for first, last in stretches
+    )
+    return sum(float(s_mm[last]) - float(s_mm[first]) for first, last in stretches) / float(s_mm[-1]), "; ".join(places)
 
 
 def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[str]:
@@ -98,11 +76,3 @@ def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tup
             )
         warnings.append(f"{said}: that part of the path is left out")
     return warnings
-
-
-def _share(stretches: Sequence[Stretch], length_mm: float) -> float:
-    return sum(stretch.last_mm - stretch.first_mm for stretch in stretches) / length_mm
-
-
-def _listed(stretches: Sequence[Stretch]) -> str:
-    return "; ".join(stretch.told for stretch in stretches)

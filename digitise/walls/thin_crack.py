@@ -1,6 +1,6 @@
 """Thin cracks, too narrow for walls of their own: the darkest line to a fraction of a pixel, and a fitted width."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -9,18 +9,19 @@ from scipy.ndimage import gaussian_filter
 
 from digitise.crack_path.darkness import WORK_PX
 from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
-from digitise.crack_path.path_width import unlike_length_px
+from digitise.crack_path.standing_out import unlike_length_px
 from digitise.geometry.polyline import depth_inside, left_normals, resampled, smoothed, unit
 from digitise.image.raster import sampled
 from digitise.photo import Photo
-from digitise.walls.box_fit import fit_box
+from digitise.walls.box_fit import BoxFit, fit_box
 from digitise.walls.centreline_and_walls import Traced
 from digitise.walls.ends import PathEnd, judge_end
 from digitise.walls.straightened import Patch, patch_around
+from digitise.walls.wall_profile import cheapest_way
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.core.solid_figures import EndKind, Span
+from sealtwin.core.solid_figures import EndKind
 
 STATION_PX, STEP_PX = 1.0, 0.5  # Spacing of stations along the line and of samples across
 WINDOW = 10  # Stations in a window, whose mean profile is fitted
@@ -38,23 +39,13 @@ MOST_ONWARD_PX = 20.0  # Longest way from an open end to the edge of the face: i
 NARROWEST = 0.1  # Least local width over the mean, so that walls do not cross
 
 
-@dataclass(frozen=True)
-class FittedWidth:
-    """The mean width of a thin crack, in pixels."""
-
-    mean_px: float
-    interval_px: Span  # Of 95 %
-    darkness: float  # 1 less the light inside over that beside the crack
-    blur_px: float
-
-
 def trace_line(photo: Photo, path: CrackPath) -> Traced:
     """Follow the darkest line along ``path``, with no walls: both lie on the line."""
     patch = _patch(photo, path)
     return _placed(photo, patch, path, _line_px(photo, path), np.zeros(1))
 
 
-def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, FittedWidth]:
+def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
     """Follow the darkest line along ``path`` and fit the crack's width; raise InputError where that cannot be done."""
     line_px, patch = _line_px(photo, path), _patch(photo, path)
     reach = round((REACH * path.width_px + REACH_PX) / STEP_PX)
@@ -81,8 +72,7 @@ def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, FittedWidth]:
     widths_px = np.maximum(widths_px, NARROWEST * fit.mean_px)
     line_px = line_px + offsets_px[:, None] * left_normals(line_px)
     path = replace(path, width_px=max(fit.mean_px, 1.0))
-    traced = _placed(photo, patch, path, line_px, widths_px * fit.mean_px / widths_px.mean())
-    return traced, FittedWidth(fit.mean_px, fit.interval_px, fit.darkness, fit.blur_px)
+    return _placed(photo, patch, path, line_px, widths_px * fit.mean_px / widths_px.mean()), fit
 
 
 def _patch(photo: Photo, path: CrackPath) -> Patch:
@@ -120,27 +110,11 @@ def _darkest_px(photo: Photo, line_px: Floats, reach_px: float, width_px: float)
     dark = 1 - light / np.maximum(np.median(light, axis=1, keepdims=True), DARKEST)
     across = max(ACROSS * width_px, LEAST_ACROSS_PX) / STEP_PX
     dark = gaussian_filter(dark.astype(float), (ALONG, across))[:, around:-around]
-    column = np.clip(_darkest_way(dark), 1, dark.shape[1] - 2)
+    column = np.clip(cheapest_way(-dark[None], STIFFNESS * np.array([1, 0, 1]))[0], 1, dark.shape[1] - 2)
     before, here, after = (np.take_along_axis(dark, column[:, None] + side, 1)[:, 0] for side in (-1, 0, 1))
     # The top of a parabola; where the darkest place is at the edge of the reach there is none.
     bend = np.minimum(before - 2 * here + after, -1e-9)
     return (column - reach + np.clip((before - after) / (2 * bend), -0.5, 0.5)) * STEP_PX
-
-
-def _darkest_way(dark: Floats) -> NDArray[np.int_]:
-    """Column of each row on the darkest way from the first row to the last, in steps of one column at most."""
-    best, came_by = dark[0], np.zeros(dark.shape, dtype=np.int_)
-    price = STIFFNESS * np.array([1, 0, 1])[:, None]
-    for row in range(1, len(dark)):
-        beside = np.pad(best, 1, constant_values=-np.inf)
-        options = np.stack([beside[:-2], best, beside[2:]]) - price
-        came_by[row] = options.argmax(axis=0) - 1
-        best = options.max(axis=0) + dark[row]
-    way = np.empty(len(dark), dtype=np.int_)
-    way[-1] = best.argmax()
-    for row in range(len(dark) - 1, 0, -1):
-        way[row - 1] = way[row] + came_by[row, way[row]]
-    return way
 
 
 def _placed(photo: Photo, patch: Patch, path: CrackPath, line_px: Floats, widths_px: Floats) -> Traced:

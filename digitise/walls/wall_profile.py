@@ -8,7 +8,7 @@ from scipy.ndimage import median_filter
 from scipy.special import ndtr, ndtri
 
 from digitise.walls.straightened import BLUR_PX, Strip
-from sealtwin.core.records import Floats
+from sealtwin.core.records import Floats, Integers
 
 HALF = 0.5  # Share of the contrast from crack to mortar at the middle of a blurred edge
 STAINED, ASIDE_PX = 0.35, 4.0  # The same that keeps a stain out, and how far in it then is: blur makes 1.4 px of it
@@ -115,29 +115,38 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float = 0.5, both_reac
 
 
 def follow(excess: Floats, sample_px: float, station_px: float) -> Floats:
-    """Distance of each side's wall from the line in px, (sides, stations), to a sample, by dynamic programming.
+    """Distance of each side's wall from the line in px, (sides, stations), to a sample.
 
     ``excess``, (sides, stations, samples), is negative in the crack; its sum inside and the steps sideways cost least.
     """
-    inside = np.cumsum(excess, axis=2) * sample_px
-    sides, stations, samples = inside.shape
     most = max(1, round(STEEPEST_WALL * station_px / sample_px))
-    steps = np.arange(-most, most + 1)
-    price = STIFFNESS / station_px * (steps * sample_px) ** 2
-    reached = np.full((sides, samples + 2 * most), np.inf)
-    best = inside[:, 0]
-    came_by = np.zeros((stations, sides, samples), dtype=np.intp)
+    price = STIFFNESS / station_px * (np.arange(-most, most + 1) * sample_px) ** 2
+    place = cheapest_way(np.cumsum(excess, axis=2) * sample_px, np.asarray(price, dtype=float))
+    return np.asarray((place + 0.5) * sample_px, dtype=float)
+
+
+def cheapest_way(cost: Floats, price: Floats) -> Integers:
+    """Sample at each station of the way of least cost from the first station to the last, by dynamic programming.
+
+    ``cost`` is (ways, stations, samples), the result (ways, stations). ``price`` is that of each step sideways, from
+    one of k samples down to one of k samples up, (2k + 1,).
+    """
+    ways, stations, samples = cost.shape
+    most = len(price) // 2
+    reached = np.full((ways, samples + 2 * most), np.inf)
+    best = cost[:, 0]
+    came_by = np.zeros((stations, ways, samples), dtype=np.intp)
     for station in range(1, stations):
         reached[:, most:-most] = best
-        options = np.lib.stride_tricks.sliding_window_view(reached, 2 * most + 1, axis=1) + price
+        options = np.lib.stride_tricks.sliding_window_view(reached, len(price), axis=1) + price
         came_by[station] = options.argmin(axis=2)
-        best = np.take_along_axis(options, came_by[station][..., None], axis=2)[..., 0] + inside[:, station]
-    place = np.empty((sides, stations), dtype=np.int_)
+        best = np.take_along_axis(options, came_by[station][..., None], axis=2)[..., 0] + cost[:, station]
+    place = np.empty((ways, stations), dtype=np.int64)
     place[:, -1] = best.argmin(axis=1)
-    side = np.arange(sides)
+    way = np.arange(ways)
     for station in range(stations - 1, 0, -1):
-        place[:, station - 1] = place[:, station] + steps[came_by[station, side, place[:, station]]]
-    return np.asarray((place + 0.5) * sample_px, dtype=float)
+        place[:, station - 1] = place[:, station] + came_by[station, way, place[:, station]] - most
+    return place
 
 
 def lit_share(share: Floats, half_px: Floats, sigma_px: float, sample_px: float, wall_share: float) -> Floats:

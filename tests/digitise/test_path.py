@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from digitise.crack_path.find_path import find_path
-from digitise.crack_path.path_width import unlike_length_px
+from digitise.crack_path.standing_out import unlike_length_px
 from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.scale.face_scale import see_face

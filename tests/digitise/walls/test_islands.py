@@ -76,7 +76,7 @@ def test_ground_between_two_strands_is_no_stone(tmp_path):
     picture = with_crack(mortar(), [(20, 150), (150, 150), (200, 110), (300, 110), (350, 150), (480, 150)])
     picture = with_crack(picture, [(150, 150), (200, 190), (300, 190), (350, 150)])
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
-    path = find_path(photo, ((40.0, 150.0), (460.0, 150.0)), between_px=((250.0, 110.0),))
+    path = find_path(photo, ((40.0, 150.0), (460.0, 150.0)), via_px=((250.0, 110.0),))
     outline = trace_outline(photo, path)
     assert outline.islands_mm == ()
     assert outline.centreline_px[:, 1].max() < 160

@@ -1,10 +1,13 @@
 """Walls drawn by hand: what a line replaces, and which lines are refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
+from digitise.photo import Photo, given_scale
 from digitise.walls.mended import mended
 from sealtwin.core.errors import InputError
 from tests.pictures import evenly_scaled, how_traced, mortar, with_crack, write_png
@@ -12,12 +15,14 @@ from tests.pictures import evenly_scaled, how_traced, mortar, with_crack, write_
 S_MM = np.linspace(0.0, 40.0, 161)
 LINE = np.column_stack([S_MM, np.zeros_like(S_MM)])
 OUT = np.array([0.0, 1.5])
+PIXELS = {"image": np.zeros((300, 500, 3), np.uint8), "brightness": np.zeros((300, 500), np.float32)}
+PHOTO = Photo(file=Path("photo.png"), **PIXELS, **vars(given_scale(0.1, False, (500, 300))))
 LEFT, RIGHT = LINE + OUT, LINE - OUT
 HUMP = np.array([[10.0, 1.6], [12.0, 2.5], [18.0, 2.5], [20.0, 1.4]])
 
 
-def drawn(*lines, kinds=("open", "open")):
-    return mended((LINE, LEFT, RIGHT), lines, kinds, 0.1, "photo.png")
+def drawn(*lines, kinds=("open", "open"), left=LEFT):
+    return mended(PHOTO, (LINE, left, RIGHT), lines, kinds)
 
 
 def area_mm2(found):
@@ -51,7 +56,7 @@ def test_tips_stay_where_they_are():
     left[0] = RIGHT[0] = LINE[0]
     try:
         whole = np.array([[-0.2, 0.3], [5.0, 2.0], [10.0, 1.5]])
-        found = mended((LINE, left, RIGHT), [whole], ("closed", "open"), 0.1, "photo.png")
+        found = drawn(whole, kinds=("closed", "open"), left=left)
         assert np.array_equal(found.left_mm[0], LINE[0])
         assert found.left_mm[20, 1] > 1.8
     finally:

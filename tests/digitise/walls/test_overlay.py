@@ -10,7 +10,6 @@ from digitise.geometry.polyline import resampled
 from digitise.outline import trace_outline
 from digitise.settings import NozzlePath
 from digitise.trajectory import plan_trajectory
-from digitise.walls import overlay
 from digitise.walls.overlay import (
     CENTRE,
     ENDS,
@@ -18,6 +17,7 @@ from digitise.walls.overlay import (
     LONGER_SIDE_PX,
     NOZZLE,
     RIGHT,
+    Canvas,
     draw_cracks,
     draw_overlay,
     draw_way,
@@ -125,7 +125,7 @@ def test_every_colour_that_is_drawn_stands_in_the_legend(scene, monkeypatch):
     """Ends, stones and kept side cracks are what walls leave of the rim."""
     photo, outline, _ = scene
     named = []
-    monkeypatch.setattr(overlay, "_text", lambda *given: named.append(given[2]))
+    monkeypatch.setattr(Canvas, "text", lambda *given: named.append(given[2]))
     trajectory = plan_trajectory(outline, NozzlePath(volume_ml=1.0, trim_mm=15.0), cavity_volume_mm3=1e3)
     draw_overlay(photo, outline, trajectory)
     assert {"left wall", "right wall", "centreline", "rest of the rim"} <= set(named)
