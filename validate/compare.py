@@ -29,7 +29,7 @@ from validate.metrics.verdict import basis_of, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance, mouth_widths_mm
 from validate.report_input import Evidence
 from validate.result import Comparison, EarlierTrial
-from validate.settings import NO_INPUTS, Gate, Readings, Role, Uncertainty
+from validate.settings import Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
 from validate.uncertainty.computed import Spread, numerical_errors, size_series
@@ -221,7 +221,6 @@ def error_uncertainty(
     )
     calibrated, screening = settings.role == "calibrated-on", spread is not None and spread.sizes is None
     stations, summary = _station_errors(simulated, measured, budget, error.x), budget.summary(curve)
-    undeclared = (name for name, value in declared if value is None and name not in NO_INPUTS)
     return ErrorUncertainty(
         mean_error_interval_mm=readings.mean_error_interval(curve),
         bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
@@ -243,7 +242,7 @@ def error_uncertainty(
         numerics=numerics,
         inputs=inputs,
         input_draws=None if spread is None or spread.draws is None else spread.draws.recorded(together),
-        inputs_left_out=tuple(sorted(undeclared)),
+        inputs_left_out=declared.left_out,
         effect_scatter_mm=None if spread is None else spread.effect_scatter_mm,
         design_radius_mm=None if spread is None else spread.design_radius_mm,
     )
