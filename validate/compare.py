@@ -18,11 +18,10 @@ from validate.comparison import (
 )
 from validate.metrics.baselines import ALWAYS, are_compared, beaten, best_curves, flat_levels
 from validate.metrics.curve_distances import (
-    CLOSE_MM,
     PiecewiseLinear,
     alignment,
-    best_flat_line,
     error_bins,
+    error_figures,
     frechet_mm,
     level_difference,
 )
@@ -30,7 +29,7 @@ from validate.metrics.verdict import basis_of, judged
 from validate.metrics.volumes import balance_profile, fill_volumes, gained_level_mm, mass_balance, mouth_widths_mm
 from validate.report_input import Evidence
 from validate.result import Comparison, EarlierTrial
-from validate.settings import NO_INPUTS, Gate, Readings, Role, Uncertainty
+from validate.settings import Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
 from validate.uncertainty.computed import Spread, numerical_errors, size_series
@@ -71,9 +70,8 @@ def compare(
     if abs(area_mm2 - area_library_mm2) > AREAS_AGREE * max(1.0, area_mm2):
         raise RuntimeError(f"The two area computations disagree: {area_mm2!r} and {area_library_mm2!r} mm².")
     from_mm, to_mm = float(error.x[0]), float(error.x[-1])
-    worst = int(np.argmax(np.abs(error.value)))
     bins = error_bins(simulated, measured, outline.length_mm)
-    flat_level_mm, flat_error_mm = best_flat_line(error, measured)
+    errors = error_figures(error, measured)
     count = None if fitted is None else len(fitted)
     # With no setting fitted the simulation has seen no more than they have.
     baselines = () if role == "calibrated-on" and count != 0 else tuple(unseen)
@@ -87,9 +85,6 @@ def compare(
         for key, value in fill_volumes(profile, outline, solid, from_mm, to_mm).items()
     }
     metrics = LevelMetrics(
-        mean_error_mm=error.mean_error,
-        worst_error_mm=abs(error.value[worst]),
-        worst_at_mm=error.x[worst],
         covered_from_mm=from_mm,
         covered_to_mm=to_mm,
         covered_length_mm=error.length_mm,
@@ -104,17 +99,13 @@ def compare(
         area_mm2=area_mm2,
         area_similaritymeasures_mm2=area_library_mm2,
         area_difference_mm2=area_mm2 - area_library_mm2,
-        bias_mm=error.mean(),
         rmse_mm=error.rms(),
         p95_error_mm=error.size.quantile(0.95),
-        share_under_1_mm=error.size.share_below(CLOSE_MM),
         frechet_mm=frechet_mm(simulated, measured, from_mm, to_mm),
         error_by_bin=bins,
         start_zone_error_mm=bins[0].mean_error_mm,
         end_zone_error_mm=bins[-1].mean_error_mm,
-        flat_level_mm=flat_level_mm,
-        flat_level_error_mm=flat_error_mm,
-        beats_flat_level=error.mean_error < flat_error_mm,
+        beats_flat_level=error.mean_error < errors.flat_level_error_mm,
         baselines=baselines,
         beats_baseline=beaten(error.mean_error, baselines, role, count),
         scatter=repeatability(measured),
@@ -124,6 +115,7 @@ def compare(
         readings_data=measured.data,
         readings_dialect=measured.dialect,
         photo_data=photo_data,
+        **vars(errors),
         **volumes,
     )
     return judged(metrics, gate, uncertainty, edited, screening=screening)
@@ -229,7 +221,6 @@ def error_uncertainty(
     )
     calibrated, screening = settings.role == "calibrated-on", spread is not None and spread.sizes is None
     stations, summary = _station_errors(simulated, measured, budget, error.x), budget.summary(curve)
-    undeclared = (name for name, value in declared if value is None and name not in NO_INPUTS)
     return ErrorUncertainty(
         mean_error_interval_mm=readings.mean_error_interval(curve),
         bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
@@ -251,7 +242,7 @@ def error_uncertainty(
         numerics=numerics,
         inputs=inputs,
         input_draws=None if spread is None or spread.draws is None else spread.draws.recorded(together),
-        inputs_left_out=tuple(sorted(undeclared)),
+        inputs_left_out=declared.left_out,
         effect_scatter_mm=None if spread is None else spread.effect_scatter_mm,
         design_radius_mm=None if spread is None else spread.design_radius_mm,
     )
@@ -286,8 +277,4 @@ def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy | None:
         [level_difference(Profile(spread.s_mm, level_mm), measured).mean_error for level_mm in size.levels_mm]
         for size in spread.sizes
     ]
-    return SizeStudy(
-        radii_mm=tuple(radii_mm),
-        mean_level_mm=size_series(means_mm, radii_mm),
-        mean_error_mm=size_series(errors_mm, radii_mm),
-    )
+    return SizeStudy(tuple(radii_mm), size_series(means_mm, radii_mm), size_series(errors_mm, radii_mm))

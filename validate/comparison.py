@@ -38,6 +38,19 @@ class ErrorBin:
     """Mean absolute error over the covered length; None if nothing is covered."""
 
 
+@dataclass(frozen=True)
+class ErrorFigures:
+    """Errors of a simulated level, exact over its common stretch with the readings, as ``LevelMetrics`` has them."""
+
+    mean_error_mm: float
+    bias_mm: float
+    worst_error_mm: float
+    worst_at_mm: float
+    share_under_1_mm: float
+    flat_level_mm: float
+    flat_level_error_mm: float
+
+
 class ReadingsScatter(JsonRecord):
     """Scatter of repeated readings, pooled over the stations."""
 
@@ -352,7 +365,9 @@ class SizeSeries(JsonRecord):
     """Half-width of 95 % of the middle size's error, without the scatter of single runs."""
 
 
-class SizeStudy(JsonRecord):
+@with_config(PART)
+@dataclass(frozen=True)
+class SizeStudy:
     """Mean level and mean error at three particle sizes, from the finest to the coarsest."""
 
     radii_mm: tuple[float, ...]

@@ -258,6 +258,11 @@ class Uncertainty(Settings):
         """Declared inputs, by name, whose effect is found by extra runs."""
         return {name: value for name, value in self if value is not None and name not in NO_INPUTS}
 
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Names of the inputs without a declared uncertainty."""
+        return tuple(sorted(name for name, value in self if value is None and name not in NO_INPUTS))
+
     def with_sample(self, width_mm: float | None, weighed: WeighedCavity | None) -> Self:
         """Return them with what the sample itself says of its walls.
 

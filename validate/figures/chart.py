@@ -10,9 +10,9 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
 from sealtwin.core.replicates import require_different
-from validate.comparison import Baseline
+from validate.comparison import Baseline, ErrorFigures
 from validate.metrics.baselines import ALWAYS, against_baselines, are_compared, best_curves
-from validate.metrics.curve_distances import CLOSE_MM, best_flat_line, level_difference
+from validate.metrics.curve_distances import error_figures, level_difference
 from validate.uncertainty.budget import Budget, hats, mean_absolute
 from validate.units import counted, words
 
@@ -124,16 +124,10 @@ class Excluded:
 
 
 @dataclass(frozen=True)
-class HeldRun(Finished):
+class HeldRun(Finished, ErrorFigures):
     """A finished run with its errors, simulated minus measured level, exact over the common stretch of s."""
 
     at: tuple[float, float]  # Values of the two settings of the map
-    mean_error_mm: float
-    bias_mm: float
-    worst_error_mm: float
-    worst_at_mm: float
-    share_under_1_mm: float
-    flat_level_error_mm: float  # Mean error of the best flat line over the same stretch
 
 
 @dataclass(frozen=True)
@@ -149,19 +143,9 @@ class RepeatedPairs:
 
 def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
     """Compare a run with the readings. Raises InputError if the two have no stretch of s in common."""
-    error = level_difference(run.profile, readings)
-    worst = int(np.argmax(error.size.value))
+    errors = error_figures(level_difference(run.profile, readings), readings)
     across, up = (float(run.settings[axis.setting]) for axis in axes)
-    return HeldRun(
-        **vars(run),
-        at=(across, up),
-        mean_error_mm=error.mean_error,
-        bias_mm=error.mean(),
-        worst_error_mm=float(error.size.value[worst]),
-        worst_at_mm=float(error.x[worst]),
-        share_under_1_mm=error.size.share_below(CLOSE_MM),
-        flat_level_error_mm=best_flat_line(error, readings)[1],
-    )
+    return HeldRun(**vars(run), **vars(errors), at=(across, up))
 
 
 def first_of_each_pair(

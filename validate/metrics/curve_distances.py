@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Profile
-from validate.comparison import Alignment, ErrorBin, ShiftedError
+from validate.comparison import Alignment, ErrorBin, ErrorFigures, ShiftedError
 
 BIN_MM = 10.0
 """Length of a bin of errors along the crack, as in the paper's Fig. 9b; the outer ones are its start and end."""
@@ -127,12 +127,22 @@ def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
     return x, y
 
 
-def best_flat_line(error: Difference, measured: Profile) -> tuple[float, float]:
-    """Return the constant level that is nearest to the readings over the stretch of ``error``, and its mean error."""
-    # It is their median over the length.
-    level_mm = error.base.quantile(0.5)
-    line = Profile(error.x[[0, -1]], np.full(2, level_mm))
-    return level_mm, level_difference(line, measured).mean_error
+def error_figures(error: Difference, measured: Profile) -> ErrorFigures:
+    """Return the errors of the level whose difference from the readings is ``error``."""
+    size = error.size
+    worst = int(np.argmax(size.value))
+    # The nearest constant level is the readings' median over the length.
+    flat_mm = error.base.quantile(0.5)
+    line = Profile(error.x[[0, -1]], np.full(2, flat_mm))
+    return ErrorFigures(
+        error.mean_error,
+        error.mean(),
+        float(size.value[worst]),
+        float(error.x[worst]),
+        size.share_below(CLOSE_MM),
+        flat_mm,
+        level_difference(line, measured).mean_error,
+    )
 
 
 def error_bins(simulated: Profile, measured: Profile, length_mm: float) -> tuple[ErrorBin, ...]:

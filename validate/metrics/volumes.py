@@ -62,14 +62,10 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
     if not run.has_particles:
         return 0.0
     gained_mm3 = (volume_ratio - 1) * run.dispensed_volume_mm3 + spilled_mm3
-    return gained_mm3 / (_wetted_mm2(profile, outline, solid) + _footprint_mm2(run, solid))
-
-
-def _wetted_mm2(profile: Profile, outline: Outline, solid: Solid) -> float:
-    """Return the area of the level within the crack, where it is above the floor."""
     cavity = cavity_by_level(outline, solid)
     level_mm = np.interp(cavity.middle_mm, profile.s_mm, profile.level_mm)
-    return float(cavity.area_at_mm2(level_mm)[level_mm > cavity.floor_mm].sum())
+    wetted_mm2 = float(cavity.area_at_mm2(level_mm)[level_mm > cavity.floor_mm].sum())
+    return gained_mm3 / (wetted_mm2 + _footprint_mm2(run, solid))
 
 
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """Caliper readings of a trial: the rows under a sheet's header, with a fault for each cell that cannot be read."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -98,40 +98,29 @@ def take_readings(
     if table.ndim != 2 or table.shape[1] < 2:
         raise InputError(f"{name}: an array of shape {table.shape}; give (n, 1 + r): s_mm, then r readings.")
     faults, crack = FaultList(), None if depth_mm is None else CrackLimits(length_mm, depth_mm)
-    quantity = settings.quantity or "level"
-    levels_mm = level_mm(table[:, 1:], quantity, settings)
-    for row, (s_mm, repeats_mm) in enumerate(zip(table[:, 0], levels_mm, strict=True)):
-        place = Place(Path(f"{name}, row {row}"))
-        if not np.isfinite(s_mm) or np.isinf(repeats_mm).any():
+    quantity, stations = settings.quantity or "level", list[Station]()
+    for row, (s_mm, *readings_mm) in enumerate(table.tolist()):
+        place, levels_mm = Place(Path(f"{name}, row {row}")), level_mm(np.array(readings_mm), quantity, settings)
+        if not np.isfinite(s_mm) or np.isinf(levels_mm).any():
             faults.add(place, "a place or a reading that is not a finite number.", "A missing reading is NaN.")
         elif crack is not None:
-            crack.check_station(place, f"{s_mm:g}", float(s_mm), faults)
-            for one_mm in repeats_mm[np.isfinite(repeats_mm)]:
+            crack.check_station(place, f"{s_mm:g}", s_mm, faults)
+            for one_mm in levels_mm[np.isfinite(levels_mm)]:
                 crack.check_level(place, f"{one_mm:g} mm", float(one_mm), faults)
+        digits_mm = [10.0 ** -decimals_of(f"{value:.12g}") for value in readings_mm]
+        written = enumerate(zip(readings_mm, digits_mm, strict=True), start=1)
+        readings = {f"{at}": Reading(value, row + 1, at, digit_mm) for at, (value, digit_mm) in written}
+        stations.append(Station(s_mm, SheetRow(row + 1, ()), readings))
     faults.raise_if_any()
-    kept = np.isfinite(levels_mm).any(axis=1)
-    order = np.argsort(table[kept, 0], kind="stable")
-    rows = np.flatnonzero(kept)[order]
-    s_mm, levels_mm = table[rows, 0], levels_mm[rows]
-    if len(s_mm) < 2 or (np.diff(s_mm) <= 0).any():
-        raise InputError(f"{name}: {len(s_mm)} stations with a reading; give two or more, each place once.")
-    readings_mm = table[rows, 1:]
-    cells = ReadCells(
-        s_mm=s_mm,
-        readings_mm=readings_mm,
-        levels_mm=levels_mm,
-        rows=np.tile(rows[:, None] + 1, (1, readings_mm.shape[1])),
-        columns=np.arange(1, table.shape[1]),
-        station_column=0,
-        header_row=1,
-        digits_mm=10.0 ** -np.vectorize(lambda value: decimals_of(f"{value:.12g}"), otypes=[float])(readings_mm),
-        is_depth=quantity == "depth",
-    )
+    cells = _cells_of(stations, quantity, settings)
+    if len(cells.s_mm) < 2 or (np.diff(cells.s_mm) <= 0).any():
+        raise InputError(f"{name}: {len(cells.s_mm)} stations with a reading; give two or more, each place once.")
     doubts = (
         in_words(doubt, f"{name}, cell {cell_name(doubt.row, doubt.column)}")
         for doubt in unanswered(screened(cells, depth_mm, None), settings)
     )
-    return Profile(s_mm, np.nanmean(levels_mm, axis=1), levels_mm, settings.data, name, doubts=tuple(doubts))
+    levels_mm = cells.levels_mm
+    return Profile(cells.s_mm, np.nanmean(levels_mm, axis=1), levels_mm, settings.data, name, doubts=tuple(doubts))
 
 
 @dataclass(frozen=True)
@@ -192,6 +181,29 @@ class Station:
     readings: dict[str, Reading]  # By the label of the repeat; missing ones are NaN
 
 
+def _cells_of(stations: Sequence[Station], quantity: Quantity | None, declared: Declared) -> ReadCells:
+    """Return the stations that have a reading, sorted along s."""
+    labels = sorted({label for station in stations for label in station.readings}, key=_by_number)
+    stations = sorted(stations, key=lambda station: station.s_mm)
+    stations = [one for one in stations if not all(math.isnan(each.value_mm) for each in one.readings.values())]
+    table = [
+        [one.readings.get(label) or Reading(np.nan, one.row.number, -1, 1.0) for label in labels] for one in stations
+    ]
+    shape = len(stations), len(labels)
+    readings_mm, rows, columns, digits_mm = (
+        np.array([[reading[part] for reading in row] for row in table]).reshape(shape) for part in range(4)
+    )
+    return ReadCells(
+        s_mm=np.array([station.s_mm for station in stations]),
+        readings_mm=readings_mm,
+        levels_mm=level_mm(readings_mm, quantity, declared),
+        rows=rows.astype(np.int64),
+        columns=columns.max(axis=0, initial=-1).astype(np.int64),
+        digits_mm=digits_mm,
+        is_depth=quantity == "depth",
+    )
+
+
 @dataclass
 class TableReader:
     """Reader of the cells under a header, which adds a fault for each that cannot be read."""
@@ -214,29 +226,12 @@ class TableReader:
         stations = [station for row in header.body if (station := self.station(row, merged)) is not None]
         if header.repeat is not None or merged:
             stations = self._gathered(stations)
-        stations.sort(key=lambda station: station.s_mm)
-        self._check_neighbours(stations)
-        labels = sorted({label for station in stations for label in station.readings}, key=_by_number)
+        self._check_neighbours(sorted(stations, key=lambda station: station.s_mm))
         self.missing = sum(math.isnan(one.value_mm) for station in stations for one in station.readings.values())
-        stations = [one for one in stations if any(not math.isnan(each.value_mm) for each in one.readings.values())]
-        table = [
-            [one.readings.get(label) or Reading(np.nan, one.row.number, -1, 1.0) for label in labels]
-            for one in stations
-        ]
-        shape = len(stations), len(labels)
-        readings_mm, rows, columns, digits_mm = (
-            np.array([[reading[part] for reading in row] for row in table]).reshape(shape) for part in range(4)
-        )
-        return ReadCells(
-            s_mm=np.array([station.s_mm for station in stations]),
-            readings_mm=readings_mm,
-            levels_mm=level_mm(readings_mm, header.quantity, self.declared),
-            rows=rows.astype(np.int64),
-            columns=columns.max(axis=0, initial=-1).astype(np.int64),
+        return replace(
+            _cells_of(stations, header.quantity, self.declared),
             station_column=header.station.index,
             header_row=header.row.number,
-            digits_mm=digits_mm,
-            is_depth=header.quantity == "depth",
             declared_unit_mm=FACTORS[header.station.unit or "mm"] if header.station.unit_declared else None,
         )
 

@@ -40,10 +40,10 @@ class ReadCells:
     levels_mm: Floats  # (n, r), upward from the face
     rows: Ints  # (n, r): row of each reading, from 1
     columns: Ints  # (r,): column of each repeat, from 0
-    station_column: int
-    header_row: int
     digits_mm: Floats  # (n, r): unit of the last digit of each reading that is not 0
-    is_depth: bool  # True where the sheet counts downward
+    is_depth: bool  # True if the sheet counts downward
+    station_column: int = 0
+    header_row: int = 1
     declared_unit_mm: float | None = None  # Unit of s where the sheet itself names none, else None
 
     @property

@@ -127,9 +127,9 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
     hits, *likeness = key(found) if found[1] else (0, 0)
     if not hits and given.header_rows is not None:
         found = 0, rows[: given.header_rows]
-    elif not hits and not any(likeness[:3]) and (column := _letter(given.s)) is not None:
+    elif not hits and not any(likeness[:3]) and len(lettered := columns_named({}, given.s or "")) == 1:
         # The letters say all: the readings begin where the stations do.
-        first = next((at for at, row in enumerate(rows) if is_a_number(row.cell(column))), 0)
+        first = next((at for at, row in enumerate(rows) if is_a_number(row.cell(lettered[0]))), 0)
         found = max(0, first - 1), rows[max(0, first - 1) : first]
     return HeaderRows(found[0], len(found[1]), _joined(found[1], merged))
 
@@ -177,11 +177,6 @@ def blocks(rows: Sequence[SheetRow]) -> Iterator[range]:
         if at + 1 == len(filled) or filled[at + 1] > filled[at] + 1:
             yield range(filled[begin], filled[at] + 1)
             begin = at + 1
-
-
-def _letter(reference: str | None) -> int | None:
-    found = columns_named({}, reference or "")
-    return found[0] if len(found) == 1 else None
 
 
 def _is_dated(row: SheetRow) -> bool:

@@ -9,7 +9,7 @@ from sealtwin.core.records import ReadColumn
 from validate.readings.columns import Header, remarks_where
 from validate.readings.header_words import names_factor, names_other_zero
 from validate.readings.screens import Doubt, ReadCells, alike_columns, doubtful_cells, mean_rows, scattered_stations
-from validate.readings.sheet import Place, SheetGrid, letters, quoted, shown
+from validate.readings.sheet import SheetGrid, letters, quoted, shown
 from validate.readings.text_table import number
 from validate.readings.whole_sheet import Filling, counted_stations, doubts_of_sheet
 from validate.settings import Decimal, Declared
@@ -83,7 +83,9 @@ def doubts_of(
     of_header = (*_marked(grid, header), *_too_fine(header, cells), *counted_stations(cells, length_mm))
     for doubt in unanswered((*of_header, *screened(cells, depth_mm, filling)), declared):
         place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
-        yield in_words(doubt, _with_cell(place))
+        # In a spreadsheet a text file has cells, too.
+        cell = f", cell {letters(place.column)}{place.row}" if place.sheet is None and place.column is not None else ""
+        yield in_words(doubt, f"{place}{cell}")
 
 
 def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:
@@ -98,13 +100,6 @@ def in_words(doubt: Doubt, place: str) -> str:
     """Return the sentence on a doubt: its place, what was found, the remedy, and what to answer."""
     answers = ", ".join(f'"{answer}"' for answer in doubt.answers)
     return f"{place}: {doubt.found} {doubt.remedy}, {OR_ANSWER} = [{answers}]."
-
-
-def _with_cell(place: Place) -> str:
-    """Return the place with the name of its cell, which a text file has in every spreadsheet."""
-    if place.sheet is not None or place.column is None:
-        return str(place)
-    return f"{place}, cell {letters(place.column)}{place.row}"
 
 
 def screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:

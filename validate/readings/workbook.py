@@ -39,6 +39,7 @@ from validate.readings.sheet import (
 from validate.units import counted
 
 LARGEST_UNPACKED_BYTES = 32_000_000  # Limit on all parts together: 10,000 rows of 32 numbers take 13 million bytes
+WORKBOOK = "xl/workbook.xml"  # Part of an XLSX about the workbook as a whole
 HIDDEN = ("1", "true")
 CALCULATES_ON_LOAD = re.compile(rb"<(?:\w+:)?calcPr\b[^>]*\bfullCalcOnLoad\s*=\s*[\"'](?:1|true)")
 """Mark of a writer that calculates nothing: the program that opens the file is to do so, and Excel takes it out."""
@@ -99,20 +100,21 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> tuple[list[Wo
     if is_open_document(content):
         return read_worksheets(path, content), "ODS"
     with _refused(path):
-        entries = zipfile.ZipFile(io.BytesIO(content)).infolist()
-    unpacked_bytes = sum(entry.file_size for entry in entries)
+        archive = zipfile.ZipFile(io.BytesIO(content))
+    unpacked_bytes = sum(entry.file_size for entry in archive.infolist())
     if unpacked_bytes > LARGEST_UNPACKED_BYTES:
         limit = f"at most {LARGEST_UNPACKED_BYTES / 1e6:.0f} MB are read."
         found = f"a workbook that unpacks to {unpacked_bytes / 1e6:.0f} MB; {limit}"
         raise refuse(Place(path), found, "Take pictures and other tables out of it, or save it as CSV.")
-    if not any(entry.filename == "[Content_Types].xml" for entry in entries):
+    if "[Content_Types].xml" not in archive.namelist():
         raise refuse(Place(path), "a zip of another program's format, and no XLSX.", SAVE_AGAIN)
     with _refused(path):
         # The type stubs leave out what a read-only workbook keeps for its parser.
         book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True, keep_links=False)
         fonts = [book._fonts[style.fontId] for style in book._cell_styles]
         formats = [_format(style.numFmtId, book._number_formats) for style in book._cell_styles]
-        never_calculated = CALCULATES_ON_LOAD.search(_workbook_part(content)) is not None
+        part = archive.read(WORKBOOK) if WORKBOOK in archive.namelist() else b""
+        never_calculated = CALCULATES_ON_LOAD.search(part) is not None
     words = {number for number, code in enumerate(formats) if NO_DATE.search(TEXT_OR_COLOUR.sub("", code))}
     units = {number: unit for number, code in enumerate(formats) if (unit := _unit_behind(code))}
     struck = {number for number, font in enumerate(fonts) if getattr(font, "strike", False)}
@@ -125,11 +127,6 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> tuple[list[Wo
                 _fill(sheet, parser, struck, units)
                 sheet.drop_zeros(never_calculated=never_calculated)
     return sheets, "XLSX"
-
-
-def _workbook_part(content: bytes) -> bytes:
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        return archive.read("xl/workbook.xml") if "xl/workbook.xml" in archive.namelist() else b""
 
 
 def _format(number: int, own: Sequence[str]) -> str:

@@ -1,7 +1,7 @@
 """Errors of a level by what extra runs show: inputs, size of the particles, scatter of runs, volume not kept."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any, Self
 
@@ -25,7 +25,7 @@ def drawn_inputs(names: Iterable[str], runs: int = RUNS) -> Floats:
 
 def along(s_mm: Floats, known_mm: Floats, levels_mm: Floats) -> Floats:
     """Return levels, (runs, k), at other places."""
-    return np.array([np.interp(s_mm, known_mm, level_mm) for level_mm in levels_mm])
+    return np.reshape([np.interp(s_mm, known_mm, level_mm) for level_mm in levels_mm], (-1, len(s_mm)))
 
 
 @dataclass(frozen=True)
@@ -39,34 +39,30 @@ class Effect:
 
 @dataclass(frozen=True)
 class Inputs:
-    """Effects of all moved inputs, by one model."""
+    """Effects of the n moved inputs on the levels at k places, by one model."""
 
     model: Method
-    effects: tuple[Effect, ...]
-    curved_mm: tuple[Floats, ...] = ()
-    """Change that adds to each effect for an input larger and for one smaller alike; empty by particles."""
-    together_mm: Floats = field(default_factory=lambda: np.zeros((1, 1)))
-    """Draws of the change by all inputs beyond the sum of each alone, (draws, k)."""
+    standards: Mapping[str, float]  # Declared standard uncertainty of each input by its name in [uncertainty]
+    straight_mm: Floats  # (n, k): change of the level for an input larger by that
+    curved_mm: Floats  # (n, k): change that adds to it for an input larger and for one smaller alike; 0 by particles
+    together_mm: Floats  # (draws, k): change by all inputs beyond the sum of each alone; no draws by particles
 
     def at(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
-        """Return the effects at ``s_mm``, where they are at ``known_mm``."""
-        effects = tuple(replace(one, level_mm=np.interp(s_mm, known_mm, one.level_mm)) for one in self.effects)
-        if not self.curved_mm:
-            return replace(self, effects=effects)
-        curved_mm = tuple(np.interp(s_mm, known_mm, one) for one in self.curved_mm)
-        return replace(self, effects=effects, curved_mm=curved_mm, together_mm=along(s_mm, known_mm, self.together_mm))
+        """Return the effects at ``s_mm`` from those at ``known_mm``."""
+        changes_mm = self.straight_mm, self.curved_mm, self.together_mm
+        straight_mm, curved_mm, together_mm = (along(s_mm, known_mm, one) for one in changes_mm)
+        return Inputs(self.model, self.standards, straight_mm, curved_mm, together_mm)
 
     def errors(self) -> list[Component]:
         """Return the errors of the levels at the stations where the effects are."""
-        components = []
-        for number, one in enumerate(self.effects):
-            z = normals(one.name, 1, draws_for(len(one.level_mm)))
-            draws_mm = z * one.level_mm + (z**2 * self.curved_mm[number] if self.curved_mm else 0.0)
-            components.append(self._component(LABELS["inputs"][one.name][0], draws_mm, f"uncertainty.{one.name}"))
-        if self.curved_mm:
-            count, (runs, stations) = draws_for(self.together_mm.shape[1]), self.together_mm.shape
+        stations, components = self.straight_mm.shape[1], list[Component]()
+        for name, straight_mm, curved_mm in zip(self.standards, self.straight_mm, self.curved_mm, strict=True):
+            z = normals(name, 1, draws_for(stations))
+            draws_mm = z * straight_mm + z**2 * curved_mm
+            components.append(self._component(LABELS["inputs"][name][0], draws_mm, f"uncertainty.{name}"))
+        if runs := len(self.together_mm):
             # Runs in another order than those of each input alone.
-            order = np.random.default_rng(stations).permutation(np.arange(count) % runs)
+            order = np.random.default_rng(stations).permutation(np.arange(draws_for(stations)) % runs)
             components.append(self._component("inputs together", self.together_mm[order], ""))
         return components
 
@@ -79,28 +75,25 @@ class Inputs:
 
         The variance of a normal z times a plus z squared times b is a^2 + 2 b^2.
         """
-
-        def mean(levels_mm: Floats) -> Floats:
-            return np.trapezoid(levels_mm, x) / (x[-1] - x[0])
-
-        straight = np.array([mean(one.level_mm) for one in self.effects])
-        curved = np.array([mean(one) for one in self.curved_mm]) if self.curved_mm else np.zeros(len(straight))
+        straight, curved, together = (
+            np.trapezoid(levels_mm, x) / (x[-1] - x[0])
+            for levels_mm in (self.straight_mm, self.curved_mm, self.together_mm)
+        )
         alone = straight**2 + 2 * curved**2
-        together = float(np.var(mean(self.together_mm))) if self.curved_mm else 0.0
-        whole = alone.sum() + together
-        shares = alone / whole if whole else alone
+        both = float(np.var(together)) if len(together) else 0.0
+        whole = alone.sum() + both
         effects = tuple(
             InputEffect(
-                name=one.name,
-                standard=one.standard,
-                mean_level_mm=float(change),
-                largest_mm=float(np.abs(one.level_mm).max()),
-                share=float(share),
+                name=name,
+                standard=standard,
+                mean_level_mm=float(straight[number]),
+                largest_mm=float(np.abs(self.straight_mm[number]).max()),
+                share=float(alone[number] / whole) if whole else 0.0,
                 model=self.model,
             )
-            for one, change, share in zip(self.effects, straight, shares, strict=True)
+            for number, (name, standard) in enumerate(self.standards.items())
         )
-        return effects, together / whole if whole else 0.0
+        return effects, both / whole if whole else 0.0
 
 
 @dataclass(frozen=True)
@@ -122,10 +115,8 @@ class InputDraws:
         z = drawn_inputs(self.standards, len(self.moved_mm))
         terms = np.hstack([z, z**2])
         found = np.linalg.lstsq(terms, self.moved_mm)[0]
-        straight, curved = np.split(found, 2)
-        declared = zip(self.standards.items(), straight, strict=True)
-        effects = tuple(Effect(*one, level_mm) for one, level_mm in declared)
-        return Inputs(FAST, effects, tuple(curved), self.moved_mm - terms @ found)
+        straight_mm, curved_mm = np.array(np.split(found, 2), dtype=np.float64)
+        return Inputs(FAST, self.standards, straight_mm, curved_mm, self.moved_mm - terms @ found)
 
     def recorded(self, together: float) -> InputDrawsRecord:
         """Return the record of the runs for comparison.json."""
@@ -314,7 +305,9 @@ class Spread:
         """Return the effects of the inputs at other places."""
         if self.draws is not None:
             return self.draws.inputs.at(self.draws.s_mm, s_mm)
-        return Inputs("particles", self.effects).at(self.s_mm, s_mm)
+        levels_mm = np.reshape([one.level_mm for one in self.effects], (-1, len(self.s_mm)))
+        standards = {one.name: one.standard for one in self.effects}
+        return Inputs("particles", standards, levels_mm, 0 * levels_mm, levels_mm[:0]).at(self.s_mm, s_mm)
 
     def content(self) -> dict[str, Any]:
         """Return the content of a JSON file."""

@@ -7,7 +7,7 @@ import numpy as np
 from sealtwin.core.records import Floats, Profile
 from validate.comparison import BudgetPart, MeanLevelBudget, StationErrors
 from validate.result import Comparison, PredictedLevel, PredictedPart
-from validate.settings import NO_INPUTS, Uncertainty
+from validate.settings import Uncertainty
 from validate.uncertainty.budget import Budget, Curve, Kind, half_width, rms
 from validate.uncertainty.computed import Spread, numerical_errors
 from validate.units import counted, signed
@@ -15,6 +15,7 @@ from validate.units import counted, signed
 COVERAGE = 2.0  # Coverage factor k of a 95 % interval of a normal distribution
 
 NOT_ASSESSED = "ASME V&V 20: not assessed: 'sealtwin validate RUN --uncertainty'"
+NO_INPUT = "ASME V&V 20: not assessed: [uncertainty] declares no input of the run, such as volume_ml."
 
 
 def mean_level_budget(
@@ -62,7 +63,9 @@ def level_sentences(
             stations, parts, _known(mean)
         )
     if mean.resolved is None:
-        return _not_assessed(mean), _station_sentence(stations, parts, _known(mean))
+        no_input = mean.numerics_mm is not None and mean.inputs_mm is None and not mean.inputs_waiting
+        text = NO_INPUT if no_input else f"{NOT_ASSESSED}."
+        return text, _station_sentence(stations, parts, _known(mean))
     half_mm = COVERAGE * mean.validation_mm
     span = f"{signed(mean.error_mm - half_mm, 2)} and {signed(mean.error_mm + half_mm, 2)} mm"
     figures = f"ASME V&V 20: E = {signed(mean.error_mm, 2)} mm, {COVERAGE:g} u_val = {half_mm:.2f} mm"
@@ -85,12 +88,6 @@ def with_time(comparison: Comparison, extra_runs: str) -> Comparison:
         return comparison
     timed = {f"{NOT_ASSESSED}.": f"{NOT_ASSESSED}, about {extra_runs}."}
     return comparison.model_copy(update={"findings": tuple(timed.get(one, one) for one in comparison.findings)})
-
-
-def _not_assessed(mean: MeanLevelBudget) -> str:
-    if mean.numerics_mm is not None and mean.inputs_mm is None and not mean.inputs_waiting:
-        return "ASME V&V 20: not assessed: [uncertainty] declares no input of the run, such as volume_ml."
-    return f"{NOT_ASSESSED}."
 
 
 def _known(mean: MeanLevelBudget) -> str:
@@ -169,6 +166,6 @@ def predict(
             for one in budget.components
         ),
         inputs=effects,
-        inputs_left_out=tuple(sorted(name for name, value in declared if value is None and name not in NO_INPUTS)),
+        inputs_left_out=declared.left_out,
         unfit=() if spread.draws is None else spread.draws.unfit,
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from validate.uncertainty.budget import Budget
-from validate.uncertainty.computed import RUNS, Effect, InputDraws, Inputs, drawn_inputs
+from validate.uncertainty.computed import RUNS, Effect, InputDraws, Inputs, Spread, drawn_inputs
 
 S_MM = np.linspace(0.0, 60.0, 7)
 STANDARDS = {"volume_ml": 0.1, "depth_mm": 0.5, "width_mm": 0.1}
@@ -49,11 +49,12 @@ def test_a_parabola_is_an_inputs_own_and_a_product_is_of_both_together():
 
 def test_effects_by_particles_have_shares_too():
     effects = tuple(Effect(name, 1.0, np.full(7, step)) for name, step in (("volume_ml", 0.3), ("depth_mm", -0.4)))
-    reported, together = Inputs("particles", effects).reported(S_MM)
+    inputs = Spread(S_MM, None, effects, None, None).inputs_at(S_MM)
+    reported, together = inputs.reported(S_MM)
     assert [one.share for one in reported] == pytest.approx([0.36, 0.64])
     assert {one.model for one in reported} == {"particles"}
     assert together == 0
-    assert [one.name for one in Inputs("particles", effects).errors()] == [
+    assert [one.name for one in inputs.errors()] == [
         "volume given, by particles",
         "the crack's depth, by particles",
     ]
