@@ -201,7 +201,8 @@ def write_run(folder: Path, run: Run) -> None:
     """Write particles.csv, and simulation.json with all that is not per particle."""
     rows = np.column_stack([run.position_mm, run.velocity_mm_s, run.age_s, run.spilled.astype(float)])
     files.write_table(folder / "particles.csv", PARTICLE_COLUMNS, rows)
-    content = {name: getattr(run, name) for name in Simulation.model_fields} | {"health": run.health.recorded()}
+    content: dict[str, Any] = {name: getattr(run, name) for name in Simulation.model_fields}
+    content["health"] = run.health.recorded()
     fast_fill, remarks = content.pop("fast_fill"), content.pop("remarks")
     content |= {} if fast_fill is None else {"bed": fast_fill.model_dump()}
     files.write_json(folder / "simulation.json", content | ({"remarks": remarks} if remarks else {}))
