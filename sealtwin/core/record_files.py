@@ -1,5 +1,6 @@
 """Files of a run folder, written from records and read back as records."""
 
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
@@ -18,21 +19,6 @@ from sealtwin.core.solid_figures import SolidFigures
 TRAJECTORY_COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "s_mm", "speed_mm_s", "flow_mm3_s")
 PARTICLE_COLUMNS = ("x_mm", "y_mm", "z_mm", "vx_mm_s", "vy_mm_s", "vz_mm_s", "age_s", "spilled")
 PROFILE_COLUMNS = ("s_mm", "level_mm")
-OUTLINE_KEYS = (
-    *("length_mm", "mean_width_mm", "width_source", "width_95_mm"),
-    *("mm_per_px", "scale_source", "scale_residual_mm", "path_source", "ends", "face_mm"),
-    *(
-        "scale_uncertainty",
-        "camera_tilt_deg",
-        "photo_size_px",
-        "branches_kept",
-        "branches_mm",
-        "islands_mm",
-        "warnings",
-    ),
-    *("centreline_mm", "centreline_px", "left_wall_mm", "left_wall_px", "right_wall_mm", "right_wall_px"),
-    *("outline_mm", "outline_px"),
-)
 
 Positive = Annotated[float, Field(gt=0)]
 Amount = Annotated[float, Field(ge=0)]
@@ -126,7 +112,11 @@ Kind = TypeVar("Kind")
 
 
 def write_outline(folder: Path, outline: Outline) -> None:
-    files.write_json(folder / "outline.json", {key: _rounded(getattr(outline, key)) for key in OUTLINE_KEYS})
+    """Write outline.json: its numbers and words first, then its polylines."""
+    names = ("length_mm", "mean_width_mm", *(field.name for field in fields(outline)))
+    values = {name: getattr(outline, name) for name in names}
+    ordered = sorted(values.items(), key=lambda item: isinstance(item[1], np.ndarray))
+    files.write_json(folder / "outline.json", {name: _rounded(value) for name, value in ordered})
 
 
 def read_outline(folder: Path) -> Outline:
@@ -211,14 +201,11 @@ def write_run(folder: Path, run: Run) -> None:
     """Write particles.csv, and simulation.json with all that is not per particle."""
     rows = np.column_stack([run.position_mm, run.velocity_mm_s, run.age_s, run.spilled.astype(float)])
     files.write_table(folder / "particles.csv", PARTICLE_COLUMNS, rows)
-    keys = ("radius_mm", "particle_volume_mm3", "dispensed_volume_mm3", "escaped_particles", "spilled_particles")
-    content = {key: getattr(run, key) for key in (*keys, "device", "settings")}
+    content: dict[str, Any] = {name: getattr(run, name) for name in Simulation.model_fields}
     content["health"] = run.health.recorded()
-    if run.fast_fill is not None:
-        content["bed"] = run.fast_fill.model_dump()
-    if run.remarks:
-        content["remarks"] = run.remarks
-    files.write_json(folder / "simulation.json", {"particles": len(run.position_mm), **content})
+    fast_fill, remarks = content.pop("fast_fill"), content.pop("remarks")
+    content |= {} if fast_fill is None else {"bed": fast_fill.model_dump()}
+    files.write_json(folder / "simulation.json", content | ({"remarks": remarks} if remarks else {}))
 
 
 def read_simulation(folder: Path) -> Simulation:

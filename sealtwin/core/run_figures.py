@@ -85,10 +85,6 @@ class FilledBy:
         return self.fast_fill is None
 
     @property
-    def method(self) -> Method:
-        return PARTICLES if self.has_particles else FAST
-
-    @property
     def unfit(self) -> tuple[str, ...]:
         """Reasons why the run's method is unfit for the case, a sentence each. Particles have none."""
         return () if self.fast_fill is None else self.fast_fill.unfit

@@ -1,7 +1,6 @@
 """A plan for a trial: searched on the fast model, judged by particles, searched again with their levels."""
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +27,7 @@ from sealtwin.trial.job import require_sample, shown, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.robot_files import pump_of, read_cell, write_programs
 from sealtwin.trial.stage_numbers import numbers_up_to
-from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, trial_text, with_settings
+from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, trial_text, with_settings
 
 REPORT, TABLE, PAGE, LEVEL = "plan.json", "plan.csv", "plan.html", "level.csv"
 VERIFICATION, SAMPLE = "verification", "sample"
@@ -285,17 +284,7 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
 
 def _trial_beside(trial: Trial, source: Path, folder: Path) -> str:
     """Return the trial with the plan, its files named from ``folder``."""
-
-    def beside(value: Any) -> Any:
-        if isinstance(value, Mapping):
-            return {key: beside(one) for key, one in value.items()}
-        if isinstance(value, list | tuple):
-            return [beside(one) for one in value]
-        if isinstance(value, Path) and not value.is_absolute():
-            return Path(os.path.relpath(source / value, folder)).as_posix()
-        return value
-
-    content = beside(trial.model_dump(exclude_none=True))
+    content = seen_from(folder, trial.model_dump(exclude_none=True), source)
     content["path"] = {"plan": TABLE}
     content["note"] = f"{trial.note} Planned by 'sealtwin plan'.".strip()[:2000]
     return trial_text(checked(Trial, folder / "trial.toml", content))

@@ -317,7 +317,10 @@ def write_contact_sheet(path: Path, folder: Path, rows: Sequence[BatchRow]) -> N
     import jinja2
 
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("sealtwin"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
+        loader=jinja2.ChoiceLoader([jinja2.PackageLoader("sealtwin"), jinja2.PackageLoader("validate")]),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
     )
     refused = [row.folder for row in rows if REFUSED in row.reason and (folder / row.folder / REFUSED).is_file()]
     done = [row for row in rows if row.status == "ok"]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Outline, Pixels, Solid
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.trial.job import DIGITISED, OF_A_PATH, Job, begin_writing, sample_files, shown, stage_settings
@@ -76,9 +76,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
         for note in imported.notes:
             job.progress.warn(f"note: {note}")
         return imported.outline, imported.solid, imported.photo
-    settings, crack = trial.photo, trial.crack
-    if settings is None or (crack is None and not settings.path_only):
-        raise InputError(f"{job.source}: the trial has no [photo] with [crack] and no [mesh]; give one.")
+    settings, crack = present(trial.photo, "photo"), trial.crack
     from digitise.crack_path.find_path import RivalCracksError, find_path
     from digitise.outline import trace_outline
     from digitise.photo import load_photo

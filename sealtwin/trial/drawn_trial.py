@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from sealtwin.core import files
+from sealtwin.core.arc_length import arc_length
 from sealtwin.core.run_folder import require_folder
 from sealtwin.core.settings import checked
 from sealtwin.trial.trial_file import Trial, name_of, trial_text, with_settings
@@ -37,13 +36,11 @@ def write_drawn_trial(
         rows = "".join(f"{x:.4f},{y:.4f}\n" for x, y in crack.line_mm)
         contents[folder / LINE] = f"x_mm,y_mm\n{rows}".encode()
         mesh["path"] = LINE
+        notes.append(f"the drawn line is {arc_length(crack.line_mm)[-1]:.1f} mm long")
     floor = f"{depth_mm:g} mm deep, with upright walls and a level floor"
     note = f"The crack is that of the drawing {drawing.name} in {drawn.unit}, {floor}."
     content = {"name": name_of(drawing, "drawing"), "note": note, "mesh": mesh}
     trial = checked(Trial, drawing, with_settings(content, settings))
     contents[folder / TRIAL] = trial_text(trial).encode()
     files.write_unless_other(contents)
-    length_mm = 0.0 if crack.line_mm is None else float(np.linalg.norm(np.diff(crack.line_mm, axis=0), axis=1).sum())
-    if length_mm:
-        notes.append(f"the drawn line is {length_mm:.1f} mm long")
     return folder / TRIAL, notes

@@ -194,6 +194,14 @@ def check_sheet(sheet: Path) -> None:
         raise InputError(f"{sheet}: larger than {LARGEST_SHEET_BYTES / 1e6:g} MB; a sheet of readings is some kB.")
 
 
+def require_digitised(folder: RunFolder) -> None:
+    """Raise InputError if the crack of a run folder is not digitised."""
+    if folder.settings_of("digitise") is None:
+        raise InputError(
+            f"{folder.path}: digitise is not finished. Run 'sealtwin run TRIAL --out {folder.path}' first."
+        )
+
+
 def require_solid(job: Job) -> None:
     """Raise InputError if the crack was digitised as a path alone."""
     solid, outline = (job.path / name for name in ("solid.json", "outline.json"))

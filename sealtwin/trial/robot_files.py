@@ -19,7 +19,7 @@ from sealtwin.core.records import Trajectory
 from sealtwin.core.run_folder import RunFolder, require_folder
 from sealtwin.core.settings import read_settings
 from sealtwin.core.stage_keys import stage_key
-from sealtwin.trial.job import other_versions, shown
+from sealtwin.trial.job import other_versions, require_digitised, shown
 from sealtwin.trial.trial_file import load_trial
 
 REPORT = "robot.json"
@@ -47,10 +47,7 @@ def write_robot_files(
     a fault, or the path exceeds one of its limits.
     """
     began = time.monotonic()
-    if folder.settings_of("digitise") is None:
-        raise InputError(
-            f"{folder.path}: digitise is not finished. Run 'sealtwin run TRIAL --out {folder.path}' first."
-        )
+    require_digitised(folder)
     outline, trajectory = record_files.read_outline(folder.path), record_files.read_trajectory(folder.path)
     if outline.path_source == "automatic" and not allow_automatic:
         raise InputError(
@@ -143,13 +140,9 @@ def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "version": 1,
         "made_by": f"sealtwin {version('sealtwin')}",
-        "trial": origin["trial"],
-        "run": origin["run"],
+        **origin,
         "cell": path.cell.name,
-        "path_source": origin["path_source"],
         "confirmed": origin["path_source"] != "automatic",
-        "inputs": origin["inputs"],
-        "edited_by_hand": origin["edited_by_hand"],
         "units": "mm, s, degrees; URScript m and rad",
         "length_mm": trajectory.length_mm,
         "duration_s": trajectory.duration_s,

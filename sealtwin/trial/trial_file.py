@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from digitise.settings import CrackShape, MeshInput, NozzlePath, PhotoInput
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Outline, Solid
 from sealtwin.core.settings import Settings, checked, dotted_names, read_toml
 from simulate.material_file import Material
@@ -102,10 +102,8 @@ class Trial(Settings):
 
     @property
     def shown_by(self) -> PhotoInput | MeshInput:
-        """Photo or mesh, the input that shows the crack. Raises InputError for a trial that was built without one."""
-        if (shown_by := self.photo or self.mesh) is None:
-            raise InputError("the trial has no [photo] and no [mesh]: give one to say where the crack is.")
-        return shown_by
+        """Photo or mesh, the input that shows the crack."""
+        return present(self.photo or self.mesh, "photo or mesh")
 
     @property
     def given_fluid(self) -> Fluid:
@@ -195,21 +193,24 @@ def name_of(file: Path, otherwise: str) -> str:
     return LINE_BREAKING.sub("-", file.stem)[:80].strip() or otherwise
 
 
-def seen_from(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings with files as seen from the trial's folder, so that both can be moved and no home is named."""
-    return {name: _seen_from(folder, value) for name, value in settings.items()}
+def seen_from(folder: Path, settings: Mapping[str, Any], source: Path = Path()) -> dict[str, Any]:
+    """Return settings with files, relative to ``source``, as seen from the trial's folder.
+
+    So both can be moved, and no home is named.
+    """
+    return {name: _seen_from(folder, value, source) for name, value in settings.items()}
 
 
-def _seen_from(folder: Path, value: Any) -> Any:
+def _seen_from(folder: Path, value: Any, source: Path) -> Any:
     if isinstance(value, dict):
-        return seen_from(folder, value)
+        return seen_from(folder, value, source)
     if not isinstance(value, Path):
         return value
     try:
-        return Path(os.path.relpath(value, folder)).as_posix()
+        return Path(os.path.relpath(source / value, folder)).as_posix()
     except ValueError:
         # On another drive of Windows.
-        return value.absolute().as_posix()
+        return (source / value).absolute().as_posix()
 
 
 _CURVES = ("fluid.curve", "fluid.cooling")
