@@ -139,7 +139,7 @@ def parameters(names: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.P
     """Yield the parameters of options of every day, those in ``needs`` without a default, and of --set."""
     for name in names:
         option, needed = OPTIONS[name], name in needs
-        shown = typer.Option(_spelt(name), metavar=option.metavar, help=option.key)
+        shown = typer.Option(spelt(name), metavar=option.metavar, help=option.key)
         yield parameter(name, str if needed else option.kind, shown, inspect.Parameter.empty if needed else None)
     yield parameter("set", list[str] | None, SET, None)
 
@@ -157,7 +157,7 @@ def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
     twice, InputError for a file that cannot be used.
     """
     given = {name: text for name, text in options.items() if text is not None}
-    settings = {OPTIONS[name].key: OPTIONS[name].read(text, _spelt(name)) for name, text in given.items()}
+    settings = {OPTIONS[name].key: OPTIONS[name].read(text, spelt(name)) for name, text in given.items()}
     for text in others:
         key, value = _setting(text)
         if beside := [name for name in settings if f"{name}.".startswith(f"{key}.") or key.startswith(f"{name}.")]:
@@ -175,7 +175,7 @@ def describe(command: Any) -> None:
             shown.metavar = shown.metavar or values
 
 
-def _spelt(name: str) -> str:
+def spelt(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
