@@ -132,7 +132,7 @@ def run_trial(
         The run cannot show this sealant, or what it shows is not sound: a sentence each, as in ``fluid_warnings``. The
         photo or the readings may not be what was meant, or a file was edited; with ``progress`` stderr says these.
     """
-    from sealtwin.lab.facts_above import facts_above
+    from sealtwin.lab.held_out import facts_above
     from sealtwin.trial.job import STAGES
     from sealtwin.trial.pipeline import run_trial
     from sealtwin.trial.trial_file import Trial, load_trial

@@ -47,8 +47,7 @@ def calibrate(
     """
     from sealtwin.calibration.calibrate import calibrate as find
     from sealtwin.core.cluster import cores
-    from sealtwin.lab.facts_above import facts_above
-    from sealtwin.lab.held_out import note_use
+    from sealtwin.lab.held_out import facts_above, note_use
     from sealtwin.study.sweep import SweepOptions
     from sealtwin.trial.trial_file import load_trial
     from simulate.device import choose_device, describe_device
