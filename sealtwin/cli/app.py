@@ -21,13 +21,7 @@ from sealtwin.cli import (
     studies,
     trials,
 )
-from sealtwin.cli.answer import (
-    CheckedCommand,
-    Commands,
-    open_missing_streams,
-    refuse_foreign_packages,
-    take_any_name,
-)
+from sealtwin.cli.answer import CheckedCommand, Commands, open_missing_streams, refuse_foreign_packages, take_any_name
 
 app = typer.Typer(
     name="sealtwin",

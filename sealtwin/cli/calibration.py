@@ -6,10 +6,9 @@ from typing import Annotated, Any
 
 import typer
 
-from sealtwin.cli.answer import GATE_FAILED, Answer, Command, File, Text, answers, argument, option
+from sealtwin.cli.answer import GATE_FAILED, Answer, Command, answers
 from sealtwin.cli.material import day_of
-from sealtwin.cli.numbers import count_option, read_number
-from sealtwin.cli.settings_options import Given
+from sealtwin.cli.options import File, Given, Text, argument, count_option, option, read_number
 
 LEAST_BUDGET = 40  # That of sealtwin.calibration; --help must not load it
 

@@ -5,10 +5,9 @@ from typing import Annotated, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, Number, Text, answers, argument, option
+from sealtwin.cli.answer import Answer, Command, answers
 from sealtwin.cli.drawing_words import of_a_drawing
-from sealtwin.cli.numbers import number_option
-from sealtwin.cli.settings_options import Given
+from sealtwin.cli.options import Given, Number, Text, argument, number_option, option
 from sealtwin.cli.trial_answer import run_trial
 
 LEAST_MM, MOST_MM = 0.1, 500.0

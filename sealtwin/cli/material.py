@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, Number, Text, answers, argument, option
-from sealtwin.cli.numbers import number_option, read_number
-from sealtwin.cli.settings_options import Given, spelt, two_numbers
+from sealtwin.cli.answer import Answer, Command, answers
+from sealtwin.cli.options import Given, Number, Text, argument, number_option, option, read_number, spelt, two_numbers
 from sealtwin.core.errors import InputError, present
 
 if TYPE_CHECKING:

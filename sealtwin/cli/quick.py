@@ -4,9 +4,9 @@ from pathlib import Path
 from shlex import quote
 from typing import Annotated
 
-from sealtwin.cli.answer import Command, File, answers, argument, option
+from sealtwin.cli.answer import Command, answers
+from sealtwin.cli.options import FLUID, PHOTO, File, Given, argument, option
 from sealtwin.cli.samples import require_depth
-from sealtwin.cli.settings_options import FLUID, PHOTO, Given
 from sealtwin.cli.trial_answer import run_trial
 from sealtwin.cli.trials import ALL_STAGES
 

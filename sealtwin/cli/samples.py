@@ -5,9 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from sealtwin.cli.answer import Command, Out, answers, argument
-from sealtwin.cli.numbers import count_option
-from sealtwin.cli.settings_options import PHOTO, Given
+from sealtwin.cli.answer import Command, answers
+from sealtwin.cli.options import PHOTO, Given, Out, argument, count_option
 from sealtwin.cli.trial_answer import run_trial
 
 

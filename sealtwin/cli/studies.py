@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, File, Text, answers, argument, flag, option
-from sealtwin.cli.numbers import count_option
-from sealtwin.cli.settings_options import Given
+from sealtwin.cli.answer import Answer, Command, answers
+from sealtwin.cli.options import File, Given, Text, argument, count_option, flag, option
 
 if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, File, Out, answers, argument, flag, option
-from sealtwin.cli.numbers import count_option
-from sealtwin.cli.settings_options import FLUID, Given
+from sealtwin.cli.answer import Answer, Command, answers
+from sealtwin.cli.options import FLUID, File, Given, Out, argument, count_option, flag, option
 from sealtwin.cli.trial_answer import resume, run_trial
 
 if TYPE_CHECKING:
