@@ -8,19 +8,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli import (
-    calibration,
-    doctor,
-    drawings,
-    lab,
-    material,
-    photo_tools,
-    planning,
-    quick,
-    samples,
-    studies,
-    trials,
-)
+from sealtwin.cli import doctor, drawings, lab, material, photo_tools, planning, samples, studies, trials
 from sealtwin.cli.answer import CheckedCommand, Commands, open_missing_streams, refuse_foreign_packages, take_any_name
 
 app = typer.Typer(
@@ -41,7 +29,7 @@ OBJECTS_A_COLLECTION = 200_000
 # In the order in which --help lists them.
 for command in (
     trials.demo,
-    quick.quick,
+    trials.quick,
     trials.run,
     photo_tools.trace,
     samples.digitise,
@@ -55,7 +43,7 @@ for command in (
     studies.sweep,
     studies.map,
     studies.compare,
-    calibration.calibrate,
+    studies.calibrate,
     trials.robot,
     drawings.export,
     photo_tools.markers,

@@ -16,9 +16,9 @@ Given = dict[str, Any]
 """Settings of a trial by dotted name, in place of those of its file."""
 
 
-def option(help: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
+def option(help: str, metavar: str | None = None, *names: str) -> Any:
     """Describe an option, whose name is that of its parameter unless ``names`` are given."""
-    return typer.Option(*names, help=help, metavar=metavar, **more)
+    return typer.Option(*names, help=help, metavar=metavar)
 
 
 def flag(name: str, help: str) -> Any:
@@ -54,20 +54,18 @@ def read_number(text: str, *, comma: bool = True) -> float:
     return value
 
 
-def number_option(help: str, low: float | None = None, high: float | None = None, *names: str) -> Any:
+def number_option(help: str, low: float | None = None, high: float | None = None) -> Any:
     """Describe an option of one number, from ``low`` to ``high`` where given."""
-    return typer.Option(*names, help=help, metavar=_metavar("NUMBER", low, high), parser=_reader(float, low, high))
+    return typer.Option(help=help, metavar=_metavar("NUMBER", low, high), parser=_reader(float, low, high))
 
 
-def count_option(help: str, low: int, high: int | None = None) -> Any:
-    """Describe an option of a whole number, from ``low`` to ``high`` where given."""
+def count_option(help: str, low: int, high: int) -> Any:
+    """Describe an option of a whole number, from ``low`` to ``high``."""
     return typer.Option(help=help, metavar=_metavar("COUNT", low, high), parser=_reader(int, low, high))
 
 
 def _metavar(word: str, low: float | None, high: float | None) -> str:
-    if low is None:
-        return word
-    return f"{word}, {low} or more" if high is None else f"{word}, {low} to {high}"
+    return word if low is None else f"{word}, {low} to {high}"
 
 
 def _reader(kind: type[int] | type[float], low: float | None, high: float | None) -> Callable[[Any], float]:
