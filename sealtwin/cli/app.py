@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli import doctor, drawings, lab, material, photo_tools, planning, samples, studies, trials
+from sealtwin.cli import doctor, lab, material, photo_tools, planning, samples, studies, trials
 from sealtwin.cli.answer import CheckedCommand, Commands, open_missing_streams, refuse_foreign_packages, take_any_name
 
 app = typer.Typer(
@@ -34,7 +34,7 @@ for command in (
     photo_tools.trace,
     samples.digitise,
     samples.import_mesh,
-    drawings.import_dxf,
+    samples.import_dxf,
     lab.ingest,
     lab.lab,
     trials.simulate,
@@ -45,7 +45,7 @@ for command in (
     studies.compare,
     studies.calibrate,
     trials.robot,
-    drawings.export,
+    samples.export,
     photo_tools.markers,
     material.material,
     planning.plan,
