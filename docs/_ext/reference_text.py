@@ -14,7 +14,7 @@ from typing import Any, get_args
 import sealtwin
 from digitise.robots.cell import RobotCell
 from sealtwin.cli.app import app
-from sealtwin.cli.settings_options import describe
+from sealtwin.cli.options import describe
 from sealtwin.core.settings import Settings, described
 from sealtwin.core.settings_text import allowed, meaning
 from sealtwin.study.study_file import Study

@@ -1,6 +1,5 @@
 """Readings along the crack, a simulated level compared with them, and the plot of both."""
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ from pydantic import InstanceOf
 
 from sealtwin.api.runs import SimulatedLevel
 from sealtwin.api.samples import CrackOutline
-from sealtwin.api.shared import FilePath, content_of, file_of, settings_from, sha256_of
+from sealtwin.api.shared import FilePath, content_of, file_of, settings_from, sha256_of, warn
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import DataKind, Outline, Profile, Sections, Solid
 from sealtwin.core.settings import checked
@@ -111,8 +110,7 @@ def read_readings(
         profile = take_readings(np.asarray(readings, dtype=np.float64), settings, length_mm, depth_mm)
     else:
         profile = read_readings(file, settings, length_mm, depth_mm)
-    for doubt in profile.doubts:
-        warnings.warn(doubt, RuntimeWarning, stacklevel=2)
+    warn(profile.doubts)
     return LevelReadings(**content_of(profile), settings=settings, sha256=sha256_of(readings if is_array else file))
 
 

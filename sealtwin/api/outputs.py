@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
-from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ import numpy as np
 from sealtwin.api.levels import LevelComparison, LevelReadings
 from sealtwin.api.runs import PlannedPath
 from sealtwin.api.samples import CrackOutline
+from sealtwin.api.shared import FilePath
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Outline, Run, Solid, Trajectory
@@ -26,7 +26,7 @@ OVERLAY = "overlay.png"
 
 
 def write_report(
-    folder: str | PathLike[str],
+    folder: FilePath,
     crack: CrackOutline,
     solid: Solid,
     path: PlannedPath,
@@ -108,10 +108,10 @@ def write_report(
 
 
 def write_robot_program(
-    folder: str | PathLike[str],
+    folder: FilePath,
     crack: Outline,
     path: Trajectory,
-    cell: str | PathLike[str] | Mapping[str, Any],
+    cell: FilePath | Mapping[str, Any],
     *,
     formats: "Sequence[Format] | None" = None,
     name: str = "",
@@ -170,7 +170,7 @@ def write_robot_program(
     return [*(target / file for file in report["files"]), target / REPORT]
 
 
-def _cell(given: "str | PathLike[str] | Mapping[str, Any]") -> "tuple[RobotCell, str, dict[str, str]]":
+def _cell(given: "FilePath | Mapping[str, Any]") -> "tuple[RobotCell, str, dict[str, str]]":
     """The cell, what refusals call it, and the hash of its file."""
     from digitise.robots.cell import RobotCell
     from sealtwin.trial.robot_files import read_cell

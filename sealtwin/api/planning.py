@@ -1,12 +1,12 @@
 """A plan for a trial, and the step that corrects it on the way."""
 
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from sealtwin.api.shared import FilePath, path_or_none, warn
 from sealtwin.core import files
 from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import Floats
@@ -43,11 +43,11 @@ class FlowPlan:
 
 
 def plan_flow(
-    trial: Path | str,
+    trial: FilePath,
     *,
-    out: Path | str | None = None,
-    cell: Path | str | None = None,
-    posterior: Path | str | None = None,
+    out: FilePath | None = None,
+    cell: FilePath | None = None,
+    posterior: FilePath | None = None,
     flow_max_mm3_s: float | None = None,
     margin_mm: float = 0.0,
     knots: int = 8,
@@ -98,15 +98,14 @@ def plan_flow(
     options = Options(knots, verify, seeds, margin_mm, flow_max_mm3_s, keep_speed)
     content = make_plan(
         Path(trial),
-        None if out is None else Path(out),
+        path_or_none(out),
         options,
         progress_for_stderr(quiet),
         device=choose_device(device),
-        cell_file=None if cell is None else Path(cell),
-        posterior=None if posterior is None else Path(posterior),
+        cell_file=path_or_none(cell),
+        posterior=path_or_none(posterior),
     ).content
-    for text in content["fluid_warnings"]:
-        warnings.warn(text, RuntimeWarning, stacklevel=2)
+    warn(content["fluid_warnings"])
     folder = Path(content["folder"])
     path = files.read_table(folder / TABLE, ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s"))
     level = files.read_table(folder / LEVEL, ("s_mm", "level_mm", "low_95_mm", "high_95_mm"))
@@ -125,7 +124,7 @@ def plan_flow(
     )
 
 
-def read_loop(folder: Path | str) -> LoopModel:
+def read_loop(folder: FilePath) -> LoopModel:
     """Read the tables that ``sealtwin loop`` made in a plan's folder.
 
     Parameters
@@ -149,6 +148,5 @@ def read_loop(folder: Path | str) -> LoopModel:
         Another version of digitise or simulate computed the tables, or the plan.
     """
     model = read_model(Path(folder) / TABLES)
-    for text in loop_versions(Path(folder)):
-        warnings.warn(text, RuntimeWarning, stacklevel=2)
+    warn(loop_versions(Path(folder)))
     return model

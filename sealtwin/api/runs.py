@@ -1,13 +1,12 @@
 """The nozzle's path over a crack, the fluid run along it, and the level that the run leaves."""
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from digitise.settings import NozzlePath
-from sealtwin.api.shared import content_of, settings_from
+from sealtwin.api.shared import content_of, settings_from, warn
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import progress_for_stderr
 from sealtwin.core.records import Outline, Profile, Run, Sample, Solid, Trajectory
@@ -157,8 +156,7 @@ def inject(
     with progress_for_stderr(quiet=not progress) as shown:
         how = {"seed": seed, "device": chosen, "slope": slope, "threads": threads}
         run, _ = fill(Sample(crack, solid, path), fluid, solver, nozzle, progress=shown, **how)
-    for text in run_warnings(run, run.health.volume_ratio or 0.0):
-        warnings.warn(text, RuntimeWarning, stacklevel=2)
+    warn(run_warnings(run, run.health.volume_ratio or 0.0))
     return run
 
 

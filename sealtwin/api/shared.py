@@ -1,7 +1,8 @@
 """Errors, records and checked keywords, which all parts of the Python interface use."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from os import PathLike
 from pathlib import Path
@@ -42,6 +43,16 @@ class WarnedProgress(Progress):
 
     def warn(self, text: str) -> None:
         self.sentences.append(text.removeprefix("note: ").removeprefix("warning: "))
+
+
+def warn(texts: Iterable[str]) -> None:
+    """Give each text as a RuntimeWarning of the line that called a public function."""
+    for text in texts:
+        warnings.warn(text, RuntimeWarning, stacklevel=3)
+
+
+def path_or_none(given: FilePath | None) -> Path | None:
+    return None if given is None else Path(given)
 
 
 def file_of(given: FilePath, name: str) -> Path:

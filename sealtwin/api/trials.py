@@ -4,7 +4,6 @@ import json
 import subprocess
 import sys
 import tempfile
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sealtwin.api.shared import WarnedProgress
+from sealtwin.api.shared import FilePath, WarnedProgress, path_or_none, warn
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, NumericalError, SealtwinError
 from sealtwin.core.files import read_table
@@ -89,12 +88,12 @@ class TrialRun:
 
 
 def run_trial(
-    trial: "str | PathLike[str] | Mapping[str, Any] | Trial",
+    trial: "FilePath | Mapping[str, Any] | Trial",
     *,
-    out: str | PathLike[str] | None = None,
+    out: FilePath | None = None,
     device: str = "cpu",
     threads: int = 1,
-    source: str | PathLike[str] | None = None,
+    source: FilePath | None = None,
     progress: bool = False,
 ) -> TrialRun:
     """Bring a whole trial up to date in its run folder, as ``sealtwin run`` does.
@@ -132,7 +131,7 @@ def run_trial(
         The run cannot show this sealant, or what it shows is not sound: a sentence each, as in ``fluid_warnings``. The
         photo or the readings may not be what was meant, or a file was edited; with ``progress`` stderr says these.
     """
-    from sealtwin.lab.facts_above import facts_above
+    from sealtwin.lab.held_out import facts_above
     from sealtwin.trial.job import STAGES
     from sealtwin.trial.pipeline import run_trial
     from sealtwin.trial.trial_file import Trial, load_trial
@@ -148,8 +147,7 @@ def run_trial(
     warned = WarnedProgress()
     with progress_for_stderr(quiet=False) if progress else warned as shown:
         outcome = run_trial(settings, home, target, STAGES, device, shown, threads, facts_above(settings, home))
-    for text in dict.fromkeys([*warned.sentences, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]):
-        warnings.warn(text, RuntimeWarning, stacklevel=2)
+    warn(dict.fromkeys([*warned.sentences, *(outcome.result.fluid.warnings if outcome.result.fluid else ())]))
     return TrialRun(target, outcome.result, outcome.redone)
 
 
@@ -177,10 +175,10 @@ class SweepResult:
 
 
 def sweep(
-    trial: str | PathLike[str],
+    trial: FilePath,
     grid: Mapping[str, Sequence[Any]],
     *,
-    out: str | PathLike[str] | None = None,
+    out: FilePath | None = None,
     fixed: Mapping[str, Any] | None = None,
     name: str | None = None,
     device: str = "cpu",
@@ -239,10 +237,8 @@ def sweep(
     with tempfile.TemporaryDirectory(prefix="sealtwin-") as temporary:
         study = Path(temporary, "study.toml")
         study.write_text(tomlkit.dumps(json.loads(json.dumps(content, default=as_json))), encoding="utf-8")
-        arguments = ["sweep", str(study), "--out", str(target), "--device", device, "--json"]
-        answer = _command([*arguments, *([] if jobs is None else ["--jobs", str(jobs)])], progress)
-    for text in answer["fluid_warnings"]:
-        warnings.warn(text, RuntimeWarning, stacklevel=2)
+        answer = _command(["sweep", study], target, device, jobs, progress)
+    warn(answer["fluid_warnings"])
     return SweepResult(target, tuple(answer["runs"]), answer["best"])
 
 
@@ -263,12 +259,12 @@ class CalibrationResult:
 
 
 def calibrate(
-    trials: str | PathLike[str] | Sequence[str | PathLike[str]],
+    trials: FilePath | Sequence[FilePath],
     free: Mapping[str, tuple[float, float]],
     *,
-    hold_out: Sequence[str | PathLike[str]] = (),
+    hold_out: Sequence[FilePath] = (),
     budget: int = 40,
-    out: str | PathLike[str] | None = None,
+    out: FilePath | None = None,
     device: str = "cpu",
     jobs: int | None = None,
     progress: bool = False,
@@ -310,16 +306,10 @@ def calibrate(
         As ``sweep`` does.
     """
     files = [trials] if isinstance(trials, str | PathLike) else list(trials)
-    arguments = ["calibrate", *map(str, files), "--device", device, "--budget", str(budget), "--json"]
-    for name, (low, high) in free.items():
-        arguments += ["--free", f"{name}={low:.12g}:{high:.12g}"]
-    for file in hold_out:
-        arguments += ["--hold-out", str(file)]
-    for option, value in (("--out", out), ("--jobs", jobs)):
-        arguments += [] if value is None else [option, str(value)]
-    content = _command(arguments, progress)
-    for text in content["fluid_warnings"]:
-        warnings.warn(text, RuntimeWarning, stacklevel=2)
+    ranges = [f"--free={name}={low:.12g}:{high:.12g}" for name, (low, high) in free.items()]
+    others = [f"--hold-out={Path(file)}" for file in hold_out]
+    content = _command(["calibrate", *files, f"--budget={budget}", *ranges, *others], out, device, jobs, progress)
+    warn(content["fluid_warnings"])
     folder = Path(content["page"]).parent
     posterior = {}
     if content["possible"]:
@@ -330,10 +320,10 @@ def calibrate(
 
 
 def write_map(
-    swept: SweepResult | str | PathLike[str],
+    swept: SweepResult | FilePath,
     *,
-    out: str | PathLike[str] | None = None,
-    readings: str | PathLike[str] | None = None,
+    out: FilePath | None = None,
+    readings: FilePath | None = None,
     data: DataKind | None = None,
     any_volume: bool = False,
     fills: bool = False,
@@ -374,29 +364,33 @@ def write_map(
     from sealtwin.study.study_map import PAGE, map_study
 
     folder = swept.folder if isinstance(swept, SweepResult) else Path(swept)
-    target, caliper = (None if path is None else Path(path) for path in (out, readings))
+    target, caliper = path_or_none(out), path_or_none(readings)
     shown = progress_for_stderr(quiet=not progress)
     mapped = map_study(folder, target, caliper, data, device if fills else None, shown, any_volume=any_volume)
-    for text in (*mapped.content["other_versions"], *mapped.content["fluid_warnings"]):
-        warnings.warn(text, RuntimeWarning, stacklevel=2)
+    warn([*mapped.content["other_versions"], *mapped.content["fluid_warnings"]])
     if caliper is not None:
         note_use(caliper, mapped.chart.readings, f"map of the study '{mapped.chart.name}'")
     return mapped.folder / PAGE
 
 
-def _command(arguments: Sequence[str], progress: bool) -> dict[str, Any]:
+def _command(
+    words: Sequence[FilePath], out: FilePath | None, device: str, jobs: int | None, progress: bool
+) -> dict[str, Any]:
     """The answer of a command of ours, run by this very interpreter.
 
     Raises SealtwinError of the kind that its exit code stands for.
     """
     # -P: a folder 'validate' or 'simulate' that lies in the current one must not be taken for ours.
-    line = [sys.executable, "-P", "-m", "sealtwin", *arguments, *([] if progress else ["--quiet"])]
+    line = [sys.executable, "-P", "-m", "sealtwin", *map(str, words), "--device", device, "--json"]
+    line += [] if out is None else ["--out", str(out)]
+    line += [] if jobs is None else ["--jobs", str(jobs)]
+    line += [] if progress else ["--quiet"]
     done = subprocess.run(line, stdout=subprocess.PIPE, stderr=None if progress else subprocess.PIPE, check=False)
     try:
         answer = json.loads(done.stdout)
     except ValueError:
         said = (done.stderr or b"").decode(errors="replace")
-        raise RuntimeError(f"'sealtwin {arguments[0]}' ended with code {done.returncode}.\n{said}") from None
+        raise RuntimeError(f"'sealtwin {words[0]}' ended with code {done.returncode}.\n{said}") from None
     if "error" not in answer:
         return answer
     kinds: dict[int, type[SealtwinError]] = {InputError.exit_code: InputError, NumericalError.exit_code: NumericalError}

@@ -14,12 +14,12 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
-from sealtwin.cli.settings_options import describe, parameter, parameters, settings_of
+from sealtwin.cli.options import describe, flag, option, parameter, parameters, settings_of
 from sealtwin.core.errors import SealtwinError, naming
 from sealtwin.packages_check import foreign_package
 
@@ -32,26 +32,6 @@ GATE_FAILED = 5
 SOME_FAILED = 6
 INTERRUPTED = 130
 NO_MEMORY = re.compile("failed to map segment|cannot allocate memory", re.IGNORECASE)
-
-
-def option(help: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
-    """Describe an option, whose name is that of its parameter unless ``names`` are given."""
-    return typer.Option(*names, help=help, metavar=metavar, **more)
-
-
-def flag(name: str, help: str) -> Any:
-    """Describe an option without a value; with its name given there is no "--no-" beside it."""
-    return typer.Option(name, help=help)
-
-
-def argument(metavar: str, help: str | None = None) -> Any:
-    return typer.Argument(metavar=metavar, help=help)
-
-
-Text = str | None
-Number = float | None
-File = Path | None
-Out = Annotated[File, option("Run folder; default: reports/<trial name> under the current folder.", "DIR")]
 DEVICE = option("Device of the fluid run; naming a device that is absent is an error.", "auto|cpu|cuda:0")
 JSON = flag("--json", "Print one JSON object on stdout, everything else on stderr.")
 QUIET = flag("--quiet", "Print no narration and no progress; warnings are printed.")

@@ -8,26 +8,8 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli import (
-    calibration,
-    doctor,
-    drawings,
-    lab,
-    material,
-    photo_tools,
-    planning,
-    quick,
-    samples,
-    studies,
-    trials,
-)
-from sealtwin.cli.answer import (
-    CheckedCommand,
-    Commands,
-    open_missing_streams,
-    refuse_foreign_packages,
-    take_any_name,
-)
+from sealtwin.cli import doctor, lab, material, photo_tools, planning, samples, studies, trials
+from sealtwin.cli.answer import CheckedCommand, Commands, open_missing_streams, refuse_foreign_packages, take_any_name
 
 app = typer.Typer(
     name="sealtwin",
@@ -47,12 +29,12 @@ OBJECTS_A_COLLECTION = 200_000
 # In the order in which --help lists them.
 for command in (
     trials.demo,
-    quick.quick,
+    trials.quick,
     trials.run,
     photo_tools.trace,
     samples.digitise,
     samples.import_mesh,
-    drawings.import_dxf,
+    samples.import_dxf,
     lab.ingest,
     lab.lab,
     trials.simulate,
@@ -61,9 +43,9 @@ for command in (
     studies.sweep,
     studies.map,
     studies.compare,
-    calibration.calibrate,
+    studies.calibrate,
     trials.robot,
-    drawings.export,
+    samples.export,
     photo_tools.markers,
     material.material,
     planning.plan,

@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, File, Text, answers, argument, flag, option
-from sealtwin.cli.numbers import count_option
+from sealtwin.cli.answer import Answer, Command, answers
+from sealtwin.cli.options import File, Text, argument, count_option, flag, option
 
 
 @answers()

@@ -1,20 +1,28 @@
 """Command that measures a paste: by its spread or a bead of it in a photo, or by a rheometer's table."""
 
+from collections.abc import Callable
 from datetime import date as day
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, Number, Text, answers, argument, option
-from sealtwin.cli.numbers import number_option, read_number
-from sealtwin.cli.settings_options import Given, two_numbers
+from sealtwin.cli.answer import Answer, Command, answers
+from sealtwin.cli.options import Given, Number, Text, argument, number_option, option, read_number, spelt, two_numbers
 from sealtwin.core.errors import InputError, present
 
 if TYPE_CHECKING:
-    from digitise.settings import PhotoInput
+    from sealtwin.material.paste import MeasuredPaste
 
 CONE = "38x19x57 for Kantro's mini-cone"
+ALL, OF_PHOTO = ("spread", "bead", "rheometer"), ("spread", "bead")
+METHODS = {
+    **dict.fromkeys(("density_kg_m3", "density_error_kg_m3"), ALL),
+    **dict.fromkeys(("mass_g", "mass_error_g", "edge_n_m", "edge_error_n_m"), OF_PHOTO),
+    **dict.fromkeys(("cone_mm", "early"), ("spread",)),
+    **dict.fromkeys(("asked_mm3_s", "speed_mm_s", "start_mm"), ("bead",)),
+}
+"""Methods that an option is of, by its name; these options are fields of the paste's table but for early."""
 
 
 @answers("markers", "face_mm")
@@ -70,126 +78,63 @@ def material(
 
     sealtwin material rheometer curve.csv --density-kg-m3 1690 --data measured
     """
+    given = locals()
     when = day_of(date)
-    of_spread = {"--cone-mm": cone_mm, "--early": early}
-    of_bead = {"--asked-mm3-s": asked_mm3_s, "--speed-mm-s": speed_mm_s, "--start-mm": start_mm}
-    of_photo = {**settings, "--mass-g": mass_g, "--mass-error-g": mass_error_g}
-    of_photo |= {"--edge-n-m": edge_n_m, "--edge-error-n-m": edge_error_n_m}
-    others = {"spread": of_bead, "bead": of_spread, "rheometer": {**of_photo, **of_spread, **of_bead}}[method]
-    if wrong := [name for name, value in others.items() if value is not None]:
-        raise typer.BadParameter(f"{wrong[0]} is no option of {method}")
-    known: dict[str, Any] = {
-        "density_kg_m3": density_kg_m3,
-        "density_error_kg_m3": density_error_kg_m3,
-        "mass_g": mass_g,
-        "mass_error_g": mass_error_g,
-        "edge_n_m": edge_n_m,
-        "edge_error_n_m": edge_error_n_m,
-    }
+    paste = {name: given[name] for name in METHODS if given[name] is not None}
+    others = [spelt(name) for name in paste if method not in METHODS[name]]
     if method == "rheometer":
+        others = [*settings, *others]
+    if others:
+        raise typer.BadParameter(f"{others[0]} is no option of {method}")
+    if method == "rheometer":
+        from sealtwin.core.settings import checked
         from sealtwin.material.by_rheometer import material_of_table
+        from sealtwin.material.paste import MeasuredPaste, PasteOnPlate
 
-        found = material_of_table(source, density_kg_m3, density_error_kg_m3, data, when)
-        facts, extra = {}, []
+        measured = MeasuredPaste(material_of_table(source, checked(PasteOnPlate, source, paste), data, when))
     else:
-        if not {"photo.markers", "photo.face_mm"} <= settings.keys():
-            raise typer.BadParameter(f"a {method} needs --markers TOML and --face-mm WxH of the frame in the photo")
         if "photo.data" in settings:
             raise typer.BadParameter("--set photo.data beside --data: give one")
-        seen = {**settings, "photo.data": data}
-        if method == "spread":
-            known["cone_mm"] = None if cone_mm is None else _three(cone_mm)
-            photos = [_photo_and_time(text) for text in early or ()]
-            found, facts, extra = _spread(source, seen, known, photos, when, command.say)
-        else:
-            if mass_g is None or asked_mm3_s is None or speed_mm_s is None:
-                raise typer.BadParameter("a bead needs --mass-g, --asked-mm3-s and --speed-mm-s")
-            known |= {"asked_mm3_s": asked_mm3_s, "speed_mm_s": speed_mm_s}
-            known["start_mm"] = None if start_mm is None else two_numbers(start_mm, ",", "--start-mm")
-            found, facts, extra = _bead(source, seen, known, when, command.say)
+        measured = _of_photo(method, source, {**settings, "photo.data": data}, paste, when, command.say)
     from sealtwin.core.files import write_unless_other
     from sealtwin.material.paste import material_text
 
+    found = measured.material
     write_unless_other({out: material_text(found).encode()})
     low, high = found.yield_stress_95_pa
     lines = [f"Yield stress {found.yield_stress_pa:.3g} Pa, 95 % {low:.3g} to {high:.3g} Pa ({found.method})."]
     if found.viscosity_pa_s is not None:
         doubt = f"standard uncertainty {found.viscosity_error_percent:.0f} %"
         lines.append(f"Viscosity {found.viscosity_pa_s:.3g} Pa s, {doubt}.")
-    lines += [f"{text[0].upper()}{text[1:]}." for text in found.basis] + extra
+    lines += [f"{text[0].upper()}{text[1:]}." for text in found.basis] + [*measured.sentences]
     lines.append(f'{out}: in a trial, [fluid] material = "{out.name}".')
-    command.reply(Answer({"version": 1, "file": out.as_posix(), **found.model_dump(mode="json"), **facts}, lines))
+    content = {"version": 1, "file": out.as_posix(), **found.model_dump(mode="json"), **measured.figures}
+    command.reply(Answer(content, lines))
 
 
-Found = tuple[Any, dict[str, Any], list[str]]
-"""The material, what JSON says beside it, and further lines."""
-
-
-def _spread(
-    photo: Path,
-    seen: dict[str, Any],
-    known: dict[str, Any],
-    early: list[tuple[Path, float]],
-    when: day,
-    say: Any,
-) -> Found:
-    from sealtwin.core.settings import checked
-    from sealtwin.material.by_spread import Heap, material_of
-
-    heap = checked(Heap, photo, {key: value for key, value in known.items() if value is not None})
-    found, estimate, spread = material_of(_photo_input(photo, seen), Path(), heap, early, when, say)
-    facts = {
-        "spread_mm": 2 * spread.radius_mm,
-        "spread_error_mm": 2 * spread.radius_error_mm,
-        "unround": spread.unround,
-        "height_to_radius": estimate.height_to_radius,
-        "flat_formula_pa": estimate.flat_pa,
-        "replayed": estimate.replayed,
-        "parts_pa": estimate.parts,
-    }
-    return found, facts, []
-
-
-def _bead(photo: Path, seen: dict[str, Any], known: dict[str, Any], when: day, say: Any) -> Found:
+def _of_photo(
+    method: str, source: Path, settings: Given, paste: dict[str, Any], when: day, say: Callable[[str], None]
+) -> "MeasuredPaste":
     from sealtwin.core.settings import checked
     from sealtwin.material.by_bead import LaidBead, material_of_bead
-
-    laid = checked(LaidBead, photo, {key: value for key, value in known.items() if value is not None})
-    found, estimate, bead = material_of_bead(_photo_input(photo, seen), Path(), laid, when)
-    for warning in bead.warnings:
-        say(f"note: {warning}")
-    row, flow, delay = estimate.pump_row(laid), estimate.flow_mm3_s, estimate.delay_s
-    low, high = (end / laid.asked_mm3_s for end in flow.interval)
-    lines = [
-        f"The pump gave {flow.value:.4g} mm³/s of {laid.asked_mm3_s:g} asked for, {flow.value / laid.asked_mm3_s:.3f} "
-        f"of it, 95 % {low:.3f} to {high:.3f}."
-    ]
-    if delay is not None:
-        lines.append(f"It began {delay.value:.2f} s late, 95 % {delay.interval[0]:.2f} to {delay.interval[1]:.2f} s.")
-    lines.append(f"A row for pump.csv ({','.join(row)}): {','.join(f'{value:g}' for value in row.values())}")
-    facts = {
-        "bead_length_mm": bead.length_mm,
-        "bead_width_mm": bead.width_mm,
-        "section_mm2": estimate.section_mm2,
-        "stiffness": estimate.stiffness,
-        "parts_pa": estimate.parts_pa,
-        "flow_mm3_s": flow.value,
-        "flow_95_mm3_s": list(flow.interval),
-        "delay_s": None if delay is None else delay.value,
-        "delay_95_s": None if delay is None else list(delay.interval),
-        "pump_row": row,
-    }
-    return found, facts, lines
-
-
-def _photo_input(photo: Path, settings: dict[str, Any]) -> "PhotoInput":
-    """Return the settings of the photo, which are checked as those of a trial are. Raises InputError."""
+    from sealtwin.material.by_spread import Heap, material_of
     from sealtwin.trial.trial_file import sample_trial
 
+    if not {"photo.markers", "photo.face_mm"} <= settings.keys():
+        raise typer.BadParameter(f"a {method} needs --markers TOML and --face-mm WxH of the frame in the photo")
     if others := [name for name in settings if not name.startswith("photo.")]:
         raise InputError(f"--set {others[0]}: a photo of a paste has settings of [photo] only.")
-    trial = sample_trial("photo", photo, {"photo.path_only": True, **settings})
-    return present(trial.photo, "photo").model_copy(update={"file": photo.resolve(), "path_only": None})
+    # Its settings are checked as those of a trial are.
+    trial = sample_trial("photo", source, {"photo.path_only": True, **settings})
+    photo = present(trial.photo, "photo").model_copy(update={"file": source.resolve(), "path_only": None})
+    if method == "spread":
+        paste["cone_mm"] = _three(paste["cone_mm"]) if "cone_mm" in paste else None
+        early = [_photo_and_time(text) for text in paste.pop("early", ())]
+        return material_of(photo, checked(Heap, source, paste), early, when, say)
+    if not {"mass_g", "asked_mm3_s", "speed_mm_s"} <= paste.keys():
+        raise typer.BadParameter("a bead needs --mass-g, --asked-mm3-s and --speed-mm-s")
+    paste["start_mm"] = two_numbers(paste["start_mm"], ",", "--start-mm") if "start_mm" in paste else None
+    return material_of_bead(photo, checked(LaidBead, source, paste), when, say)
 
 
 def _photo_and_time(text: str) -> tuple[Path, float]:

@@ -5,9 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, File, answers, argument, flag, option
-from sealtwin.cli.numbers import count_option, number_option
-from sealtwin.cli.settings_options import Given, two_numbers
+from sealtwin.cli.answer import Answer, Command, answers
+from sealtwin.cli.options import File, Given, argument, count_option, flag, number_option, option, two_numbers
 from sealtwin.core.errors import InputError
 
 

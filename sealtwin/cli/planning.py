@@ -5,9 +5,8 @@ from typing import Annotated
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, File, Number, answers, argument, flag, option
-from sealtwin.cli.numbers import count_option, number_option
-from sealtwin.cli.settings_options import Given
+from sealtwin.cli.answer import Answer, Command, answers
+from sealtwin.cli.options import File, Given, Number, argument, count_option, flag, number_option, option
 from sealtwin.core.errors import present
 
 

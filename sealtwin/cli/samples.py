@@ -1,14 +1,39 @@
-"""Commands that turn a photo, many photos or a mesh into a solid and a nozzle path."""
+"""Commands that turn photos, a mesh or a drawing into a solid and a nozzle path, and that export traced cracks."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
-from sealtwin.cli.answer import Command, Out, answers, argument
-from sealtwin.cli.numbers import count_option
-from sealtwin.cli.settings_options import PHOTO, Given
+from sealtwin.cli.answer import Answer, Command, answers
+from sealtwin.cli.options import PHOTO, Given, Number, Out, Text, argument, count_option, number_option, option
 from sealtwin.cli.trial_answer import run_trial
+from sealtwin.core.errors import InputError, ShapeError, ShapeKind
+
+LEAST_MM, MOST_MM = 0.1, 500.0
+"""Limits of a drawn crack's depth and width: those of [crack] depth_mm."""
+NO_RECTANGLE = (
+    "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
+    "Draw a rectangle round the crack, or none: the block then reaches 12 mm beyond the crack.",
+)
+IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
+    "outline": ("", "Mend the drawn lines there."),
+    "face": ("The crack takes more of the sample's face than it leaves.", "Draw the edge on the layer FACE larger."),
+    "sides": NO_RECTANGLE,
+    "through": NO_RECTANGLE,
+    "mouth": ("No crack opens in the face.", "Check --units, and that the edge on the layer FACE is round the crack."),
+    "rivals": ("", "The edge on the layer FACE cuts the crack in pieces: draw it round the crack or beyond one end."),
+    "walls": ("", "Draw the crack's middle instead and give it as --line LAYER --width-mm W."),
+    "narrow": ("The crack is too narrow for its length to be followed.", "Check --units, and the crack's width."),
+    "path": ("The drawn line is not along one crack.", "Draw it from end to end, without loops."),
+    "cut": (
+        "The drawn lines bound no sound solid.",
+        "Draw them without crossings and without points closer than 1 µm.",
+    ),
+}
+"""Fault of a drawing, if the mesh's words do not fit it, and its remedy."""
 
 
 @answers("units", needs=("units",))
@@ -71,6 +96,85 @@ def digitise(
     command.reply(batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=jobs)))
 
 
+@answers()
+def export(
+    command: Command,
+    folders: Annotated[list[Path], argument("RUN...", "Digitised run folders.")],
+    formats: Annotated[
+        str,
+        option(
+            "mask: a PNG of the photo's size, white where the crack is; coco: one JSON of all; dxf: lines in mm.",
+            "mask,coco,dxf",
+            "--format",
+        ),
+    ],
+    out: Annotated[Path, option("Folder for the files.", "DIR")],
+) -> None:
+    """Write traced cracks as masks, as annotations in COCO's form, or as drawings for CAD.
+
+    A DXF has the outline, both walls, the centreline, side cracks, the face and the nozzle's path, each on its layer.
+
+    Example: sealtwin export reports/paper-trial --format dxf,mask --out drawn
+    """
+    from sealtwin.core.run_folder import look_into
+    from sealtwin.trial.exports import KINDS, export_runs
+    from sealtwin.trial.job import other_versions, shown
+
+    asked = formats.split(",")
+    if unknown := [name for name in asked if name not in KINDS]:
+        raise typer.BadParameter(f"--format {unknown[0]}: allowed are {', '.join(KINDS)}")
+    written = export_runs(folders, [kind for kind in KINDS if kind in asked], out)
+    names = [shown(path) for path in written]
+    others = other_versions(*map(look_into, folders), stage="digitise")
+    command.reply(Answer({"version": 1, "files": names, "other_versions": others}, [*others, *names]))
+
+
+@answers()
+def import_dxf(
+    command: Command,
+    drawing: Annotated[Path, argument("DRAWING", "A DXF of the crack seen from above.")],
+    depth_mm: Annotated[float, number_option("Depth of the crack's level floor.")],
+    out: Annotated[Path, option("Folder for the mesh, trial.toml and run/.", "DIR")],
+    settings: Given,
+    outline: Annotated[Text, option("Layer with the crack's edge as a closed line; default: OUTLINE.", "LAYER")] = None,
+    walls: Annotated[
+        tuple[str, str] | None,
+        option("Two layers with a wall each, as an open line; default: WALL_LEFT WALL_RIGHT.", "LAYER LAYER"),
+    ] = None,
+    line: Annotated[Text, option("Layer with the crack's middle as an open line; needs --width-mm.", "LAYER")] = None,
+    width_mm: Annotated[Number, number_option("Width of the crack along that line.")] = None,
+    units: Annotated[
+        Literal["mm", "cm", "m", "inch", "foot"] | None,
+        option("Unit of the drawing, in place of the one that it states; where it states none, it is not guessed."),
+    ] = None,
+) -> None:
+    """Turn a crack drawn in CAD into a solid with upright walls and a nozzle path.
+
+    It is taken from an outline, from two walls, or from a line and a width; a closed line on the layer FACE is the edge
+    of the sample. The trial that is written runs like any other: 'sealtwin run DIR/trial.toml --out DIR/run'.
+
+    Example: sealtwin import-dxf crack.dxf --line CENTRELINE --width-mm 3 --depth-mm 16 --out drawn
+    """
+    if (line is None) != (width_mm is None):
+        raise typer.BadParameter("--line and --width-mm go together: a line has no width of its own")
+    if sum(given is not None for given in (outline, walls, line)) > 1:
+        raise typer.BadParameter("--outline, --walls and --line: give one of them")
+    if walls is not None and walls[0].upper() == walls[1].upper():
+        raise typer.BadParameter(f"--walls {walls[0]} {walls[1]}: the walls are on two layers, one each")
+    for name, value in (("--depth-mm", depth_mm), ("--width-mm", width_mm)):
+        if value is not None and not LEAST_MM < value <= MOST_MM:
+            raise typer.BadParameter(f"{name} {value:g}: expected more than {LEAST_MM:g}, at most {MOST_MM:g}")
+    from sealtwin.trial.drawn_trial import write_drawn_trial
+
+    drawn = None if line is None or width_mm is None else (line, width_mm)
+    shown_by = {"outline": outline, "walls": walls, "line": drawn}
+    with _of_a_drawing(drawing):
+        trial, notes = write_drawn_trial(drawing, out, depth_mm, units, shown_by, settings)
+        for note in notes:
+            command.warn(f"note: {note}")
+        run_trial(command, trial, out / "run", ("digitise",))
+
+
 def require_depth(given: dict[str, Any]) -> None:
     """Raise typer.BadParameter unless the settings of a photo have a depth or ask for a path alone."""
     if "crack.depth_mm" not in given and not given.get("photo.path_only"):
@@ -88,3 +192,13 @@ def _is_of_one_photo(name: str) -> bool:
     return (
         table == "photo" and (key.endswith("_px") or key == "crack" or names_file(Trial, name)) and key != "mm_per_px"
     )
+
+
+@contextmanager
+def _of_a_drawing(drawing: Path) -> Iterator[None]:
+    """Let a ShapeError from within name the drawing, and what to draw or to give instead."""
+    try:
+        yield
+    except ShapeError as fault:
+        wrong, remedy = IN_A_DRAWING.get(fault.kind, ("", "Check --units and the layers."))
+        raise InputError(f"{drawing}: {wrong or fault.wrong} {remedy}") from None

@@ -31,7 +31,7 @@ def run_trial(
 
     ``trial`` is the trial of a photo or a mesh, the ``file``, that has no trial file.
     """
-    from sealtwin.lab.facts_above import facts_above
+    from sealtwin.lab.held_out import facts_above
     from sealtwin.trial import pipeline
     from sealtwin.trial.trial_file import load_trial
 
@@ -56,7 +56,7 @@ def resume(
     ``settings`` by dotted name replace those of RUN/trial.toml, which then records them.
     """
     from sealtwin.core.run_folder import open_folder
-    from sealtwin.lab.facts_above import facts_above
+    from sealtwin.lab.held_out import facts_above
     from sealtwin.trial.job import resume_job
     from sealtwin.trial.pipeline import run_stages
 

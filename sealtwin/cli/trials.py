@@ -1,13 +1,14 @@
 """Commands that run a trial or one stage of it, and that start one."""
 
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sealtwin.cli.answer import Answer, Command, File, Out, answers, argument, flag, option
-from sealtwin.cli.numbers import count_option
-from sealtwin.cli.settings_options import FLUID, Given
+from sealtwin.cli.answer import Answer, Command, answers
+from sealtwin.cli.options import FLUID, PHOTO, File, Given, Out, argument, count_option, flag, option
+from sealtwin.cli.samples import require_depth
 from sealtwin.cli.trial_answer import resume, run_trial
 
 if TYPE_CHECKING:
@@ -118,6 +119,34 @@ def _pump_line(pump: dict[str, Any] | None) -> list[str]:
     half_percent = pump["interval_95_percent"]
     within = "equal weighings show no interval" if half_percent is None else f"95 % within {half_percent:.2g} %"
     return [f"Pump: asked for {asked} mm³/s to give {wanted}, {within}{waits}."]
+
+
+@answers(*PHOTO, *FLUID, device=True)
+def quick(
+    command: Command,
+    photo: Annotated[Path, argument("PHOTO", "A photo of the crack from above.")],
+    settings: Given,
+    caliper: Annotated[File, option("Readings taken after sealing, CSV or XLSX.", "SHEET")] = None,
+    out: Annotated[File, option("Folder for trial.toml and run/; default: reports/<photo name>-quick.", "DIR")] = None,
+) -> None:
+    """Go from a photo and a depth to mesh, path, fluid run and report, by the starter's fluid and nozzle.
+
+    Whatever was not given is assumed: it is said, marked in DIR/trial.toml and named in the report. Correct it there;
+    'sealtwin run' goes on.
+
+    Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
+    """
+    from sealtwin.trial.quick_trial import quick_trial, write_quick_trial
+
+    require_depth(settings)
+    folder = out or Path("reports", f"{photo.stem}-quick")
+    trial = folder / "trial.toml"
+    text, assumed = quick_trial(photo, folder, settings, caliper)
+    write_quick_trial(trial, text)
+    run = folder / "run"
+    command.warn(f"Assumed, since not given: {', '.join(assumed)}.")
+    command.say(f"Correct it in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
+    run_trial(command, trial, run, ALL_STAGES)
 
 
 @answers(device=True)

@@ -24,7 +24,9 @@ else:
     class KeywordTables(type(BaseModel)):
         """Construction by keywords, which are checked as a file's and documented by the fields; None is left out."""
 
-        def __call__(cls, **values: Any) -> BaseModel:
+        def __call__(cls, *unnamed: Any, **values: Any) -> BaseModel:
+            if unnamed:
+                raise InputError(f"{cls.__name__}: give settings by name, as {next(iter(cls.model_fields))}=...")
             return checked(cls, Path(cls.__name__), values)
 
         @property

@@ -1,4 +1,4 @@
-"""Readings that a study or a calibration of a lab used to choose by."""
+"""Readings of a lab: what used them to choose, trials that show how far the model is off, and facts on one trial."""
 
 import hashlib
 from collections.abc import Mapping
@@ -7,15 +7,23 @@ from typing import Any
 
 import numpy as np
 
+from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from sealtwin.core.run_folder import holding
-from sealtwin.lab.catalogue import Catalogue, is_lab
+from sealtwin.core.stage_keys import other_numbers
+from sealtwin.lab.catalogue import RUN, Catalogue, Record, is_lab, read_run
+from sealtwin.lab.found_files import TRIAL
+from sealtwin.study.extra_runs import time_of_extra_runs
 from sealtwin.study.study_file import load_study
-from sealtwin.trial.trial_file import load_trial
+from sealtwin.trial.job import Above, Job, shown
+from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.trial_file import Trial, load_trial
+from validate.metrics.verdict import kept_volume
 from validate.readings.read_readings import read_readings
+from validate.result import COMPARISON, EarlierTrial, read_comparison
+from validate.settings import Readings
 
-TRIAL = "trial.toml"
 LEVELS = 3  # Folders from a run's or a sheet's own up to the lab's: lab/P01/run
 DECIMALS = 6  # Of a millimetre, as of a profile's file; no sheet has as many
 
@@ -30,16 +38,22 @@ def uses(catalogue: Catalogue) -> tuple[dict[str, list[str]], list[str]]:
             readings = load_trial(path).readings if path.is_file() else None
             if readings is None or readings.role != "calibrated-on":
                 continue
-            digest = readings_hash(read_readings(path.parent / readings.file, readings))
+            use = f"calibration of sample '{record.name}', revision {record.revision},"
+            names_by_hash.setdefault(_hash_of(path.parent, readings), []).append(use)
         except InputError as fault:
             # Another sample's sheet must not keep this one from its run.
-            why = str(fault).partition("\n")[0]
-            cautions.append(f"caution: sample '{record.name}' may be calibrated on these readings: {why}")
-            continue
-        names_by_hash.setdefault(digest, []).append(
-            f"calibration of sample '{record.name}', revision {record.revision},"
-        )
+            cautions.append(_caution(record, "may be calibrated on these readings", fault))
     return names_by_hash, cautions
+
+
+def _caution(record: Record, what: str, fault: InputError) -> str:
+    first, _, _ = str(fault).partition("\n")
+    return f"caution: sample '{record.name}' {what}: {first}"
+
+
+def _hash_of(folder: Path, readings: Readings) -> str:
+    """Return the hash of a trial's readings. Raises InputError if they cannot be read."""
+    return readings_hash(read_readings(folder / readings.file, readings))
 
 
 def readings_hash(readings: Profile) -> str:
@@ -81,3 +95,89 @@ def lab_of(folder: Path) -> Path | None:
     """Return the lab that a folder lies in, or None."""
     folder = folder.resolve()
     return next((above for above in (folder, *folder.parents)[:LEVELS] if is_lab(above)), None)
+
+
+def earlier_trials(catalogue: Catalogue, source: Path | None = None) -> tuple[tuple[EarlierTrial, ...], list[str]]:
+    """Return the latest trial of each sample that counts, and cautions on those that could not be read.
+
+    A trial counts where photo and readings are measured, these were held out and chose nothing since, and particles
+    that kept their volume made its level, in files that nobody edited. The sample whose files lie in ``source``, or in
+    a run folder there, is none of them, and nor is one with the readings of another.
+    """
+    here = None if source is None else {source.resolve(), source.resolve().parent}
+    own = {one.sample for one in catalogue.records if here and (catalogue.lab / one.folder).resolve() in here}
+    latest = {record.sample: record for record in catalogue.records if record.sample not in own}
+    found: dict[str, EarlierTrial] = {}
+    cautions: list[str] = []
+    for record in latest.values():
+        try:
+            if (counts := _counts(catalogue.lab, record)) is not None:
+                found.setdefault(*counts)
+        except InputError as fault:
+            cautions.append(_caution(record, "is not among the earlier trials", fault))
+    chosen_by = uses(catalogue)[0] if found else {}
+    return tuple(trial for digest, trial in found.items() if digest not in chosen_by), cautions
+
+
+def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
+    """Return the hash of the readings and the trial; None where it does not count."""
+    result, run = read_run(lab, record), lab / record.folder / RUN
+    if result is None or result.edited or not (run / COMPARISON).is_file():
+        return None
+    comparison = read_comparison(run)
+    simulation = record_files.read_simulation(run)
+    measured = comparison.photo_data == comparison.readings_data == "measured"
+    if comparison.role != "held-out" or not measured or not simulation.has_particles:
+        return None
+    if simulation.escaped_particles or not kept_volume(simulation.volume_ratio):
+        return None
+    readings = load_trial(run / TRIAL).readings
+    if readings is None:
+        return None
+    if other := other_numbers(result.numbers, NUMBERS):
+        raise InputError(f"{run}: computed by {other}. 'sealtwin run' with its trial computes it anew.")
+    length_mm = comparison.covered_length_mm
+    return _hash_of(run, readings), EarlierTrial(
+        name=record.name,
+        level_error_mm=comparison.bias_mm,
+        computed_fill_ratio=comparison.simulated_fill_ratio,
+        read_fill_ratio=comparison.measured_fill_ratio,
+        computed_heap_mm2=comparison.simulated_overfill_mm3 / length_mm,
+        read_heap_mm2=comparison.measured_overfill_mm3 / length_mm,
+    )
+
+
+def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:
+    """Return the facts of lab and studies on a trial whose files are in ``source``.
+
+    A part of the lab that cannot be read is a caution; the lab then counts as not searched. Raises InputError, naming
+    the study or the calibration, if the trial is ``compared`` with readings that it declares held out, and that the lab
+    used to choose.
+    """
+    searched, cautions = False, list[str]()
+    held, lab = trial.readings, lab_of(source)
+    if compared and held is not None and held.role == "held-out" and lab is not None and (source / held.file).is_file():
+        found, cautions = uses(Catalogue(lab))
+        if used := found.get(_hash_of(source, held)):
+            raise InputError(
+                f'{source / TRIAL}: readings.role = "held-out", but the {used[0]} of {shown(lab)} used these readings '
+                'to choose; write "calibrated-on".'
+            )
+        searched = not cautions
+    return Above(
+        lab_searched=searched, extra_runs=_time_of_extra_runs, cautions=tuple(cautions), earlier=_earlier_trials
+    )
+
+
+def _time_of_extra_runs(job: Job) -> str:
+    trial = job.trial
+    return "" if trial.readings is None and not trial.uncertainty.moved else time_of_extra_runs(job)
+
+
+def _earlier_trials(job: Job) -> tuple[EarlierTrial, ...]:
+    if (lab := lab_of(job.source)) is None:
+        return ()
+    found, cautions = earlier_trials(Catalogue(lab), job.source)
+    for caution in cautions:
+        job.progress.warn(caution)
+    return found

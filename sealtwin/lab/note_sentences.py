@@ -84,9 +84,6 @@ class NoteSentences:
     bare: list[str] = field(default_factory=list)
     """Numbers without a unit, which are of no setting: of a page, of a list."""
 
-    def __bool__(self) -> bool:
-        return bool(self.settings or self.unread)
-
 
 def read_sentences(text: str, sample: str = "") -> NoteSentences:
     """Return the settings of a sample in the sentences of a text; a number of another sample is unread."""

@@ -5,7 +5,7 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from sealtwin.lab.note_words import (
     read_value,
     tables,
 )
+from sealtwin.lab.pairing import SampleFiles
 from sealtwin.lab.sheets import kind_of_text, text_of
 from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetCell, clipped
@@ -41,6 +42,7 @@ LONGEST_OWN = 200
 WORDS = "words"  # Table of lab.toml with the lab's own words and their settings
 OF_ONE = (note_words.NAME, note_words.DATE, *NAMED_FILES.values(), "readings.as_written")
 """Keys that cannot hold for all samples of a folder."""
+OF_ALL = SampleFiles("", {}, ())  # No sample, of a note that is of all of a folder
 KEYS = "a note knows the keys of a trial ('sealtwin init DIR' shows them), and data, date and operator."
 
 
@@ -76,6 +78,10 @@ class Note:
         self.doubts = []
         return self
 
+    def without(self, *prefixes: str) -> "Note":
+        """Return this note without settings whose keys begin so."""
+        return replace(self, entries={key: one for key, one in self.entries.items() if not key.startswith(prefixes)})
+
     def over(self, defaults: "Note") -> "Note":
         """Return this note, with the folder's ``defaults`` for all that it does not say."""
         dropped = set[str]()
@@ -88,27 +94,23 @@ class Note:
         return Note(taken | self.entries, faults, remarks, meant=defaults.meant | self.meant)
 
 
-@dataclass(frozen=True)
-class OfNote:
-    """The sample that a note is of, and the pairing file's answers about the note's numbers."""
+def read_note(
+    path: Path,
+    own: Mapping[str, str] | None = None,
+    sample: SampleFiles = OF_ALL,
+    answers: Mapping[str, Any] | None = None,
+) -> Note:
+    """Return the settings of a note of a sample and its faults, also if it cannot be read.
 
-    sample: str = ""
-    others: tuple[str, ...] = ()  # Names of the lab's other samples
-    skip: tuple[str, ...] = ()  # Numbers of no setting, as the note writes them
-    settings: Mapping[str, Any] = field(default_factory=dict)  # By dotted key
-
-
-def read_note(path: Path, own: Mapping[str, str] | None = None, of: OfNote | None = None) -> Note:
-    """Return the settings of a note and its faults, also if it cannot be read.
-
-    ``own`` are the settings that the lab's own words mean.
+    ``own`` are the settings that the lab's own words mean; ``answers`` are settings by dotted key that the pairing file
+    has beside the sample's files.
     """
     reader = _NoteReader(own or {})
     try:
         if path.suffix.lower() == NOTE_SUFFIX:
             reader.read_tables(read_toml(path, name="note", starter=STARTER), as_text(path))
         elif path.suffix.lower() in FREE_TEXT and kind_of_text(path) == "text":
-            return _of_sentences(path, of or OfNote())
+            return _of_sentences(path, sample, answers or {})
         else:
             reader.read_sheet(path)
         return reader.note.decided()
@@ -116,21 +118,21 @@ def read_note(path: Path, own: Mapping[str, str] | None = None, of: OfNote | Non
         return Note({}, str(fault).splitlines(), meant=set(known_keys()))
 
 
-def _of_sentences(path: Path, of: OfNote) -> Note:
+def _of_sentences(path: Path, sample: SampleFiles, answers: Mapping[str, Any]) -> Note:
     """Read a free text that the user calls a note: each number of it is a setting, or a fault or a remark."""
     text, where = text_of(path), as_text(path)
     if len(text) > LONGEST_TEXT:
         return Note(faults=[f"{where}: {len(text):,} letters; a note has at most {LONGEST_TEXT:,}. {NOT_READ}"])
-    if others := names_of_samples(text, of.others):
+    if others := names_of_samples(text, sample.others):
         return Note(faults=[f"{where}: names {', '.join(others)} too. Give each sample a note of its own. {NOT_READ}"])
-    sentences = read_sentences(text, of.sample)
+    sentences = read_sentences(text, sample.name)
     note = Note({key: NoteEntry(value, where) for key, (value, _) in sentences.settings.items()})
     note.remarks += [_read_as(where, key, value, words) for key, (value, words) in sentences.settings.items()]
     if sentences.bare:
         few = ", ".join(sentences.bare[:MOST_QUOTED])
         note.remarks.append(f"{where}: not read, since they have no unit: {few}.")
-    skipped = set(map(squeezed, of.skip))
-    unread = [one for one in sentences.unread if squeezed(one) not in skipped and not _is_answered(one, of.settings)]
+    skipped = set(map(squeezed, sample.answers.get("note", {}).get("skip", "").split(";")))
+    unread = [one for one in sentences.unread if squeezed(one) not in skipped and not _is_answered(one, answers)]
     if unread:
         note.faults.append(
             f"{where}: {_quoted(unread)}: no setting was read from {'this' if len(unread) == 1 else 'these'}. In the "

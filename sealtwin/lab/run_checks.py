@@ -13,8 +13,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding, open_folder
 from sealtwin.lab.catalogue import RUN, Catalogue, CatalogueFault, state_of
-from sealtwin.lab.facts_above import facts_above
 from sealtwin.lab.found_files import TRIAL
+from sealtwin.lab.held_out import facts_above
 from sealtwin.lab.ingest import Ingested, write_pairing, write_trial
 from sealtwin.lab.note_words import DEPTH, SCALE
 from sealtwin.lab.pairing import PAIRING

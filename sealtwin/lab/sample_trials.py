@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Mapping, Set
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path, PurePath
 from textwrap import shorten
 from typing import Any
@@ -14,7 +14,7 @@ from sealtwin.core.settings import checked
 from sealtwin.lab.found_files import DEFAULTS, NAMED_FILES, PICTURES, Role
 from sealtwin.lab.note_sentences import quantities, read_sentences
 from sealtwin.lab.note_words import ALTERNATIVES, DATA, DEPTH, OF_READINGS, OWN, SCALE, is_unit, of_columns
-from sealtwin.lab.notes import Note, NoteEntry, OfNote, read_cell, read_note, seems_to_say
+from sealtwin.lab.notes import Note, NoteEntry, read_cell, read_note, seems_to_say
 from sealtwin.lab.pairing import PAIRING, SampleFiles, as_columns
 from sealtwin.lab.sample_outcome import LONGEST_QUESTION, KeptFile, SampleOutcome, kept_as, note_of
 from sealtwin.lab.sheets import read_fill
@@ -93,25 +93,19 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
         role: read_cell(answers.get("settings", ""), f"{PAIRING}, {sample.files[role]}")
         for role, answers in sample.answers.items()
     }
-    about = OfNote(
-        sample.name,
-        sample.others,
-        tuple(part.strip() for part in sample.answers.get("note", {}).get("skip", "").split(";")),
-        {key: entry.value for cell in cells.values() for key, entry in cell.entries.items()},
-    )
-    notes = (read_note(folder / raw.original, defaults.words, about) for raw in outcome.raw if raw.role == "note")
-    own = next(notes, Note())
+    answers = {key: entry.value for cell in cells.values() for key, entry in cell.entries.items()}
+    notes = (raw.original for raw in outcome.raw if raw.role == "note")
+    own = next((read_note(folder / note, defaults.words, sample, answers) for note in notes), Note())
     if "readings" not in sample.files:
         # The folder's settings of readings concern other samples.
-        entries = {key: entry for key, entry in defaults.entries.items() if not key.startswith(OF_READINGS)}
-        defaults = replace(defaults, entries=entries)
+        defaults = defaults.without(*OF_READINGS)
         outcome.faults += [
             f"{entry.origin}: {key} of a sample without readings; add its sheet, or leave {key} out."
             for key, entry in sorted(own.entries.items())
             if key.startswith(OF_READINGS)
         ]
     if "fill" in sample.files:
-        defaults = replace(defaults, entries={key: one for key, one in defaults.entries.items() if key != ANGLE})
+        defaults = defaults.without(ANGLE)
     outcome.note = own.over(defaults)
     outcome.remarks += [
         f"{entry.origin}: {key} = {toml_value(entry.value)}, in place of {toml_value(theirs.value)} in {DEFAULTS}."

@@ -1,5 +1,6 @@
 """The flow of a pump and the yield stress of a paste, by one bead on a plate that was weighed and photographed."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -13,9 +14,8 @@ from digitise.settings import OnFace, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.material.by_spread import DRAWS, NOT_FOR, SEED
-from sealtwin.material.paste import PasteOnPlate, PasteValue, four_digits, measured_material
+from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, PasteValue, by_source, four_digits, measured_material
 from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
-from simulate.material_file import Material
 from simulate.spread_law import GRAVITY_M_S2
 
 MASS_ERROR_G = 0.03  # Of a scale that shows 0.05 g, with what sticks to the nozzle
@@ -156,10 +156,8 @@ def footprint_of(bead: BeadOutline) -> PasteArea:
     return PasteArea((ends[1:] + ends[:-1]) / 2, area, bead.edge_mm, middle_area, piece_mm)
 
 
-def material_of_bead(
-    photo: PhotoInput, folder: Path, laid: LaidBead, day: date
-) -> tuple[Material, BeadEstimate, BeadOutline]:
-    """Measure a bead in a photo and return its paste. Raises InputError for what cannot be measured."""
+def material_of_bead(photo: PhotoInput, laid: LaidBead, day: date, note: Callable[[str], None]) -> MeasuredPaste:
+    """Measure a bead in a photo and return its paste and its pump. Raises InputError for what cannot be measured."""
     if (start := laid.start_mm) is not None and photo.face_mm is not None:
         for name, place, side in zip("xy", start, photo.face_mm, strict=True):
             if not 0 <= place <= side:
@@ -167,23 +165,46 @@ def material_of_bead(
                     f"--start-mm {start[0]:g},{start[1]:g}: {name} is outside the sheet's opening of "
                     f"{photo.face_mm[0]:g} x {photo.face_mm[1]:g} mm: give mm from its lower left corner."
                 )
-    bead = measure_bead(photo, folder)
+    bead = measure_bead(photo, Path())
+    for warning in bead.warnings:
+        note(f"note: {warning}")
     estimate = identify(laid, bead)
-    parts = ", ".join(f"{name} {value:.2g}" for name, value in estimate.parts_pa.items())
     material = measured_material(
         photo.file,
-        day,
         photo.data,
+        day,
+        laid,
         estimate.stress_pa,
         method="bead on a plate, closed form with stretching by its whole outline, surface tension's term subtracted",
-        density_kg_m3=laid.density_kg_m3,
-        density_error_kg_m3=laid.spread_of_density,
         basis=(
             f"bead of {laid.mass_g:g} g, {bead.length_mm:.2f} mm long and {bead.width_mm:.2f} mm wide in the "
             f"middle, where its section is {estimate.section_mm2:.4g} mm²",
             f"yield stress over weight and root of the section {estimate.stiffness:.3f}, at most {STIFFEST:g}",
-            f"standard uncertainty in Pa by source: {parts}",
+            by_source(estimate.parts_pa),
         ),
         not_for=BEAD_NOT_FOR,
     )
-    return material, estimate, bead
+    row, flow, delay = estimate.pump_row(laid), estimate.flow_mm3_s, estimate.delay_s
+    figures = {
+        "bead_length_mm": bead.length_mm,
+        "bead_width_mm": bead.width_mm,
+        "section_mm2": estimate.section_mm2,
+        "stiffness": estimate.stiffness,
+        "parts_pa": estimate.parts_pa,
+        "flow_mm3_s": flow.value,
+        "flow_95_mm3_s": list(flow.interval),
+        "delay_s": None if delay is None else delay.value,
+        "delay_95_s": None if delay is None else list(delay.interval),
+        "pump_row": row,
+    }
+    low, high = (end / laid.asked_mm3_s for end in flow.interval)
+    sentences = [
+        f"The pump gave {flow.value:.4g} mm³/s of {laid.asked_mm3_s:g} asked for, {flow.value / laid.asked_mm3_s:.3f} "
+        f"of it, 95 % {low:.3f} to {high:.3f}."
+    ]
+    if delay is not None:
+        sentences.append(
+            f"It began {delay.value:.2f} s late, 95 % {delay.interval[0]:.2f} to {delay.interval[1]:.2f} s."
+        )
+    sentences.append(f"A row for pump.csv ({','.join(row)}): {','.join(f'{value:g}' for value in row.values())}")
+    return MeasuredPaste(material, figures, sentences)

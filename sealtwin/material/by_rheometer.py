@@ -8,7 +8,7 @@ import numpy as np
 from sealtwin.core.errors import InputError
 from sealtwin.core.number_tables import read_columns
 from sealtwin.core.records import DataKind, Floats
-from sealtwin.material.paste import DENSITY_ERROR, PasteValue, measured_material
+from sealtwin.material.paste import PasteOnPlate, PasteValue, measured_material
 from simulate.material_file import Material
 
 BOUNDS = {"shear_rate_per_s": (1e-6, 1e6), "stress_pa": (1e-6, 1e6)}
@@ -30,14 +30,12 @@ NOT_FOR = (
 )
 
 
-def material_of_table(
-    path: Path, density_kg_m3: float, density_error_kg_m3: float | None, data: DataKind, day: date
-) -> Material:
+def material_of_table(path: Path, paste: PasteOnPlate, data: DataKind, day: date) -> Material:
     """Fit a table of shear rate and stress. Raises InputError, naming the file, if it is no flow curve."""
-    if (density_error_kg_m3 or 0.0) > density_kg_m3 / 2:
+    if paste.spread_of_density > paste.density_kg_m3 / 2:
         raise InputError(
-            f"density_error_kg_m3 is {density_error_kg_m3:g}, more than half of density_kg_m3, {density_kg_m3:g}: give "
-            "the standard uncertainty of the density, or leave it out."
+            f"density_error_kg_m3 is {paste.spread_of_density:g}, more than half of density_kg_m3, "
+            f"{paste.density_kg_m3:g}: give the standard uncertainty of the density, or leave it out."
         )
     columns = read_columns(path, BOUNDS, list(BOUNDS), ROWS)
     rate, stress = (np.array(columns[name]) for name in BOUNDS)
@@ -71,13 +69,12 @@ def material_of_table(
         )
     return measured_material(
         path,
-        day,
         data,
+        day,
+        paste,
         PasteValue(yields, error, (max(0.0, yields - 2 * error), yields + 2 * error)),
         (thick, percent),
         method="rheometer's flow curve, Bingham's line by least squares of relative differences",
-        density_kg_m3=density_kg_m3,
-        density_error_kg_m3=density_error_kg_m3 or DENSITY_ERROR * density_kg_m3,
         basis=(
             f"{len(rate)} rows from {rate.min():g} to {rate.max():g} /s",
             f"RMS of the line's misses {misfit:.1%} of the stress, which the uncertainty holds",

@@ -12,8 +12,7 @@ from digitise.settings import PhotoInput
 from digitise.spread import SpreadBlob, measure_spread
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
-from sealtwin.material.paste import PasteOnPlate, PasteValue, measured_material
-from simulate.material_file import Material
+from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, PasteValue, by_source, measured_material
 from simulate.slump import Slump, SlumpCurve, slump
 from simulate.spread_law import (
     FLATTEST,
@@ -208,42 +207,44 @@ def viscosity(
 
 
 def material_of(
-    photo: PhotoInput,
-    folder: Path,
-    heap: Heap,
-    early: Sequence[tuple[Path, float]],
-    day: date,
-    note: Callable[[str], None],
-) -> tuple[Material, PasteEstimate, SpreadBlob]:
+    photo: PhotoInput, heap: Heap, early: Sequence[tuple[Path, float]], day: date, note: Callable[[str], None]
+) -> MeasuredPaste:
     """Measure a spread in a photo and return the paste. Raises InputError for what cannot be measured."""
-    spread = measure_spread(photo, folder)
+    spread = measure_spread(photo, Path())
     for warning in spread.warnings:
         note(f"note: {warning}")
     stress = estimate(heap, spread, note)
     thickness = None
     if early:
-        blobs = [(measure_spread(photo.model_copy(update={"file": file}), folder), at_s) for file, at_s in early]
+        blobs = [(measure_spread(photo.model_copy(update={"file": file}), Path()), at_s) for file, at_s in early]
         note("The slump is replayed once more, for its course in time.")
         thickness = viscosity(heap, stress, blobs)
     way = "slump of a cone replayed in particles" if stress.replayed else "spread, closed form with stretching"
-    parts = ", ".join(f"{name} {value:.2g}" for name, value in stress.parts.items())
     small, large = spread.diameters_mm
     material = measured_material(
         photo.file,
-        day,
         photo.data,
+        day,
+        heap,
         stress,
         thickness,
         method=f"{way}, surface tension's term subtracted",
-        density_kg_m3=heap.density_kg_m3,
-        density_error_kg_m3=heap.spread_of_density,
         basis=(
             f"spread of {2 * spread.radius_mm:.2f} mm by its area ({small:.1f} to {large:.1f} mm across), "
             f"{stress.volume_mm3 / 1000:.4g} ml",
             f"height over radius {stress.height_to_radius:.3f}; Roussel and Coussot's flat formula alone says "
             f"{stress.flat_pa:.4g} Pa",
-            f"standard uncertainty in Pa by source: {parts}",
+            by_source(stress.parts),
         ),
         not_for=NOT_FOR,
     )
-    return material, stress, spread
+    figures = {
+        "spread_mm": 2 * spread.radius_mm,
+        "spread_error_mm": 2 * spread.radius_error_mm,
+        "unround": spread.unround,
+        "height_to_radius": stress.height_to_radius,
+        "flat_formula_pa": stress.flat_pa,
+        "replayed": stress.replayed,
+        "parts_pa": stress.parts,
+    }
+    return MeasuredPaste(material, figures)

@@ -1,7 +1,8 @@
 """Parts that all ways of measuring a paste share: a value with its interval, and material.toml."""
 
 import json
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -44,14 +45,24 @@ class PasteValue:
     interval: tuple[float, float]
 
 
+@dataclass(frozen=True)
+class MeasuredPaste:
+    """A paste, and what else its measurement shows."""
+
+    material: Material
+    figures: dict[str, Any] = field(default_factory=dict)  # Of the answer's JSON
+    sentences: Sequence[str] = ()
+
+
 def four_digits(value: float) -> float:
     return float(f"{value:.4g}")
 
 
 def measured_material(
     path: Path,
-    day: date,
     data: DataKind,
+    day: date,
+    paste: PasteOnPlate,
     stress_pa: PasteValue,
     viscosity: tuple[float, float] | None = None,
     **rest: Any,
@@ -70,9 +81,18 @@ def measured_material(
         "yield_stress_95_pa": [*map(four_digits, stress_pa.interval)],
         "viscosity_pa_s": thick,
         "viscosity_error_percent": percent,
+        "density_kg_m3": paste.density_kg_m3,
+        "density_error_kg_m3": paste.spread_of_density,
         **rest,
     }
     return checked(Material, path, content)
+
+
+def by_source(parts_pa: Mapping[str, float]) -> str:
+    """Return the sentence on a yield stress's standard uncertainty by source."""
+    return (
+        f"standard uncertainty in Pa by source: {', '.join(f'{name} {value:.2g}' for name, value in parts_pa.items())}"
+    )
 
 
 def material_text(material: Material) -> str:

@@ -10,7 +10,7 @@ import typer.main
 from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
-from sealtwin.cli.numbers import read_number
+from sealtwin.cli.options import read_number
 from tests.house_rules import modules
 from tests.pictures import mortar, with_crack, write_png
 from tests.places import ROOT

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from sealtwin.cli.settings_options import along, board, points, two_numbers
+from sealtwin.cli.options import along, board, points, two_numbers
 from sealtwin.core.errors import InputError
 
 

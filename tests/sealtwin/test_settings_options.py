@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from sealtwin.cli.answer import removed_options
 from sealtwin.cli.app import app
-from sealtwin.cli.settings_options import OPTIONS, describe, settings_of
+from sealtwin.cli.options import OPTIONS, describe, settings_of
 from sealtwin.core.settings import described, names_file, table_of
 from sealtwin.trial.trial_file import Trial
 from tests.pages import leave_out_pages

@@ -11,8 +11,7 @@ import pytest
 from sealtwin.core import files, record_files
 from sealtwin.core.records import DataKind
 from sealtwin.lab.catalogue import RUN, Catalogue
-from sealtwin.lab.earlier_trials import earlier_trials
-from sealtwin.lab.held_out import note_use
+from sealtwin.lab.held_out import earlier_trials, note_use
 from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import load_trial
 from tests.evidence import make_evidence

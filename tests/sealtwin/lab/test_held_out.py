@@ -10,8 +10,7 @@ from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from sealtwin.lab.catalogue import Catalogue
-from sealtwin.lab.facts_above import facts_above
-from sealtwin.lab.held_out import note_study, note_use, readings_hash
+from sealtwin.lab.held_out import facts_above, note_study, note_use, readings_hash
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import QUIET

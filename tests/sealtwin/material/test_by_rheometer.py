@@ -7,6 +7,7 @@ import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.material.by_rheometer import TORQUE, material_of_table
+from sealtwin.material.paste import PasteOnPlate
 
 DAY = date(2026, 11, 21)
 
@@ -14,7 +15,7 @@ DAY = date(2026, 11, 21)
 def table(folder, rows: str):
     path = folder / "curve.csv"
     path.write_text(rows, encoding="utf-8")
-    return material_of_table(path, 1690.0, None, "synthetic", DAY)
+    return material_of_table(path, PasteOnPlate(density_kg_m3=1690.0), "synthetic", DAY)
 
 
 def test_a_line_is_found_exactly_and_its_scale_is_never_better_than_the_torques(tmp_path):

@@ -1,6 +1,7 @@
-"""Settings of a trial file on the command line: the options of every day, and --set for all others."""
+"""Options of the command line: numbers with a decimal point or comma, the settings of every day, and --set."""
 
 import inspect
+import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -9,11 +10,78 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from sealtwin.cli.numbers import WRITTEN, read_number
 from sealtwin.core.errors import InputError, present
 
 Given = dict[str, Any]
 """Settings of a trial by dotted name, in place of those of its file."""
+
+
+def option(help: str, metavar: str | None = None, *names: str) -> Any:
+    """Describe an option, whose name is that of its parameter unless ``names`` are given."""
+    return typer.Option(*names, help=help, metavar=metavar)
+
+
+def flag(name: str, help: str) -> Any:
+    """Describe an option without a value; with its name given there is no "--no-" beside it."""
+    return typer.Option(name, help=help)
+
+
+def argument(metavar: str, help: str | None = None) -> Any:
+    return typer.Argument(metavar=metavar, help=help)
+
+
+Text = str | None
+Number = float | None
+File = Path | None
+Out = Annotated[File, option("Run folder; default: reports/<trial name> under the current folder.", "DIR")]
+
+
+WRITTEN = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
+"""A number as people write it: Python's own reader also takes 1_0, nan and digits of other scripts."""
+THOUSANDS = re.compile(r"[+-]?[1-9]\d*,\d{3}", re.ASCII)
+
+
+def read_number(text: str, *, comma: bool = True) -> float:
+    """Return a finite number. Raises ValueError, with what was expected; ``comma`` is False where commas separate."""
+    text = text.strip()
+    if not WRITTEN.fullmatch(text) or ("," in text and not comma):
+        raise ValueError("expected a number, as 0.1" + (" or 0,1" if comma else ""))
+    if THOUSANDS.fullmatch(text):
+        raise ValueError(f"{text.replace(',', '.')} or {text.replace(',', '')}? Write it without the comma")
+    value = float(text.replace(",", "."))
+    if not math.isfinite(value):
+        raise ValueError("expected a number that is finite")
+    return value
+
+
+def number_option(help: str, low: float | None = None, high: float | None = None) -> Any:
+    """Describe an option of one number, from ``low`` to ``high`` where given."""
+    return typer.Option(help=help, metavar=_metavar("NUMBER", low, high), parser=_reader(float, low, high))
+
+
+def count_option(help: str, low: int, high: int) -> Any:
+    """Describe an option of a whole number, from ``low`` to ``high``."""
+    return typer.Option(help=help, metavar=_metavar("COUNT", low, high), parser=_reader(int, low, high))
+
+
+def _metavar(word: str, low: float | None, high: float | None) -> str:
+    return word if low is None else f"{word}, {low} to {high}"
+
+
+def _reader(kind: type[int] | type[float], low: float | None, high: float | None) -> Callable[[Any], float]:
+    def read(given: Any) -> float:
+        # A default is a number already.
+        try:
+            value = read_number(given) if isinstance(given, str) else given
+        except ValueError as fault:
+            raise typer.BadParameter(f"{given}: {fault}") from None
+        if kind is int and value != int(value):
+            raise typer.BadParameter(f"{given}: expected a whole number")
+        if not (-math.inf if low is None else low) <= value <= (math.inf if high is None else high):
+            raise typer.BadParameter(f"{given}: expected {_metavar('', low, high).lstrip(', ')}")
+        return kind(value)
+
+    return read
 
 
 def two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
@@ -139,7 +207,7 @@ def parameters(names: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.P
     """Yield the parameters of options of every day, those in ``needs`` without a default, and of --set."""
     for name in names:
         option, needed = OPTIONS[name], name in needs
-        shown = typer.Option(_spelt(name), metavar=option.metavar, help=option.key)
+        shown = typer.Option(spelt(name), metavar=option.metavar, help=option.key)
         yield parameter(name, str if needed else option.kind, shown, inspect.Parameter.empty if needed else None)
     yield parameter("set", list[str] | None, SET, None)
 
@@ -157,7 +225,7 @@ def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
     twice, InputError for a file that cannot be used.
     """
     given = {name: text for name, text in options.items() if text is not None}
-    settings = {OPTIONS[name].key: OPTIONS[name].read(text, _spelt(name)) for name, text in given.items()}
+    settings = {OPTIONS[name].key: OPTIONS[name].read(text, spelt(name)) for name, text in given.items()}
     for text in others:
         key, value = _setting(text)
         if beside := [name for name in settings if f"{name}.".startswith(f"{key}.") or key.startswith(f"{name}.")]:
@@ -175,7 +243,7 @@ def describe(command: Any) -> None:
             shown.metavar = shown.metavar or values
 
 
-def _spelt(name: str) -> str:
+def spelt(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
