@@ -320,7 +320,7 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
     low_pa, high_pa, error_pa = stress_pa, stress_pa, known.yield_stress_pa or 0.0
     if STRESS in draws:
         low_pa, high_pa, error_pa = _spread(draws[STRESS], stress_pa)
-    thick_pa_s, percent = ran.get("viscosity_pa_s"), known.viscosity_percent or 0.0
+    thick_pa_s, percent = ran.viscosity_pa_s, known.viscosity_percent or 0.0
     if free := [draws[name] for name in THICKNESS if name in draws]:
         percent = 100 * float(np.std(np.log(np.maximum(free[0], 1e-9))))
     basis = ["readings that nobody measured (EMULATED)"] if calibrated.emulated else []
@@ -345,7 +345,7 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
         basis=tuple(sentence[:300] for sentence in basis),
         not_for=NOT_FOR,
         radius_mm=twin.radius_mm,
-        substeps=ran.get("substeps"),
+        substeps=ran.substeps,
     )
 
 

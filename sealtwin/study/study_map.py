@@ -225,8 +225,8 @@ def chart_of(
 
 def _excluded(run: StudyRun) -> Excluded:
     if run.state == "done" and run.figures is not None:
-        reason = UNFIT if run.figures.get("unfit") else VOLUME_OFF
-        return Excluded(run.number, run.settings, reason, run.figures["volume_ratio"])
+        reason = UNFIT if run.figures.unfit else VOLUME_OFF
+        return Excluded(run.number, run.settings, reason, run.figures.volume_ratio)
     return Excluded(run.number, run.settings, run.reason or NOT_DONE)
 
 
@@ -236,7 +236,7 @@ def finished_run(folder: Path, run: StudyRun) -> Finished:
     if run.figures is None or not is_intact(folder, run):
         raise InputError(f"{path}: not as run {run.number} left it. 'sealtwin sweep' with its study computes it again.")
     profile = record_files.read_profile(path.parent)
-    return Finished(run.number, run.settings, profile, run.wall_s or 0.0, run.figures["volume_ratio"])
+    return Finished(run.number, run.settings, profile, run.wall_s or 0.0, run.figures.volume_ratio)
 
 
 def _largest_mm(folder: Path, runs: Sequence[StudyRun]) -> tuple[float, float]:
