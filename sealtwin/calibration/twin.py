@@ -51,7 +51,7 @@ class Twin:
 
         self.file, self._how, self._progress = file, how, progress
         trial = load_trial(file, settings)
-        held, self.fluid = _fit_to_calibrate(file, trial)
+        held = _fit_to_calibrate(file, trial)
         self.trial = trial.loaded(file.parent)
         self.held: Readings = held
         self._content = self.trial.model_dump(mode="json", exclude_none=True, exclude={"readings", "gate"})
@@ -156,7 +156,7 @@ class Twin:
         return np.interp(self.evidence.s_mm, profile.s_mm, profile.level_mm)
 
 
-def _fit_to_calibrate(file: Path, trial: Trial) -> tuple[Readings, Any]:
+def _fit_to_calibrate(file: Path, trial: Trial) -> Readings:
     if trial.fluid is None:
         raise InputError(f"{file}: no [fluid] table; give viscosity_pa_s, or U and D_cm.")
     if trial.readings is None:
@@ -167,4 +167,4 @@ def _fit_to_calibrate(file: Path, trial: Trial) -> tuple[Readings, Any]:
         )
     require_sample(trial, file.parent)
     check_sheet(file.parent / trial.readings.file)
-    return trial.readings, trial.fluid
+    return trial.readings
