@@ -110,18 +110,6 @@ def seal_in_worker(sample: bytes, trials: Sequence[Trial], device: str, keep_run
     return seal(_unpickled(sample), trials, device=device, keep_runs=keep_runs)
 
 
-def read_with_readings(folder: Path, settings: Readings | None) -> Sample:
-    """Read a digitised sample with its readings. Raises InputError if a file is missing or cannot be read."""
-    sample = record_files.read_sample(folder)
-    if settings is None:
-        return sample
-    from validate.readings.read_readings import read_readings
-
-    sheet = folder / INPUTS / settings.file.name
-    readings = read_readings(sheet, settings, sample.outline.length_mm, sample.solid.depth_mm)
-    return replace(sample, readings=readings)
-
-
 def seal(sample: Sample, trials: Sequence[Trial], *, device: str, keep_runs: bool) -> list[Sealing | Outcome]:
     """Compute runs that differ in their fluids alone in one launch, each with the result that it has alone.
 
@@ -156,9 +144,20 @@ def _arguments(folder: Path, group: Sequence[StudyRun], how: Computing) -> tuple
 
 
 @lru_cache(maxsize=1)
-def _pickled(sample: Path, readings: str) -> bytes:
-    """Return a pickled sample; runs of one sample mostly follow each other."""
-    return pickle.dumps(read_with_readings(sample, Readings.model_validate_json(readings) if readings else None))
+def _pickled(folder: Path, given: str) -> bytes:
+    """Return a digitised sample with its readings, pickled; runs of one sample mostly follow each other.
+
+    Raises InputError if a file is missing or cannot be read.
+    """
+    sample = record_files.read_sample(folder)
+    if given:
+        from validate.readings.read_readings import read_readings
+
+        settings = Readings.model_validate_json(given)
+        sheet = folder / INPUTS / settings.file.name
+        readings = read_readings(sheet, settings, sample.outline.length_mm, sample.solid.depth_mm)
+        sample = replace(sample, readings=readings)
+    return pickle.dumps(sample)
 
 
 @lru_cache(maxsize=1)
