@@ -89,7 +89,7 @@ def _with_tables(trial: dict[str, Any]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Planned:
+class ScheduledRun:
     """One run of a study as its plan has it."""
 
     number: Annotated[int, Field(ge=1)]  # Position in the study, from 1
@@ -103,7 +103,7 @@ class Planned:
 
 @with_config(FROM_JSON | ConfigDict(extra="forbid"))
 @dataclass(frozen=True)
-class StudyRun(Outcome, Planned):
+class StudyRun(Outcome, ScheduledRun):
     """One run of a study, as the plan has it, with its outcome once it has one."""
 
     @property
@@ -185,7 +185,7 @@ def fluid_warnings(runs: Sequence[StudyRun]) -> list[str]:
 
 def write_plan(folder: Path, plan: Plan) -> None:
     """Write the plan. Outcomes are files of their own, so that nothing else has to be locked or updated."""
-    runs = [_part(Planned, run) for run in plan.runs]
+    runs = [_part(ScheduledRun, run) for run in plan.runs]
     content = {"version": 1, "study": plan.study, "total": plan.total, "started_unix_s": plan.started_unix_s}
     content |= {"stage_numbers": dict(plan.numbers), "runs": runs}
     files.write_text(folder / PLAN, json.dumps(content, ensure_ascii=False, allow_nan=False))
@@ -210,10 +210,10 @@ def write_outcome(folder: Path, run: StudyRun) -> None:
 def forget_outcome(folder: Path, run: StudyRun) -> StudyRun:
     """Return the run as waiting, and remove its outcome."""
     (run_path(folder, run.key) / OUTCOME).unlink(missing_ok=True)
-    return StudyRun(**_part(Planned, run))
+    return StudyRun(**_part(ScheduledRun, run))
 
 
-def _part(of: type[Planned | Outcome], run: StudyRun) -> dict[str, Any]:
+def _part(of: type[ScheduledRun | Outcome], run: StudyRun) -> dict[str, Any]:
     return {one.name: getattr(run, one.name) for one in fields(of)}
 
 
