@@ -150,7 +150,7 @@ def _profiles(bench: Sample, launch: Launch) -> Row:
 
 
 def _memory(bench: Sample, trials: Sequence[Trial], launch: Launch) -> list[Row]:
-    expected = len(trials) * size_of(trials[0], bench.trajectory, bench.outline.mean_width_mm).bytes
+    expected = len(trials) * size_of(trials[0], bench).bytes
     rows = [Row(f"{len(trials)} runs: memory, expected", expected / 1e6, "MB")]
     if math.isfinite(launch.taken_bytes):
         # A pool hands out whole blocks, and holds what scans and sorts take for a moment.

@@ -1,8 +1,8 @@
 """A study whose runs take a fraction of a second: a drawn crack of 12 mm, coarse particles, a quick nozzle."""
 
-import json
 from pathlib import Path
 
+from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
 from sealtwin.study.runner import Computing, compute
 from sealtwin.study.study_folder import profile_path, read_plan
@@ -88,7 +88,7 @@ def results_of(out: Path) -> dict[int, tuple[bytes, dict]]:
     found = {}
     for run in read_plan(out).runs:
         assert run.state == "done", run.reason
-        figures = json.loads(json.dumps(run.figures))
+        figures = present(run.figures, "figures").model_dump(exclude_unset=True)
         for name in ("setup_s", "frames_s"):
             del figures["health"][name]
         found[run.number] = profile_path(out, run.key).read_bytes(), figures

@@ -135,9 +135,9 @@ def _study(home: Path, part: Part, work: Path, progress: Progress) -> tuple[Kept
         shutil.copyfile(drawn / name, home / "figures" / f"{part.name}-{name}")
     fine = [] if part.fine is None else done_runs(work / load_study(part.fine).folder_name)
     finer_mm = {
-        (float(run.settings["fluid.U"]), float(run.settings["fluid.D_cm"])): run.figures["mean_error_mm"]
+        (float(run.settings["fluid.U"]), float(run.settings["fluid.D_cm"])): run.figures.mean_error_mm
         for run in fine
-        if run.figures
+        if run.figures and run.figures.mean_error_mm is not None
     }
     chosen = next(run for run in chart.runs if run.at == CHOSEN)
     radius_mm = float(load_study(part.study).fixed["solver.radius_mm"])

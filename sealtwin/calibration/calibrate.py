@@ -47,7 +47,6 @@ class Calibration:
 
     content: dict[str, Any]  # The --json object, and calibration.json
     calibrated: Sequence[Twin]
-    held_out: Sequence[Twin]
 
 
 def calibrate(
@@ -95,13 +94,16 @@ def calibrate(
         result = search(frees, [Source(twin.name, twin.evidence, twin.run) for twin in twins], budget, say)
         predictions = list[Prediction]()
         if (draws := result.draws) is not None:
-            predictions += [_fitted(result, draws, twin, number) for number, twin in enumerate(twins)]
+            for emulator, twin in zip(result.posterior.emulators, twins, strict=True):
+                predictions.append(
+                    _prediction(twin, "calibrated", *predicted_by_emulator(emulator, twin.evidence, draws))
+                )
             predictions += [_predicted(result, draws, twin) for twin in others]
         calibrated = _summary(result, twins, others, predictions)
         content = _written(folder, result, calibrated, twins, others, date or day.today())
         content["files"] += write_sheet_of_figures(folder, PAGE, calibration_sheet(calibrated))
         files.write_json(folder / RECORD, content)
-        return Calibration(content, twins, others)
+        return Calibration(content, twins)
 
 
 def _checked(
@@ -162,12 +164,6 @@ def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
             f"{measured[1]:g}, lies outside. Give a range around it."
         )
     return measured
-
-
-def _fitted(result: SearchResult, draws: Floats, twin: Twin, number: int) -> Prediction:
-    return _prediction(
-        twin, "calibrated", *predicted_by_emulator(result.posterior.emulators[number], twin.evidence, draws)
-    )
 
 
 def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
@@ -320,7 +316,7 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
     low_pa, high_pa, error_pa = stress_pa, stress_pa, known.yield_stress_pa or 0.0
     if STRESS in draws:
         low_pa, high_pa, error_pa = _spread(draws[STRESS], stress_pa)
-    thick_pa_s, percent = ran.get("viscosity_pa_s"), known.viscosity_percent or 0.0
+    thick_pa_s, percent = ran.viscosity_pa_s, known.viscosity_percent or 0.0
     if free := [draws[name] for name in THICKNESS if name in draws]:
         percent = 100 * float(np.std(np.log(np.maximum(free[0], 1e-9))))
     basis = ["readings that nobody measured (EMULATED)"] if calibrated.emulated else []
@@ -345,7 +341,7 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
         basis=tuple(sentence[:300] for sentence in basis),
         not_for=NOT_FOR,
         radius_mm=twin.radius_mm,
-        substeps=ran.get("substeps"),
+        substeps=ran.substeps,
     )
 
 

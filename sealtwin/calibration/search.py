@@ -149,7 +149,8 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
     at.run(np.repeat(at.points[[at.nearest()]], AGAIN, axis=0))
     posterior, reaches = at.posterior()
     while len(at.points) < budget - CONFIRM and posterior.least_implausibility <= HOPELESS:
-        say(f"{len(at.points)} of {budget} runs: {_words_on(posterior)}.")
+        nearest = f"the nearest setting misses by {posterior.least_implausibility:.2f} of what readings and runs allow"
+        say(f"{len(at.points)} of {budget} runs: {nearest}.")
         at.run(at.next_round(posterior, min(ROUND, budget - CONFIRM - len(at.points))))
         posterior, reaches = at.posterior()
     least = posterior.least_implausibility
@@ -160,7 +161,3 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
     posterior, reaches = at.posterior()
     draws, mixing = posterior.draws(DRAWS, STEPS)
     return SearchResult(frees, at.points, at.levels_mm, reaches, posterior, least, draws, mixing, best)
-
-
-def _words_on(posterior: Posterior) -> str:
-    return f"the nearest setting misses by {posterior.least_implausibility:.2f} of what readings and runs allow"

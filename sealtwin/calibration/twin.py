@@ -12,6 +12,7 @@ from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
+from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
 from sealtwin.study.study_file import PlannedRun
@@ -50,7 +51,7 @@ class Twin:
 
         self.file, self._how, self._progress = file, how, progress
         trial = load_trial(file, settings)
-        held, self.fluid = _fit_to_calibrate(file, trial)
+        held = _fit_to_calibrate(file, trial)
         self.trial = trial.loaded(file.parent)
         self.held: Readings = held
         self._content = self.trial.model_dump(mode="json", exclude_none=True, exclude={"readings", "gate"})
@@ -111,8 +112,8 @@ class Twin:
         for run in self.plan.runs:
             if run.state == "failed":
                 told.append((run.number, run.reason or "failed"))
-            elif run.figures is not None and not kept_volume(run.figures["volume_ratio"]):
-                told.append((run.number, f"its volume is off by over 5 % (ratio {run.figures['volume_ratio']:.3f})"))
+            elif run.figures is not None and not kept_volume(run.figures.volume_ratio):
+                told.append((run.number, f"its volume is off by over 5 % (ratio {run.figures.volume_ratio:.3f})"))
         return told
 
     @property
@@ -130,10 +131,10 @@ class Twin:
         """These sentences, and those on declared errors that the readings contradict."""
         return [*self.fluid_warnings, *(f"{self.name}: {sentence}" for sentence in self._unused)]
 
-    def health(self, number: int) -> Mapping[str, Any]:
+    def health(self, number: int) -> RunHealth:
         """Return the numbers that a run recorded about itself."""
         run = next(run for run in self.plan.runs if run.number == number)
-        return (run.figures or {}).get("health", {})
+        return RunHealth() if run.figures is None else run.figures.health
 
     def _plan(self, planned: Sequence[PlannedRun], *, dry_run: bool = False) -> study_folder.Plan:
         how = replace(self._how, dry_run=dry_run)
@@ -149,13 +150,13 @@ class Twin:
         return PlannedRun(number, changes, trial)
 
     def _level_mm(self, run: study_folder.StudyRun) -> Floats | None:
-        if run.state != "done" or run.figures is None or not kept_volume(run.figures["volume_ratio"]):
+        if run.figures is None or not kept_volume(run.figures.volume_ratio):
             return None
         profile = record_files.read_profile(study_folder.run_path(self.folder, run.key))
         return np.interp(self.evidence.s_mm, profile.s_mm, profile.level_mm)
 
 
-def _fit_to_calibrate(file: Path, trial: Trial) -> tuple[Readings, Any]:
+def _fit_to_calibrate(file: Path, trial: Trial) -> Readings:
     if trial.fluid is None:
         raise InputError(f"{file}: no [fluid] table; give viscosity_pa_s, or U and D_cm.")
     if trial.readings is None:
@@ -166,4 +167,4 @@ def _fit_to_calibrate(file: Path, trial: Trial) -> tuple[Readings, Any]:
         )
     require_sample(trial, file.parent)
     check_sheet(file.parent / trial.readings.file)
-    return trial.readings, trial.fluid
+    return trial.readings

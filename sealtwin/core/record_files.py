@@ -263,25 +263,14 @@ def read_record(kind: type[Kind], path: Path, remedy: str = AGAIN, *, strict: bo
     return as_record(kind, files.read_text(path), path, remedy, strict=strict)
 
 
-def read_checked(kind: type[Kind], path: Path, remedy: str = AGAIN) -> Any:
-    """Read a JSON file that fits a record, as it was written. Raises InputError as ``read_record``."""
-    return _checked(kind, files.read_text(path), path, remedy)[1]
-
-
 def as_record(
     kind: type[Kind], text: str, where: Path | str, remedy: str = AGAIN, *, strict: bool | None = None
 ) -> Kind:
     """Return a JSON text as a record. Raises InputError as ``read_record``, naming ``where``."""
-    return _checked(kind, text, where, remedy, strict=strict)[0]
-
-
-def _checked(
-    kind: type[Kind], text: str, where: Path | str, remedy: str, *, strict: bool | None = None
-) -> tuple[Kind, Any]:
-    """Return a JSON text as a record, and as it was written."""
     try:
-        # A field of any value takes NaN and infinity, which the second reading refuses.
-        return _adapter(kind).validate_json(text, strict=strict), files.parse_json(text)
+        # A field of any value takes NaN and infinity, which the other reading refuses.
+        record, _ = _adapter(kind).validate_json(text, strict=strict), files.parse_json(text)
+        return record
     except ValidationError as faults:
         fault = faults.errors()[0]
         key = ".".join(str(part) for part in fault["loc"] if part not in ("int", "float")) or "its content"

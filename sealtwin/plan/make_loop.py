@@ -9,7 +9,7 @@ import numpy as np
 
 from digitise.trajectory import plan_trajectory
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError, NumericalError
+from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.progress import Progress
 from sealtwin.core.record_files import Result, as_record
 from sealtwin.core.records import Sample
@@ -143,7 +143,9 @@ def _volume_factor(folder: Path) -> float:
     """
     verification = read_plan(folder / VERIFICATION)
     with files.understood(folder / VERIFICATION):
-        factors = [float(run.figures["health"]["volume_factor"]) for run in verification.runs if run.figures]
+        factors = [
+            present(run.figures.health.volume_factor, "volume_factor") for run in verification.runs if run.figures
+        ]
     if not factors:
         raise InputError(f"{folder / VERIFICATION}: holds no finished run. 'sealtwin plan TRIAL' makes them again.")
     return float(np.mean(factors))

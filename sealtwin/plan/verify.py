@@ -132,15 +132,16 @@ class Verifier:
             trial = self.trial.model_copy(update={"path": path, "seed": seed})
             check_fit(sample.outline, sample.solid, *trial.physics, trial.sample)
             trajectory = plan_trajectory(sample.outline, path, sample.solid.cavity_volume_mm3, sample.solid.sections)
+            poured = replace(sample, trajectory=trajectory)
             settings = {**stage_settings(trial, "simulate"), "path": path.model_dump(mode="json", exclude_none=True)}
             name = stage_key({}, {"path": settings["path"]}, numbers_up_to("digitise"))[:12]
             home = self.folder / "samples" / name
             if not (home / "trajectory.csv").is_file():
-                record_files.write_sample(home, replace(sample, trajectory=trajectory))
+                record_files.write_sample(home, poured)
             inputs = {file: files.sha256(home / file) for file in ("outline.json", "crack.ply", "trajectory.csv")}
             key = stage_key(inputs, {**settings, "device": self.device}, numbers_up_to("simulate"))
             content = json.loads(trial.model_dump_json(exclude_none=True))
-            work_s = size_of(trial, trajectory, sample.outline.mean_width_mm).work_s
+            work_s = size_of(trial, poured).work_s
             number = len(self._runs) + len(asked) + 1
             asked.append(study_folder.StudyRun(number, key, {"path": said, "seed": seed}, content, name, key, work_s))
         known = {run.key for run in self._runs}

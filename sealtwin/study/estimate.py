@@ -3,12 +3,13 @@
 import heapq
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import log
 from typing import TYPE_CHECKING
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import in_words
-from sealtwin.core.records import Outline, Solid, Trajectory
+from sealtwin.core.records import Sample
 from sealtwin.study.study_folder import StudyRun
 from sealtwin.trial.trial_file import Trial
 
@@ -66,48 +67,50 @@ class Estimate:
         )
 
 
-def releases_of(trial: Trial, trajectory: Trajectory, width_mm: float) -> "Schedule | None":
-    """Return the plan of a run's releases, which runs that differ in their fluids alone share; None without particles.
+def size_of(trial: Trial, sample: Sample) -> RunSize:
+    """Return the size of a run.
 
-    Raises InputError if the path gives no sealant, or more particles than are allowed.
+    Raises InputError if the path gives no sealant or more particles than are allowed, or if the sealant is too stiff
+    for such particles.
     """
     if not trial.solver.has_particles:
-        return None
-    from simulate.setup.release_schedule import plan_releases
-
-    radius_mm = trial.solver.for_crack(width_mm).size_mm
-    return plan_releases(trajectory, radius_mm, trial.nozzle.diameter_mm, trial.seed)
-
-
-def remarks_of(
-    trial: Trial, outline: Outline, solid: Solid, trajectory: Trajectory, releases: "Schedule | None" = None
-) -> list[str]:
-    """Return what a run cannot show of its sealant, known before it starts; ``releases`` and errors as ``size_of``."""
-    schedule = releases or releases_of(trial, trajectory, outline.mean_width_mm)
-    if schedule is None:
-        return []
-    from simulate.remarks import remarks_on
-
-    return list(remarks_on(trial.given_fluid, outline, solid, trial.solver, schedule))
-
-
-def size_of(trial: Trial, trajectory: Trajectory, width_mm: float, releases: "Schedule | None" = None) -> RunSize:
-    """Return the size of a run on a crack of mean width ``width_mm``, from which a radius may follow.
-
-    ``releases`` is what ``releases_of`` returned, None if it was not called. Raises InputError as it does, and where
-    the sealant is too stiff for such particles.
-    """
-    schedule = releases or releases_of(trial, trajectory, width_mm)
-    if schedule is None:
         return RunSize(0, 0, FAST_S)
     from simulate.setup.release_schedule import course_of
     from simulate.setup_checks import solved_as
 
-    solver = trial.solver.for_crack(width_mm)
+    solver, schedule = trial.solver.for_crack(sample.outline.mean_width_mm), _releases(trial, sample)
     course = course_of(schedule, trial.given_fluid, solver.settle_s)
     _, substeps = solved_as(trial.given_fluid, solver, schedule.frame_s, course.frames)
     work_s = PARTICLE_S * substeps * course.work.sum()
     return RunSize(schedule.particles, int(course.moving.max()), SETUP_S + float(work_s), substeps)
+
+
+def checked_size(trial: Trial, sample: Sample) -> tuple[RunSize, list[str]]:
+    """Return the size of a run, and remarks on what it cannot show of its sealant.
+
+    Raises InputError as ``size_of`` does, and if settings do not fit the crack.
+    """
+    from simulate.remarks import remarks_on
+    from simulate.setup_checks import check_fit
+
+    crack = sample.outline, sample.solid
+    check_fit(*crack, *trial.physics, trial.sample)
+    size = size_of(trial, sample)
+    particles = trial.solver.has_particles
+    return size, [*remarks_on(trial.given_fluid, *crack, trial.solver, _releases(trial, sample))] if particles else []
+
+
+def _releases(trial: Trial, sample: Sample) -> "Schedule":
+    radius_mm = trial.solver.for_crack(sample.outline.mean_width_mm).size_mm
+    return _schedule(sample, radius_mm, trial.nozzle.diameter_mm, trial.seed)
+
+
+@lru_cache(maxsize=8)
+def _schedule(sample: Sample, radius_mm: float, nozzle_mm: float, seed: int) -> "Schedule":
+    """Return the plan of a run's releases, which runs that differ in their fluids alone share."""
+    from simulate.setup.release_schedule import plan_releases
+
+    return plan_releases(sample.trajectory, radius_mm, nozzle_mm, seed)
 
 
 Timing = tuple[float, float]

@@ -21,7 +21,7 @@ from sealtwin.core.records import Profile, Sample
 from sealtwin.core.stage_keys import stage_key
 from sealtwin.study import study_folder
 from sealtwin.study.drawn_runs import PLACES, draw, level_of, takes_draws
-from sealtwin.study.estimate import RunSize, Timing, estimate, in_words, remarks_of, size_of
+from sealtwin.study.estimate import RunSize, Timing, checked_size, estimate, in_words, size_of
 from sealtwin.study.moved_inputs import Base, moved_paste, moved_sample, refuse_immovable
 from sealtwin.study.runner import Computing, compute
 from sealtwin.trial.job import DIGITISED, Job, made_by, stage_settings
@@ -94,7 +94,7 @@ def vary(job: Job) -> bool:
 def time_of_extra_runs(job: Job) -> str:
     """Return the time in words: that of the trial's own run, by how much more the model takes for the others."""
     base = Base.of(job)
-    trial, run, trajectory, outline = base.trial, base.run, base.sample.trajectory, base.sample.outline
+    trial, run = base.trial, base.run
     drawn = bool(base.inputs) and takes_draws(base)
     drawn_s = RUNS * _time_of_a_draw_s(base) / cores() if drawn else 0.0
     if not run.has_particles:
@@ -110,7 +110,7 @@ def time_of_extra_runs(job: Job) -> str:
     for radius_mm, number in numbers.items():
         solver = trial.solver.model_copy(update={"radius_mm": radius_mm})
         try:
-            sizes.append(size_of(trial.model_copy(update={"solver": solver}), trajectory, outline.mean_width_mm))
+            sizes.append(size_of(trial.model_copy(update={"solver": solver}), base.sample))
         except InputError:
             # Particles so small are too many, or its sealant is too stiff in them: 'sealtwin validate' says which.
             return ""
@@ -187,8 +187,7 @@ def _own_timing(base: Base) -> list[Timing]:
     health = base.run.health
     if health.setup_s is None or health.frames_s is None:
         return []
-    size = size_of(base.trial, base.sample.trajectory, base.sample.outline.mean_width_mm)
-    return [(size.work_s, health.setup_s + health.frames_s)]
+    return [(size_of(base.trial, base.sample).work_s, health.setup_s + health.frames_s)]
 
 
 def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[str, float]) -> Trial:
@@ -223,19 +222,16 @@ def _runs(
 
     Raises InputError if particles do not fit a crack.
     """
-    from simulate.setup_checks import check_fit
-
     runs, sizes, remarks = [], [], dict[int, list[str]]()
     for number, (moved, trial, sample) in enumerate(variants, start=1):
         try:
-            check_fit(sample.outline, sample.solid, *trial.physics, trial.sample)
-            sizes.append(size_of(trial, sample.trajectory, sample.outline.mean_width_mm))
-            remarks[number] = remarks_of(trial, sample.outline, sample.solid, sample.trajectory)
+            size, remarks[number] = checked_size(trial, sample)
         except InputError as fault:
             raise InputError(
                 f"{folder}: the extra run with {_said(moved)} cannot be: {fault} Extra runs have particles "
                 f"{RATIO:g} times smaller and larger than the trial's: give the trial another solver.radius_mm."
             ) from None
+        sizes.append(size)
         steps = {} if "solver.radius_mm" in moved else moved
         name = stage_key(inputs, {"moved": steps}, numbers_up_to("digitise"))[:12]
         home = folder / "samples" / name
@@ -246,7 +242,7 @@ def _runs(
         settings = {**stage_settings(trial, "simulate"), **place, "device": device}
         key = stage_key(inputs, settings, numbers_up_to("simulate"))
         content = trial.model_dump(mode="json", exclude_none=True)
-        runs.append(study_folder.StudyRun(number, key, moved, content, name, key, sizes[-1].work_s))
+        runs.append(study_folder.StudyRun(number, key, moved, content, name, key, size.work_s))
     largest = max(sizes, key=lambda size: (size.particles, size.bytes))
     return runs, largest, sentences_of_runs(remarks, len(runs))
 

@@ -181,11 +181,12 @@ def _chosen(planned: Sequence[PlannedPhoto], table: Path) -> list[PlannedPhoto]:
     cells = [row for _, row in named_cells(read_table(table, "a batch writes it"), ("file",), ("crack",))]
     cracks = {row["file"]: int(text) if text.isdecimal() else text for row in cells if (text := row.get("crack"))}
     chosen = {item.file: number for item in planned if (number := cracks.get(files.as_text_cell(as_text(item.file))))}
-
-    def with_choice(item: PlannedPhoto) -> PlannedPhoto:
-        return replace(item, settings={**item.settings, "photo.crack": chosen[item.file]})
-
-    return [with_choice(item) if item.file in chosen and not _is_trial(item.file) else item for item in planned]
+    return [
+        replace(item, settings={**item.settings, "photo.crack": chosen[item.file]})
+        if item.file in chosen and not _is_trial(item.file)
+        else item
+        for item in planned
+    ]
 
 
 def _photos(target: Path) -> list[Path]:

@@ -4,7 +4,7 @@ import pickle
 import time
 import traceback
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -15,12 +15,23 @@ from sealtwin.core.errors import NumericalError, SealtwinError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Run, Sample
 from sealtwin.study.estimate import Forecast, Timing, timings_of
-from sealtwin.study.study_folder import OUTCOME, PROFILE, STATES, StudyRun, run_path, with_outcome, write_outcome
+from sealtwin.study.study_folder import (
+    OUTCOME,
+    PROFILE,
+    STATES,
+    Outcome,
+    RunErrors,
+    RunFigures,
+    StudyFigures,
+    StudyRun,
+    run_path,
+    with_outcome,
+    write_outcome,
+)
 from sealtwin.trial.stage_numbers import own_numbers
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
 
-ERRORS = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "flat_level_error_mm", "stations_compared")
 MOST_NUMBERS = 8  # Of the curves that a run is held against; a sweep that varies more settings names the last
 
 SUMMARY = "summary.json"
@@ -32,18 +43,9 @@ class Sealing:
     """The measured result of a run."""
 
     profile: Profile
-    figures: dict[str, Any]  # The figures of ``StudyRun``, except the profile's hash
+    figures: RunFigures
     wall_s: float
     run: Run | None  # The particles, if they are to be kept
-
-
-@dataclass(frozen=True)
-class Failure:
-    """The outcome of a run that has no result."""
-
-    reason: str
-    wall_s: float = 0.0
-    trace: str | None = None  # Traceback, where a bug made it fail
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,9 @@ def compute(
 
     for group, outcomes in run_tasks(seal_in_worker, tasks(), jobs, how.scheduler, own_numbers):
         if isinstance(outcomes, Lost):
-            outcomes = [Failure(f"{outcomes.reason}: give fewer --jobs, and --retry.")] * len(group)
+            outcomes = [Outcome("failed", 0.0, reason=f"{outcomes.reason}: give fewer --jobs, and --retry.")] * len(
+                group
+            )
         for run, outcome in zip(group, outcomes, strict=True):
             current[run.key] = _keep(folder, run, outcome)
         del left[group[0].key]
@@ -101,24 +105,12 @@ def compute(
     return list(current.values())
 
 
-def seal_in_worker(sample: bytes, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Failure]:
+def seal_in_worker(sample: bytes, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Outcome]:
     """Call ``seal`` with a pickled ``Sample``, of which a process keeps the last with the walls that it made."""
     return seal(_unpickled(sample), trials, device=device, keep_runs=keep_runs)
 
 
-def read_with_readings(folder: Path, settings: Readings | None) -> Sample:
-    """Read a digitised sample with its readings. Raises InputError if a file is missing or cannot be read."""
-    sample = record_files.read_sample(folder)
-    if settings is None:
-        return sample
-    from validate.readings.read_readings import read_readings
-
-    sheet = folder / INPUTS / settings.file.name
-    readings = read_readings(sheet, settings, sample.outline.length_mm, sample.solid.depth_mm)
-    return replace(sample, readings=readings)
-
-
-def seal(sample: Sample, trials: Sequence[Trial], *, device: str, keep_runs: bool) -> list[Sealing | Failure]:
+def seal(sample: Sample, trials: Sequence[Trial], *, device: str, keep_runs: bool) -> list[Sealing | Outcome]:
     """Compute runs that differ in their fluids alone in one launch, each with the result that it has alone.
 
     An exception becomes the failure of the run that caused it; the others are then computed one by one.
@@ -152,9 +144,20 @@ def _arguments(folder: Path, group: Sequence[StudyRun], how: Computing) -> tuple
 
 
 @lru_cache(maxsize=1)
-def _pickled(sample: Path, readings: str) -> bytes:
-    """Return a pickled sample; runs of one sample mostly follow each other."""
-    return pickle.dumps(read_with_readings(sample, Readings.model_validate_json(readings) if readings else None))
+def _pickled(folder: Path, given: str) -> bytes:
+    """Return a digitised sample with its readings, pickled; runs of one sample mostly follow each other.
+
+    Raises InputError if a file is missing or cannot be read.
+    """
+    sample = record_files.read_sample(folder)
+    if given:
+        from validate.readings.read_readings import read_readings
+
+        settings = Readings.model_validate_json(given)
+        sheet = folder / INPUTS / settings.file.name
+        readings = read_readings(sheet, settings, sample.outline.length_mm, sample.solid.depth_mm)
+        sample = replace(sample, readings=readings)
+    return pickle.dumps(sample)
 
 
 @lru_cache(maxsize=1)
@@ -163,24 +166,22 @@ def _unpickled(sample: bytes) -> Sample:
     return pickle.loads(sample)
 
 
-def _keep(folder: Path, run: StudyRun, outcome: Sealing | Failure) -> StudyRun:
+def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome) -> StudyRun:
     """Write the files of a run, its outcome last."""
     home = run_path(folder, run.key)
-    finished = replace(run, wall_s=outcome.wall_s, finished_unix_s=time.time())
-    if isinstance(outcome, Failure):
-        finished = replace(finished, state="failed", reason=outcome.reason, trace=outcome.trace)
-    else:
+    if isinstance(outcome, Sealing):
         record_files.write_profile(home, outcome.profile)
         if outcome.run is not None:
             record_files.write_run(home, outcome.run)
-        files.write_json(home / SUMMARY, {"settings": run.settings, "figures": outcome.figures})
-        figures = {**outcome.figures, "profile_sha256": files.sha256(home / PROFILE)}
-        finished = replace(finished, state="done", figures=figures)
-    write_outcome(folder, finished)
+        figures = outcome.figures.model_dump(exclude_unset=True)
+        files.write_json(home / SUMMARY, {"settings": run.settings, "figures": figures})
+        hashed = StudyFigures(**figures, profile_sha256=files.sha256(home / PROFILE))
+        outcome = Outcome("done", outcome.wall_s, figures=hashed)
+    write_outcome(folder, replace(run, **vars(replace(outcome, finished_unix_s=time.time()))))
     return with_outcome(folder, run)
 
 
-def _seal(sample: Sample, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Failure]:
+def _seal(sample: Sample, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Outcome]:
     """Compute one launch. Raises InputError from one of the runs, and NumericalError if all diverge."""
     from simulate.run import fill_each
 
@@ -188,14 +189,14 @@ def _seal(sample: Sample, trials: Sequence[Trial], device: str, keep_runs: bool)
     fluids, how = [trial.given_fluid for trial in trials], {"device": device, "slope": first.sample}
     outcomes = fill_each(sample, fluids, first.solver, first.nozzle, seed=first.seed, **how)
     launch_s = (time.monotonic() - began) / len(trials)
-    judged: list[Sealing | Failure] = []
+    judged: list[Sealing | Outcome] = []
     for trial, outcome in zip(trials, outcomes, strict=True):
         began = time.monotonic()
         try:
             if isinstance(outcome, NumericalError):
                 raise outcome
             run, profile = outcome
-            figures = {**_figures(run), **_compared(sample, trial, profile)}
+            figures = RunFigures(**_figures(run), **_compared(sample, trial, profile))
         except SealtwinError as fault:
             judged.append(_failure(fault, launch_s + time.monotonic() - began))
         else:
@@ -213,10 +214,10 @@ def _figures(run: Run) -> dict[str, Any]:
             "kept. Please report it with its settings."
         )
     names = ("particles", "escaped_particles", "spilled_particles")
-    counts = {name: getattr(run, name) for name in names} if run.has_particles else {"unfit": [*run.unfit]}
+    counts = {name: getattr(run, name) for name in names} if run.has_particles else {"unfit": run.unfit}
     ratio = run.health.volume_ratio
-    warnings = [] if ratio is None else [*fluid_warnings(run, ratio)]
-    return {**counts, "volume_ratio": ratio, "fluid_warnings": warnings, "health": run.health.recorded()}
+    warnings = () if ratio is None else fluid_warnings(run, ratio)
+    return {**counts, "volume_ratio": ratio, "fluid_warnings": warnings, "health": run.health}
 
 
 def _compared(sample: Sample, trial: Trial, profile: Profile) -> dict[str, Any]:
@@ -230,11 +231,11 @@ def _compared(sample: Sample, trial: Trial, profile: Profile) -> dict[str, Any]:
     comparison = compare(profile, sample.readings, *crack, role=role, photo_data=trial.shown_by.data)
     stretch_mm = comparison.covered_from_mm, comparison.covered_to_mm
     curves = best_curves(sample.readings, *stretch_mm, range(1, MOST_NUMBERS + 1))
-    return {**{name: getattr(comparison, name) for name in ERRORS}, "baselines": [asdict(one) for one in curves]}
+    return {**{name: getattr(comparison, name) for name in RunErrors.model_fields}, "baselines": curves}
 
 
-def _failure(fault: Exception, wall_s: float) -> Failure:
+def _failure(fault: Exception, wall_s: float) -> Outcome:
     if isinstance(fault, SealtwinError):
-        return Failure(str(fault), wall_s)
+        return Outcome("failed", wall_s, reason=str(fault))
     reason = f"{type(fault).__name__}: {fault}. A bug: please report it with the trace in the run's {OUTCOME}."
-    return Failure(reason, wall_s, "".join(traceback.format_exception(fault)))
+    return Outcome("failed", wall_s, reason=reason, trace="".join(traceback.format_exception(fault)))

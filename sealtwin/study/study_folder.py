@@ -6,7 +6,7 @@ appears whole or not at all: a process that is killed leaves a run waiting or fi
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -14,7 +14,7 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator, with_co
 
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
-from sealtwin.core.record_files import Amount, Count, Result, as_record, read_checked, read_record
+from sealtwin.core.record_files import Amount, Count, Result, as_record, read_record
 from sealtwin.core.records import FROM_JSON
 from sealtwin.core.run_figures import PARTICLES, Method, RunHealth
 from sealtwin.core.stage_keys import other_numbers
@@ -31,33 +31,46 @@ State = Literal["waiting", "done", "failed"]
 STATES: tuple[State, ...] = ("waiting", "done", "failed")
 
 
-class StudyFigures(Result):
-    """Figures of a finished run in its outcome.json that are read again."""
+class RunErrors(Result):
+    """Errors of a run's level against the readings, by the names of ``Comparison``; None without readings."""
 
-    profile_sha256: str
-    volume_ratio: Amount
     mean_error_mm: Amount | None = None
     worst_error_mm: Amount | None = None
     worst_at_mm: float | None = None
     flat_level_error_mm: Amount | None = None
     stations_compared: Count | None = None
     baselines: tuple[Baseline, ...] = ()
-    unfit: tuple[str, ...] = ()
-    fluid_warnings: tuple[str, ...]
-    spilled_particles: Count | None = None
+
+
+class RunFigures(RunErrors):
+    """Figures of a finished run, as its summary.json has them."""
+
     particles: Count | None = None
+    escaped_particles: Count | None = None
+    spilled_particles: Count | None = None
+    unfit: tuple[str, ...] = ()
+    volume_ratio: Amount
+    fluid_warnings: tuple[str, ...]
     health: RunHealth = RunHealth()
 
 
-class OutcomeFile(Result):
-    """Content of outcome.json."""
+class StudyFigures(RunFigures):
+    """The same with the hash of the run's profile, as its outcome.json has them."""
 
-    state: State
+    profile_sha256: str
+
+
+@with_config(FROM_JSON)
+@dataclass(frozen=True)
+class Outcome:
+    """Content of outcome.json; a run without that file is waiting."""
+
+    state: State = "waiting"
     wall_s: Amount | None = None
     finished_unix_s: Amount | None = None
-    reason: str | None = None
-    trace: str | None = None
-    figures: StudyFigures | None = None
+    reason: str | None = None  # One sentence on why the run failed
+    trace: str | None = None  # Traceback, where a bug made it fail
+    figures: StudyFigures | None = None  # Of a finished run. Runs of one launch share their health
 
     @model_validator(mode="after")
     def _have_figures(self) -> Self:
@@ -75,10 +88,9 @@ def _with_tables(trial: dict[str, Any]) -> dict[str, Any]:
     return trial
 
 
-@with_config(FROM_JSON | ConfigDict(extra="forbid"))
 @dataclass(frozen=True)
-class StudyRun:
-    """One run of a study, as the plan has it, with its outcome once it has one."""
+class ScheduledRun:
+    """One run of a study as its plan has it."""
 
     number: Annotated[int, Field(ge=1)]  # Position in the study, from 1
     key: Annotated[str, Field(pattern="^[0-9a-f]{16,}$")]
@@ -87,13 +99,12 @@ class StudyRun:
     sample: Annotated[str, Field(pattern=r"^[\w-]+$")]  # Folder below samples/ that holds the digitised crack
     kin: str  # Equal for runs that may share a launch: those that differ in the fluid alone, of as many substeps
     work_s: Amount  # Expected computing time on the machine that the estimate was calibrated on
-    state: State = "waiting"
-    wall_s: float | None = None
-    finished_unix_s: float | None = None
-    reason: str | None = None  # One sentence on why the run failed
-    trace: str | None = None  # Traceback, where a bug made it fail
-    figures: dict[str, Any] | None = None
-    """Results of a finished run, ``StudyFigures`` as they were written. Runs of one launch share their health."""
+
+
+@with_config(FROM_JSON | ConfigDict(extra="forbid"))
+@dataclass(frozen=True)
+class StudyRun(Outcome, ScheduledRun):
+    """One run of a study, as the plan has it, with its outcome once it has one."""
 
     @property
     def method(self) -> Method:
@@ -107,16 +118,11 @@ class StudyRun:
     @property
     def ranked(self) -> bool:
         """True where its result counts: its volume was kept, and the fast model, if that made it, is fit for it."""
-        figures = self.figures or {}
-        return kept_volume(figures.get("volume_ratio", 1.0)) and not figures.get("unfit")
+        return self.figures is None or (kept_volume(self.figures.volume_ratio) and not self.figures.unfit)
 
     @property
     def checked_trial(self) -> Trial:
         return as_record(Trial, json.dumps(self.trial), f"run {self.number} of {PLAN}", AGAIN)
-
-
-PLANNED = tuple(one.name for one in fields(StudyRun) if one.name not in OutcomeFile.model_fields)
-"""Fields of a run in the plan; the others are its outcome."""
 
 
 @with_config(FROM_JSON)
@@ -173,13 +179,13 @@ def _computed_by_others(plan: Plan, own: Mapping[str, int]) -> str:
 
 def fluid_warnings(runs: Sequence[StudyRun]) -> list[str]:
     """Return what is not sound of the fluids of finished runs, each sentence once, with the number of its runs."""
-    warnings = {run.number: run.figures["fluid_warnings"] for run in runs if run.figures is not None}
+    warnings = {run.number: run.figures.fluid_warnings for run in runs if run.figures is not None}
     return sentences_of_runs(warnings, len(warnings))
 
 
 def write_plan(folder: Path, plan: Plan) -> None:
     """Write the plan. Outcomes are files of their own, so that nothing else has to be locked or updated."""
-    runs = [{name: getattr(run, name) for name in PLANNED} for run in plan.runs]
+    runs = [_part(ScheduledRun, run) for run in plan.runs]
     content = {"version": 1, "study": plan.study, "total": plan.total, "started_unix_s": plan.started_unix_s}
     content |= {"stage_numbers": dict(plan.numbers), "runs": runs}
     files.write_text(folder / PLAN, json.dumps(content, ensure_ascii=False, allow_nan=False))
@@ -190,21 +196,25 @@ def with_outcome(folder: Path, run: StudyRun) -> StudyRun:
     path = run_path(folder, run.key) / OUTCOME
     if not path.is_file():
         return run
-    content = read_checked(OutcomeFile, path, AGAIN)
-    with files.understood(path):
-        return replace(run, **{name: value for name, value in content.items() if name != "version"})
+    return replace(run, **vars(read_record(Outcome, path, AGAIN)))
 
 
 def write_outcome(folder: Path, run: StudyRun) -> None:
     """Mark a run as finished, after all its other files are written."""
-    outcome = {name: value for name, value in asdict(run).items() if name not in PLANNED}
+    outcome = _part(Outcome, run)
+    if run.figures is not None:
+        outcome["figures"] = run.figures.model_dump(exclude_unset=True)
     files.write_json(run_path(folder, run.key) / OUTCOME, {"version": 1, **outcome})
 
 
 def forget_outcome(folder: Path, run: StudyRun) -> StudyRun:
     """Return the run as waiting, and remove its outcome."""
     (run_path(folder, run.key) / OUTCOME).unlink(missing_ok=True)
-    return StudyRun(**{name: getattr(run, name) for name in PLANNED})
+    return StudyRun(**_part(ScheduledRun, run))
+
+
+def _part(of: type[ScheduledRun | Outcome], run: StudyRun) -> dict[str, Any]:
+    return {one.name: getattr(run, one.name) for one in fields(of)}
 
 
 def resume(
@@ -231,7 +241,7 @@ def is_intact(folder: Path, run: StudyRun) -> bool:
     profile = profile_path(folder, run.key)
     if run.state != "done" or run.figures is None or not profile.is_file():
         return False
-    return files.sha256(profile) == run.figures["profile_sha256"]
+    return files.sha256(profile) == run.figures.profile_sha256
 
 
 def remove_temporary_files(folder: Path) -> None:

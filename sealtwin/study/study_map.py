@@ -225,8 +225,8 @@ def chart_of(
 
 def _excluded(run: StudyRun) -> Excluded:
     if run.state == "done" and run.figures is not None:
-        reason = UNFIT if run.figures.get("unfit") else VOLUME_OFF
-        return Excluded(run.number, run.settings, reason, run.figures["volume_ratio"])
+        reason = UNFIT if run.figures.unfit else VOLUME_OFF
+        return Excluded(run.number, run.settings, reason, run.figures.volume_ratio)
     return Excluded(run.number, run.settings, run.reason or NOT_DONE)
 
 

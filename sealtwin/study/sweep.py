@@ -17,14 +17,13 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import HOLDER, holding, open_folder, refuse_foreign, require_folder
 from sealtwin.core.stage_keys import content_key, other_numbers, stage_key
 from sealtwin.study import study_folder
-from sealtwin.study.estimate import RunSize, estimate, releases_of, remarks_of, require_disk, require_memory, size_of
+from sealtwin.study.estimate import RunSize, checked_size, estimate, require_disk, require_memory
 from sealtwin.study.runner import INPUTS, MOST_NUMBERS, Computing, compute
 from sealtwin.study.study_file import PlannedRun, load_study, plan_runs, raise_faults
 from sealtwin.trial.job import DIGITISED, require_sample, shown, stage_settings, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import load_trial, replaced
-from validate.comparison import Baseline
 from validate.metrics.verdict import kept_volume
 from validate.wording.of_runs import sentences_of_runs
 
@@ -167,8 +166,6 @@ def _runs(
 
     Raises InputError if settings do not fit a crack.
     """
-    from simulate.setup_checks import check_fit
-
     readings = planned[0].trial.readings
     names = [*DIGITISED, *([] if readings is None else [f"{INPUTS}/{readings.file.name}"])]
     homes = {name: folder / "samples" / name for name in dict.fromkeys(samples.values())}
@@ -178,20 +175,11 @@ def _runs(
     faults: dict[str, list[int]] = {}
     sizes: list[RunSize] = []
     remarks: dict[int, list[str]] = {}
-    releases: dict[str, Any] = {}
     for run in planned:
         trial, name = run.trial, samples[run.number]
-        sample = samples_by_name[name]
         settings = stage_settings(trial, "simulate")
-        alike = {**settings, "fluid": None, "bench": name}
         try:
-            check_fit(sample.outline, sample.solid, *trial.physics, trial.sample)
-            course = sample.trajectory, sample.outline.mean_width_mm
-            if (planned_as := content_key(alike)) not in releases:
-                releases[planned_as] = releases_of(trial, *course)
-            sizes.append(size_of(trial, *course, releases[planned_as]))
-            crack = sample.outline, sample.solid, sample.trajectory
-            remarks[run.number] = remarks_of(trial, *crack, releases[planned_as])
+            size, remarks[run.number] = checked_size(trial, samples_by_name[name])
         except InputError as fault:
             faults.setdefault(str(fault), []).append(run.number)
             continue
@@ -200,9 +188,10 @@ def _runs(
             # It names what was chosen and changes no result.
             validated.pop("fitted", None)
         key = stage_key(inputs[name], {**settings, "readings": validated, "device": device}, numbers)
-        kin = content_key({**alike, "substeps": sizes[-1].substeps})
+        sizes.append(size)
+        kin = content_key({**settings, "fluid": None, "bench": name, "substeps": size.substeps})
         content = trial.model_dump(mode="json", exclude_none=True)
-        runs.append(study_folder.StudyRun(run.number, key, run.settings, content, name, kin, sizes[-1].work_s))
+        runs.append(study_folder.StudyRun(run.number, key, run.settings, content, name, kin, size.work_s))
     raise_faults(faults)
     largest = max(sizes, key=lambda size: (size.particles, size.bytes))
     return runs, largest, sentences_of_runs(remarks, len(runs))
@@ -263,36 +252,35 @@ def _holder(folder: Path) -> str | None:
 def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
     """The run whose surface is nearest to the readings, of those whose result counts; None where there are none."""
     compared = [
-        (figures["mean_error_mm"], run, figures)
+        (run.figures.mean_error_mm, run, run.figures)
         for run in runs
-        if (figures := run.figures or {}).get("mean_error_mm") is not None and run.ranked
+        if run.figures is not None and run.figures.mean_error_mm is not None and run.ranked
     ]
     if not compared:
         return None
     error_mm, run, figures = min(compared, key=lambda each: each[0])
-    flat_mm = figures.get("flat_level_error_mm")
+    flat_mm = figures.flat_level_error_mm
     return {
         "number": run.number,
         "settings": run.settings,
         "mean_error_mm": round(error_mm, 4),
         "flat_level_error_mm": None if flat_mm is None else round(flat_mm, 4),
         "beats_flat_level": None if flat_mm is None else error_mm < flat_mm,
-        **_baselines(run, error_mm),
+        **_baselines(run, figures, error_mm),
     }
 
 
-def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
+def _baselines(run: study_folder.StudyRun, figures: study_folder.StudyFigures, error_mm: float) -> dict[str, Any]:
     """Return the curves that a run is held against, which is the nearest by as many settings as vary or were fitted."""
     from validate.metrics.baselines import ALWAYS, against_baselines, beaten
 
-    figures, declared = run.figures or {}, (run.trial.get("readings") or {}).get("fitted") or ()
+    declared = (run.trial.get("readings") or {}).get("fitted") or ()
     varied = {name for name in run.settings if name != "seed"}
     fitted = len(varied | {*declared})
-    curves = [Baseline(**one) for one in figures.get("baselines", ())]
-    curves = [one for one in curves if one.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
-    stations, sentence = figures.get("stations_compared"), None
+    curves = [one for one in figures.baselines if one.numbers in (*ALWAYS, min(fitted, MOST_NUMBERS))]
+    sentence = None
     if curves:
-        sentence = against_baselines(error_mm, curves, "calibrated-on", fitted or None, stations)
+        sentence = against_baselines(error_mm, curves, "calibrated-on", fitted or None, figures.stations_compared)
     return {
         "varied": len(varied),
         "fitted": fitted,
@@ -305,7 +293,7 @@ def _baselines(run: study_folder.StudyRun, error_mm: float) -> dict[str, Any]:
 
 def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:
     """Return the runs whose volume is off by over 5 %, with the volume that settled over the dispensed one."""
-    ratios = ((run.number, run.figures["volume_ratio"]) for run in runs if run.figures is not None)
+    ratios = ((run.number, run.figures.volume_ratio) for run in runs if run.figures is not None)
     return [{"number": number, "volume_ratio": round(ratio, 4)} for number, ratio in ratios if not kept_volume(ratio)]
 
 
@@ -313,7 +301,7 @@ def screening(runs: Sequence[study_folder.StudyRun]) -> str:
     """Return the sentence on the runs of the fast model; empty where there are none."""
     if not (fast := [run for run in runs if run.fast]):
         return ""
-    unfit = sum(bool((run.figures or {}).get("unfit")) for run in fast)
+    unfit = sum(run.figures is not None and bool(run.figures.unfit) for run in fast)
     told = f"{unfit}, which are in no ranking" if unfit else "none"
     return f"{_of_fast(len(fast), len(runs))}, for screening: no level rests on it alone. It is unfit for {told}."
 
@@ -323,14 +311,14 @@ def _of_fast(fast: int, runs: int) -> str:
 
 
 def _row(run: study_folder.StudyRun) -> dict[str, Any]:
-    figures = run.figures or {}
+    figures = run.figures
     return {
         "number": run.number,
         **run.settings,
         "model": run.method,
-        "unfit": " ".join(figures.get("unfit", ())) or None,
+        "unfit": " ".join(figures.unfit if figures else ()) or None,
         "state": run.state,
-        **{name: figures.get(name) for name in FIGURES},
+        **{name: getattr(figures, name, None) for name in FIGURES},
         "wall_s": None if run.wall_s is None else round(run.wall_s, 2),
         "reason": run.reason,
         "folder": f"runs/{run.key[:16]}" if run.state == "done" else None,

@@ -129,7 +129,7 @@ def test_a_crack_a_third_as_wide_has_nine_times_the_particles():
 
     trial = load_trial(FIXTURE / "trial-paper.toml")
     (wide, of_wide), (narrow, of_narrow) = (straight_crack(trial, narrower) for narrower in (1, 3))
-    sizes = [size_of(of, at.trajectory, 1.0) for of, at in ((of_wide, wide), (of_narrow, narrow))]
+    sizes = [size_of(of, at) for of, at in ((of_wide, wide), (of_narrow, narrow))]
     assert sizes[1].particles / sizes[0].particles == pytest.approx(9, rel=0.01)
     assert wide.outline.mean_width_mm / narrow.outline.mean_width_mm == pytest.approx(3)
     assert wide.outline.length_mm == pytest.approx(narrow.outline.length_mm)

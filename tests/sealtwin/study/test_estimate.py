@@ -9,6 +9,7 @@ import pytest
 import warp as wp
 
 from sealtwin.core.errors import InputError
+from sealtwin.core.records import Sample
 from sealtwin.study.estimate import (
     Estimate,
     Forecast,
@@ -147,7 +148,7 @@ def test_what_a_launch_takes_of_memory_is_what_its_arrays_take(runs, freeze_afte
         enclosure=enclosure,
     )
     taken = sum(array.capacity for number, array in _arrays().items() if number not in before)
-    size = size_of(trial, trajectory, outline.mean_width_mm)
+    size = size_of(trial, Sample(outline, solid, trajectory))
     assert size.particles * runs == injection.engine.state.count
     assert size.moving * runs == len(injection.engine.lists.fluid_count)
     assert runs * size.bytes == pytest.approx(taken, rel=0.15)

@@ -14,8 +14,8 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study import extra_runs, runner
 from sealtwin.study.extra_runs import vary
-from sealtwin.study.runner import Failure, Sealing
-from sealtwin.study.study_folder import read_plan
+from sealtwin.study.runner import Sealing
+from sealtwin.study.study_folder import Outcome, read_plan
 from sealtwin.trial.job import resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
@@ -103,7 +103,7 @@ def test_the_paste_is_as_stiff_at_every_size(varied):
     drag = 0.3 / base["frame_s"]
     for run in read_plan(varied / "uncertainty").runs[0:8:7]:
         assert run.figures is not None
-        health = run.figures["health"]
+        health = run.figures.health.recorded()
         finer = run.checked_trial.solver.size_mm / radius_mm
         as_stiff = base["U"] / finer**4 * health["frame_s"] / base["frame_s"]
         assert health["U"] == pytest.approx(as_stiff, rel=1e-6)
@@ -203,7 +203,7 @@ def test_a_failed_run_is_named_and_nothing_is_said(run_folder, tmp_path, monkeyp
     path = tmp_path / "run"
     shutil.copytree(run_folder, path)
 
-    monkeypatch.setattr(runner, "seal", lambda *_, **__: [Failure("diverged in frame 7.")])
+    monkeypatch.setattr(runner, "seal", lambda *_, **__: [Outcome("failed", reason="diverged in frame 7.")])
     with pytest.raises(NumericalError, match=r"12 of 12 extra runs failed.*\nsolver.radius_mm = 0.2769: diverged in"):
         _vary(path)
     assert not (path / SPREAD).exists()

@@ -38,13 +38,10 @@ def test_it_is_the_own_run_scaled_to_three_of_each_size_and_the_design(run_folde
     manifest = json.loads((run_folder / "manifest.json").read_text())
     manifest["stages"]["simulate"]["wall_time_s"] = 1e5  # Hours have a decimal
     (run_folder / "manifest.json").write_text(json.dumps(manifest))
-    trial, path = load_trial(run_folder / "trial.toml"), record_files.read_trajectory(run_folder)
-    width_mm = record_files.read_outline(run_folder).mean_width_mm
+    trial, sample = load_trial(run_folder / "trial.toml"), record_files.read_sample(run_folder)
     finer_s, own_s, coarser_s = (
         size_of(
-            trial.model_copy(update={"solver": trial.solver.model_copy(update={"radius_mm": 0.45 * ratio})}),
-            path,
-            width_mm,
+            trial.model_copy(update={"solver": trial.solver.model_copy(update={"radius_mm": 0.45 * ratio})}), sample
         ).work_s
         for ratio in (1 / 1.3, 1.0, 1.3)
     )
@@ -73,14 +70,13 @@ def test_the_fast_models_draws_take_as_long_as_one_of_them_on_this_machine(tmp_p
 
 def test_a_sealant_that_is_too_stiff_in_finer_particles_has_no_time_and_no_fault(run_folder):
     """The run stands, and its report is written: what cannot be is for 'sealtwin validate RUN --uncertainty' to say."""
-    width_mm = record_files.read_outline(run_folder).mean_width_mm
     stiff = TRIAL.replace("readings.csv", "inputs/readings.csv").replace("U = 30.0", "viscosity_pa_s = 1000")
     (run_folder / "trial.toml").write_text(stiff)
-    trial, path = load_trial(run_folder / "trial.toml"), record_files.read_trajectory(run_folder)
-    size_of(trial, path, width_mm)
+    trial, sample = load_trial(run_folder / "trial.toml"), record_files.read_sample(run_folder)
+    size_of(trial, sample)
     finer = trial.model_copy(update={"solver": trial.solver.model_copy(update={"radius_mm": 0.45 / 1.3})})
     with pytest.raises(InputError, match=r"fluid\.viscosity_pa_s is 1000"):
-        size_of(finer, path, width_mm)
+        size_of(finer, sample)
     with open_folder(run_folder, create=False) as folder:
         assert time_of_extra_runs(resume_job(folder, "cpu", Progress())) == ""
 

@@ -52,8 +52,8 @@ def test_errors_are_those_of_the_ledger(swept, tmp_path):
     for run in mapped.chart.runs:
         figures = kept[run.number]
         assert figures is not None
-        assert run.mean_error_mm == pytest.approx(figures["mean_error_mm"], abs=2e-6)
-        assert run.worst_error_mm == pytest.approx(figures["worst_error_mm"], abs=2e-6)
+        assert run.mean_error_mm == pytest.approx(figures.mean_error_mm, abs=2e-6)
+        assert run.worst_error_mm == pytest.approx(figures.worst_error_mm, abs=2e-6)
     assert mapped_lines(mapped)[0].startswith("The nearest of 4 pairs was chosen with these readings")
     content = json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
     assert content["against_baselines"] in mapped_lines(mapped)
@@ -68,7 +68,7 @@ def test_a_run_seen_once_more_is_the_same_run(study, here):
     assert seen.differs_mm < 1e-6
     assert seen.frames[-1].t_s >= seen.frames[0].t_s > 0
     assert run.figures is not None
-    assert len(seen.frames[-1].position_mm) == run.figures["particles"]
+    assert len(seen.frames[-1].position_mm) == run.figures.particles
     moved = profile_path(study, run.key)
     moved.unlink()  # computed again, it would be missed
     assert watch_runs(study, [run], "cpu", Progress())[0].differs_mm == seen.differs_mm
@@ -114,16 +114,20 @@ def test_a_run_whose_volume_is_off_is_in_no_ranking(study):
     """The nearest of five: it stands apart with its volume, and another one is the nearest."""
     plan = read_plan(study)
     for run in plan.runs:
-        write_outcome(study, replace(run, figures={**(run.figures or {}), "volume_ratio": 1.05}))
+        write_outcome(
+            study, replace(run, figures=run.figures and run.figures.model_copy(update={"volume_ratio": 1.05}))
+        )
     best = mapped_without_fills(study).chart.best.number
     fifth = replace(next(run for run in plan.runs if run.number == best), number=5, key="f" * 64)
     fifth = replace(fifth, settings={"fluid.U": 7.0, "fluid.D_cm": 0.03})
     shutil.copytree(run_path(study, plan.runs[best - 1].key), run_path(study, fifth.key))
     profile = record_files.read_profile(run_path(study, fifth.key))
     record_files.write_profile(run_path(study, fifth.key), replace(profile, level_mm=0 * profile.s_mm - 1.5))
-    figures = {"volume_ratio": 1.051, "profile_sha256": sha256(profile_path(study, fifth.key))}
+    assert fifth.figures is not None
+    changes = {"volume_ratio": 1.051, "profile_sha256": sha256(profile_path(study, fifth.key))}
+    figures = fifth.figures.model_copy(update=changes)
     write_plan(study, replace(plan, runs=[*plan.runs, fifth]))
-    write_outcome(study, replace(fifth, figures={**(fifth.figures or {}), **figures}))
+    write_outcome(study, replace(fifth, figures=figures))
     assert mapped_without_fills(study).chart.best.number == 5
     mapped = map_study(study, None, None, None, None, Progress())
     assert mapped.chart.best.number == best
