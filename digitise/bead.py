@@ -38,30 +38,19 @@ class BeadOutline:
     along_mm: Floats  # (n,): place of its cells along it, from its middle
     cell_mm2: float
     edge_mm: float  # Length of the edge
-    outline_mm: Floats
-    outline_px: Floats
-    dark: bool
     warnings: tuple[str, ...]
 
 
 def measure_bead(settings: PhotoInput, folder: Path) -> BeadOutline:
     """Find the bead inside the frame of markers and measure it. Raises InputError where no straight one is seen."""
-    photo, outline_px, dark = paste_edge(settings, folder, long=True)
+    photo, outline_px = paste_edge(settings, folder, long=True)
     outline_px = sum((np.roll(outline_px, shift, axis=0) for shift in range(SMOOTH)), np.zeros(1)) / SMOOTH
-    error = photo.scale_uncertainty or 0.0
-    return bead_of(
-        photo.to_mm(outline_px), outline_px, error, EDGE_PX * photo.mm_per_px, dark, photo.warnings, photo.file
-    )
+    error, edge_error_mm = photo.scale_uncertainty or 0.0, EDGE_PX * photo.mm_per_px
+    return bead_of(photo.to_mm(outline_px), error, edge_error_mm, photo.warnings, photo.file)
 
 
 def bead_of(
-    outline_mm: Floats,
-    outline_px: Floats,
-    scale_error: float,
-    edge_error_mm: float,
-    dark: bool,
-    warnings: tuple[str, ...],
-    file: Path,
+    outline_mm: Floats, scale_error: float, edge_error_mm: float, warnings: tuple[str, ...], file: Path
 ) -> BeadOutline:
     """Return what an outline says of a bead. Raises InputError for one that is short, bent or uneven."""
     area_mm2 = abs(signed_area(outline_mm))
@@ -107,9 +96,6 @@ def bead_of(
         along_mm,
         area_mm2 / len(inward_mm),
         float(np.linalg.norm(side, axis=1).sum()),
-        outline_mm,
-        outline_px,
-        dark,
         warnings,
     )
 

@@ -31,12 +31,8 @@ class SpreadBlob:
 
     radius_mm: float  # Of the circle of its area
     radius_error_mm: float  # Standard uncertainty: scale, edge and shape
-    parts_mm: dict[str, float]  # That of each of the three
     unround: float  # RMS of the outline's distance from its middle, less the mean, over the mean
     diameters_mm: tuple[float, float]  # Least and largest distance of two parallel lines that hold it
-    outline_mm: Floats  # (n, 2), on the sheet
-    outline_px: Floats  # (n, 2)
-    dark: bool  # The blob is darker than the sheet
     warnings: tuple[str, ...]
 
 
@@ -69,12 +65,11 @@ class Rough:
 
 def measure_spread(settings: PhotoInput, folder: Path) -> SpreadBlob:
     """Find the blob inside the frame of markers and measure it. Raises InputError where no round one is seen."""
-    photo, outline_px, dark = paste_edge(settings, folder, long=False)
-    return _measured(photo, outline_px, dark)
+    return _measured(*paste_edge(settings, folder, long=False))
 
 
-def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo, Floats, bool]:
-    """Return the photo, the outline of the paste between the markers, (RAYS, 2) in px, and whether it is dark.
+def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo, Floats]:
+    """Return the photo, and the outline of the paste between the markers, (RAYS, 2) in px.
 
     ``long`` paste is a bead. Raises InputError where no edge is seen.
     """
@@ -91,8 +86,7 @@ def paste_edge(settings: PhotoInput, folder: Path, *, long: bool) -> tuple[Photo
                 )
     inside = _opening(photo)
     light = _levelled(photo.brightness, inside)
-    rough = _rough(light, inside, photo.file, long)
-    return photo, _edge(light, rough, inside, photo.file), rough.dark
+    return photo, _edge(light, _rough(light, inside, photo.file, long), inside, photo.file)
 
 
 def _opening(photo: Photo) -> NDArray[np.bool_]:
@@ -222,7 +216,7 @@ def _edge(light: Map, rough: Rough, inside: NDArray[np.bool_], file: Path) -> Fl
     return begins + radius[:, None] * rays
 
 
-def _measured(photo: Photo, outline_px: Floats, dark: bool) -> SpreadBlob:
+def _measured(photo: Photo, outline_px: Floats) -> SpreadBlob:
     outline_mm = photo.to_mm(outline_px)
     start, end = outline_mm, np.roll(outline_mm, -1, axis=0)
     cross = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
@@ -239,20 +233,7 @@ def _measured(photo: Photo, outline_px: Floats, dark: bool) -> SpreadBlob:
     ways = np.radians(np.arange(0, 180, 2.0))
     across = outline_mm @ np.array([np.cos(ways), np.sin(ways)])
     wide_mm = across.max(axis=0) - across.min(axis=0)
-    parts = {
-        "scale": (photo.scale_uncertainty or 0.0) * radius_mm,
-        "edge": EDGE_PX * photo.mm_per_px,
-        # Between the circle of its area and that of its mean radius lies half the square of it.
-        "shape": unround**2 * radius_mm,
-    }
-    return SpreadBlob(
-        radius_mm,
-        float(np.sqrt(sum(part**2 for part in parts.values()))),
-        parts,
-        unround,
-        (float(wide_mm.min()), float(wide_mm.max())),
-        outline_mm,
-        outline_px,
-        dark,
-        photo.warnings,
-    )
+    # Between the circle of its area and that of its mean radius lies half the square of unround.
+    scale_mm, shape_mm = (photo.scale_uncertainty or 0.0) * radius_mm, unround**2 * radius_mm
+    error_mm = float(np.sqrt(scale_mm**2 + (EDGE_PX * photo.mm_per_px) ** 2 + shape_mm**2))
+    return SpreadBlob(radius_mm, error_mm, unround, (float(wide_mm.min()), float(wide_mm.max())), photo.warnings)

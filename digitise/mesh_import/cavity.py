@@ -15,13 +15,13 @@ from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import at_arc_length, resampled, signed_area
 from digitise.geometry.region import box_region, prism
 from digitise.mesh_import.block import Block, parted
+from digitise.mesh_import.cavity_sections import covered
 from digitise.mesh_import.mouth_line import MouthLine
 from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.settings import MeshUnit
 from digitise.solid.float_mesh import corners_mm
 from sealtwin.core.arc_length import arc_length, arc_length_at
-from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.plain_files import read_text
 from sealtwin.core.records import Floats, Outline
@@ -145,20 +145,17 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
         )
     view = View(np.array([[mm_per_px, 0.0, low[0]], [0.0, -mm_per_px, high[1]], [0.0, 0.0, 1.0]]))
     width_px, height_px = (int(count) for count in np.ceil((high - low) / mm_per_px) + 1)
-    covered = np.zeros((height_px, width_px), dtype=np.float32)
-    for ring in rings:
-        # Islands run clockwise.
-        covered += np.sign(signed_area(ring)) * coverage(view.to_px(ring), (width_px, height_px))
+    in_mouth = covered(cavity.mouth, view.to_px, (width_px, height_px)).astype(np.float32)
     return Photo(
         file=file,
         image=_shaded(block.body, view, (height_px, width_px), cavity.depth_mm),
-        brightness=1.0 - np.clip(covered, 0, 1),
+        brightness=1.0 - in_mouth,
         view=view,
         face_mm=block.face_mm,
         mm_per_px=mm_per_px,
         scale_source=f"mesh in {units}: {file.name}",
         scale_residual_mm=None,
-        drawn=covered > 0.5,
+        drawn=in_mouth > 0.5,
         warnings=cavity.warnings,
     )
 

@@ -5,6 +5,8 @@ passes nearest to it. So sections add up to the cavity, at oblique ends and in s
 the centreline miss some of it or meet other parts of the crack.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from manifold3d import CrossSection, Manifold
 from numpy.typing import NDArray
@@ -34,10 +36,10 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     size_mm = np.asarray(cavity.bounding_box())[[3, 4]] - low_mm
     cell_mm = max(outline.mean_width_mm / ACROSS, float(np.sqrt(np.prod(size_mm) / MOST_CELLS)))
     origin_mm = np.array(low_mm) - cell_mm
-    shape = tuple(int(np.ceil(side / cell_mm)) + 3 for side in size_mm)
+    width, height = (int(np.ceil(side / cell_mm)) + 3 for side in size_mm)
     levels_mm = np.linspace(bottom_mm, 0.0, LEVELS + 1)
     layers = [
-        _covered(cavity.slice(float(middle)), origin_mm, cell_mm, (shape[0], shape[1]))
+        covered(cavity.slice(float(middle)), lambda ring_mm: (ring_mm - origin_mm) / cell_mm, (width, height))
         for middle in (levels_mm[1:] + levels_mm[:-1]) / 2
     ]
     rows, columns = np.nonzero(np.max(layers, axis=0))
@@ -62,13 +64,13 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     return Sections(s_mm, _depths_mm(cavity, outline, s_mm), below_mm2[:, -1], levels_mm, below_mm2)
 
 
-def _covered(region: CrossSection, origin_mm: Floats, cell_mm: float, shape: tuple[int, int]) -> Floats:
-    """Return the share of each cell in a region, (rows, columns)."""
-    covered = np.zeros(shape[::-1])
+def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: tuple[int, int]) -> Floats:
+    """Return the share of each cell in a region, (rows, columns), by the map of its points to cells."""
+    share = np.zeros(shape[::-1])
     for ring in map(np.asarray, region.to_polygons()):
         # Islands run clockwise.
-        covered += np.sign(signed_area(ring)) * coverage((ring - origin_mm) / cell_mm, shape)
-    return np.clip(covered, 0.0, 1.0)
+        share += np.sign(signed_area(ring)) * coverage(to_cells(ring), shape)
+    return np.clip(share, 0.0, 1.0)
 
 
 def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, NDArray[np.bool_]]:

@@ -31,7 +31,7 @@ from digitise.solid.float_mesh import corners_mm, tidy
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.mesh_file import FileUnit, Triangles, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
-from sealtwin.core.solid_figures import MeshOrigin, Repair, SolidFigures
+from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
 
 MM: dict[FileUnit, float] = {"micron": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
 UPRIGHT = {  # Rotations, by rows, that turn the axis out of the face to z
@@ -121,9 +121,8 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
 
 def _imported(settings: MeshInput, folder: Path, path: Path, facts: list[str]) -> ImportedSample:
     """Import a mesh; facts that may be the cause of a refusal are added to ``facts``, in sentences."""
-    block, plane, repairs, triangles, step_mm, notes = _read_block(settings, path, facts)
-    placed = block.placed @ plane.to_level
-    line_mm = None
+    block, plane, origin, step_mm, notes = _read_block(settings, path, facts)
+    placed, line_mm = block.placed @ plane.to_level, None
     if settings.path is not None:
         given_mm = read_path(folder / settings.path)
         line_mm = moved(np.column_stack([given_mm, plane.height_mm(given_mm)]), placed)[:, :2]
@@ -138,23 +137,14 @@ def _imported(settings: MeshInput, folder: Path, path: Path, facts: list[str]) -
         outline, note = along(outline, photo, line_mm)
         notes.append(note)
     notes += _notes_on_place(plane, block, placed)
-    origin = MeshOrigin(
-        file=path.name,
-        triangles_read=triangles,
-        sample_from_file=tuple(map(tuple, (placed @ upright(settings)).tolist())),
-        face_tilt_deg=plane.tilt_deg,
-        face_roughness_mm=plane.roughness_mm,
-        mouth_seen_below_face_mm=plane.below_mm,
-        repairs=repairs,
-    )
     solid = _solid(block, cavity, outline, settings.dam_height_mm, origin)
     return ImportedSample(outline, solid, photo, tuple(notes))
 
 
 def _read_block(
     settings: MeshInput, path: Path, facts: list[str]
-) -> tuple[Block, FacePlane, tuple[Repair, ...], int, float, list[str]]:
-    """Return block, face, repairs, number of triangles read, the step of the file's numbers in mm, and notes."""
+) -> tuple[Block, FacePlane, MeshOrigin, float, list[str]]:
+    """Return block, face, the block's origin, the step of the file's numbers in mm, and notes."""
     mesh = read_mesh(path)
     triangles, notes = len(mesh.faces), notes_on_unit(mesh, settings, path)
     step_mm = MM[settings.units] * _step_of(mesh.vertices)
@@ -172,7 +162,17 @@ def _read_block(
         found = _listed(bodies, np.linalg.inv(plane.to_level @ upright(settings)).astype(float))
         notes.append(f"{path.name}: {found}")
         facts.append(f"In it, {found}. If one of them is the sample, save it alone.")
-    return cut_block(body, plane.below_mm), plane, repairs, triangles, step_mm, notes
+    block = cut_block(body, plane.below_mm)
+    origin = MeshOrigin(
+        file=path.name,
+        triangles_read=triangles,
+        sample_from_file=tuple(map(tuple, (block.placed @ plane.to_level @ upright(settings)).tolist())),
+        face_tilt_deg=plane.tilt_deg,
+        face_roughness_mm=plane.roughness_mm,
+        mouth_seen_below_face_mm=plane.below_mm,
+        repairs=repairs,
+    )
+    return block, plane, origin, step_mm, notes
 
 
 def _step_of(vertices: Floats) -> float:

@@ -11,12 +11,9 @@ export class History {
     return this.steps[this.at];
   }
 
-  get canUndo() {
-    return this.at > 0;
-  }
-
-  get canRedo() {
-    return this.at < this.steps.length - 1;
+  /** True if there is a step to take back, `by` -1, or to take again, 1. */
+  can(by) {
+    return this.at + by in this.steps;
   }
 
   /** False where nothing changed. Steps of one `kind` in a row are taken back together. */
@@ -28,13 +25,8 @@ export class History {
     return true;
   }
 
-  undo() {
-    if (this.canUndo) this.at -= 1;
-    this.kind = null;
-  }
-
-  redo() {
-    if (this.canRedo) this.at += 1;
+  go(by) {
+    if (this.can(by)) this.at += by;
     this.kind = null;
   }
 }

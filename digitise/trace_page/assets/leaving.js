@@ -1,8 +1,7 @@
 // How the page ends: saved, left, or lost.
 
+import { part } from "./page.js";
 import { post } from "./server.js";
-
-const part = (id) => document.getElementById(id);
 
 export class Leaving {
   /** `missing()`: what must be given before a save, or null; `content()`: what is saved; `changed()`: is there any;

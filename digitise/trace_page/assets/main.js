@@ -5,17 +5,15 @@ import { Findings } from "./findings.js";
 import { watch } from "./gestures.js";
 import { History } from "./history.js";
 import { Leaving } from "./leaving.js";
-import { Lines, Points } from "./marks.js";
-import { Offers } from "./offers.js";
-import { showCoordinates, showDrawn, showPhotos, showScaleFields, showShape, watchScaleFields, watchShape } from "./panel.js";
-import { opening } from "./server.js";
+import { Lines, Offers, Points } from "./marks.js";
+import { part } from "./page.js";
+import { showCoordinates, showDrawn, showFields, showPhotos, showVolume, watchFields } from "./panel.js";
+import { Tracing, opening } from "./server.js";
 import { rove } from "./toolbar.js";
 import { TOOLS, addButtons, toolNames } from "./tools.js";
-import { Tracing } from "./tracing.js";
 import { Viewport } from "./viewport.js";
 
 const REACH = 8; // Screen pixels from a line within which a click means it.
-const part = (id) => document.getElementById(id);
 const stage = part("stage");
 const narrow = window.matchMedia("(max-width: 860px)");
 
@@ -50,7 +48,7 @@ const tracing = new Tracing(heard, lost);
 const leaving = new Leaving({
   missing,
   content: () => ({ hints: hintsOf(draft), shape: shapeOf(draft) }),
-  changed: () => history.canUndo,
+  changed: () => history.can(-1),
   lost,
   over: () => tracing.forget(),
 });
@@ -68,7 +66,7 @@ function commit(next, kind = null) {
 }
 
 function ask(before) {
-  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends, draft.via, draft.walls]);
+  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends_px, draft.via_px, draft.walls_px]);
   // Half a ruler, or a width without a height, says nothing yet.
   if (placed(before) === placed(draft) && !sketching) return;
   sketching = false;
@@ -78,8 +76,8 @@ function ask(before) {
     return trace("walls");
   }
   const searched = found.automatic || offers.cracks.length;
-  if (JSON.stringify(before.roi) !== JSON.stringify(draft.roi)) offers.found([]);
-  const gone = ["ends", "via"].some((key) => JSON.stringify(before[key]) !== JSON.stringify(draft[key]));
+  if (JSON.stringify(before.roi_px) !== JSON.stringify(draft.roi_px)) offers.found([]);
+  const gone = ["ends_px", "via_px"].some((key) => JSON.stringify(before[key]) !== JSON.stringify(draft[key]));
   if (gone) dismiss();
   // Without ends there is nothing to follow; a new box or scale is worth another search only where one was made.
   trace(searched && !gone ? "walls" : "scale");
@@ -92,7 +90,7 @@ function trace(until) {
 }
 
 function search() {
-  commit({ ...draft, ends: [null, null], via: [], walls: [], crack: null });
+  commit({ ...draft, ends_px: [null, null], via_px: [], walls_px: [], crack: null });
   dismiss();
   trace("walls");
 }
@@ -101,7 +99,7 @@ function search() {
 function dismiss() {
   tracing.forget();
   found.dismiss();
-  found.draw(draft.via.length);
+  found.draw(draft.via_px.length);
   part("proposal").hidden = true;
 }
 
@@ -121,8 +119,8 @@ function heard(answer, { sketch = false, still = false }) {
     say("");
   }
   const whole = known !== "path" || !still;
-  if ((known && whole) || (answer.refused && !sketch) || (answer.done && still)) found.draw(draft.via.length);
-  if (known) showShape(draft, facts.tables, volumeOf(draft, found.walls));
+  if ((known && whole) || (answer.refused && !sketch) || (answer.done && still)) found.draw(draft.via_px.length);
+  if (known) followVolume();
   if (known !== "walls") return;
   part("proposal").hidden = !found.automatic;
   say(`Walls found: ${part("length").textContent} long, ${part("width").textContent} wide on average.`);
@@ -147,34 +145,39 @@ function refresh() {
     edit: (id, to) => commit(pointOf(id).move(inPhoto(to))),
     remove: (id) => commit(pointOf(id).remove()),
   });
-  showScaleFields(draft);
-  showShape(draft, facts.tables, volumeOf(draft, found.walls));
+  showFields(draft, facts.tables);
+  followVolume();
   part("guide").textContent = TOOLS[tool].guide(draft);
   for (const button of part("tools").children) button.setAttribute("aria-pressed", String(button.dataset.tool === tool));
-  part("undo").disabled = !history.canUndo;
-  part("redo").disabled = !history.canRedo;
+  part("undo").disabled = !history.can(-1);
+  part("redo").disabled = !history.can(1);
   part("swap").disabled = !hasEnds(draft);
   for (const settle of toolbars) settle();
-  lines.set("ruler", draft.scale === "ruler" && draft.ruler.length === 2 ? draft.ruler : null);
+  lines.set("ruler", draft.scale === "ruler" && draft.ruler_px.length === 2 ? draft.ruler_px : null);
   showFace();
-  lines.setAll("drawn", draft.walls);
-  showDrawn(draft.walls, (index) => commit(withoutWall(draft, index)));
-  lines.set("roi", draft.roi.length < 2 ? null : draft.roi.length === 2 ? boxed(draft.roi) : draft.roi, true);
+  lines.setAll("drawn", draft.walls_px);
+  showDrawn(draft.walls_px, (index) => commit(withoutWall(draft, index)));
+  lines.set("roi", draft.roi_px.length < 2 ? null : draft.roi_px.length === 2 ? boxed(draft.roi_px) : draft.roi_px, true);
   place();
 }
 
 /** The face as clicked, or as found, which can then be adjusted. */
 function showFace() {
-  if (draft.scale === "face" && draft.face.length) lines.set("face", draft.face, draft.face.length === 4);
+  const corners = draft.face_corners_px;
+  if (draft.scale === "face" && corners.length) lines.set("face", corners, corners.length === 4);
   else lines.set("face", found.scale?.face_px, true);
-  part("adjust").hidden = draft.face.length > 0 || !found.scale?.corners_px;
+  part("adjust").hidden = corners.length > 0 || !found.scale?.corners_px;
+}
+
+function followVolume() {
+  showVolume(facts.tables.length ? null : volumeOf(draft, found.walls));
 }
 
 /** Put everything where the photo lies now. */
 function place() {
   lines.follow(viewport);
   points.show(pointsOf(draft), viewport);
-  offers.show(viewport, !draft.ends.some(Boolean));
+  offers.show(viewport, !draft.ends_px.some(Boolean));
   const [x, y] = viewport.toScreen(crosshair);
   part("crosshair").style.transform = `translate(${x}px, ${y}px)`;
 }
@@ -210,10 +213,10 @@ function placeAt(point) {
 
 /** With one end placed, the line to the pointer is shown as it moves. */
 function follow(point) {
-  const [from, to] = draft.ends;
+  const [from, to] = draft.ends_px;
   if (tool !== "ends" || Boolean(from) === Boolean(to)) return;
   sketching = true;
-  const ends = draft.ends.map((end) => end ?? rounded(point));
+  const ends = draft.ends_px.map((end) => end ?? rounded(point));
   tracing.sketch({ ...hintsOf(draft), ends_px: ends }, { sketch: true }, "path");
 }
 
@@ -277,7 +280,7 @@ document.addEventListener("keydown", (event) => {
       leaving.save();
     } else if ((key === "z" || key === "y") && !event.target.matches("input")) {
       event.preventDefault();
-      step(key === "y" || event.shiftKey ? "redo" : "undo");
+      step(key === "y" || event.shiftKey ? 1 : -1);
     }
     return;
   }
@@ -288,9 +291,9 @@ document.addEventListener("keydown", (event) => {
   if (named) choose(named);
 });
 
-function step(direction) {
+function step(by) {
   const before = history.now;
-  history[direction]();
+  history.go(by);
   draft = history.now;
   if (draft !== before) ask(before);
   if (tool === "via" && !hasEnds(draft)) tool = "ends";
@@ -302,7 +305,7 @@ function step(direction) {
 /** The ends of a line that was found are the user's from now on. */
 function take(ends) {
   tool = "via";
-  commit({ ...draft, ends, via: [], walls: [], crack: null });
+  commit({ ...draft, ends_px: ends, via_px: [], walls_px: [], crack: null });
   stage.focus();
 }
 
@@ -313,34 +316,35 @@ function choose(name) {
   refresh();
 }
 
-part("undo").addEventListener("click", () => step("undo"));
-part("redo").addEventListener("click", () => step("redo"));
-part("closer").addEventListener("click", () => viewport.zoomBy(1.5));
-part("farther").addEventListener("click", () => viewport.zoomBy(1 / 1.5));
-part("fit").addEventListener("click", () => viewport.fit());
-part("swap").addEventListener("click", () =>
-  commit({ ...draft, ends: [...draft.ends].reverse(), via: [...draft.via].reverse() }));
-part("search").addEventListener("click", search);
-part("accept").addEventListener("click", () => take([found.path.points_px[0], found.path.points_px.at(-1)].map(rounded)));
-part("reject").addEventListener("click", () => {
-  offers.found([]);
-  dismiss();
-  place();
-  stage.focus();
-});
-part("adjust").addEventListener("click", () => {
-  commit({ ...draft, face: found.scale.corners_px.map(rounded) });
-  choose("face");
-});
-watchScaleFields((edit) => commit(edit(draft)));
-watchShape((edit) => commit(edit(draft)));
+const PRESSED = {
+  undo: () => step(-1),
+  redo: () => step(1),
+  closer: VIEW_KEYS["+"],
+  farther: VIEW_KEYS["-"],
+  fit: VIEW_KEYS[0],
+  swap: () => commit({ ...draft, ends_px: [...draft.ends_px].reverse(), via_px: [...draft.via_px].reverse() }),
+  search,
+  accept: () => take([found.path.points_px[0], found.path.points_px.at(-1)].map(rounded)),
+  reject: () => {
+    offers.found([]);
+    dismiss();
+    place();
+    stage.focus();
+  },
+  adjust: () => {
+    commit({ ...draft, face_corners_px: found.scale.corners_px.map(rounded) });
+    choose("face");
+  },
+};
+for (const [id, press] of Object.entries(PRESSED)) part(id).addEventListener("click", press);
+watchFields((edit) => commit(edit(draft)));
 
 /** What must be said before a save, all in one sentence. */
 function missing() {
   const lacks = [];
   if (!hasEnds(draft) && !facts.painted) lacks.push("both ends (or accept the line found automatically)");
   const unasked = facts.path_only || facts.tables.includes("depth_mm");
-  if (!draft.depthMm && !unasked) lacks.push("the measured depth in mm");
+  if (!draft.depth_mm && !unasked) lacks.push("the measured depth in mm");
   if (facts.is_new && !found.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");
   return lacks.length ? `First give ${lacks.join(", ")}.` : null;
 }

@@ -30,3 +30,53 @@ export async function post(name, content, heard, signal) {
     for (const line of lines) heard(JSON.parse(line));
   }
 }
+
+/** Asks where the crack is, as often as points move and no oftener than the server answers. */
+export class Tracing {
+  /** `show` gets every answer with the hints that were asked about; `lost` is told when the server has gone. */
+  constructor(show, lost) {
+    this.show = show;
+    this.lost = lost;
+    this.revision = 0;
+    this.asking = null;
+    this.waiting = null;
+  }
+
+  /** A point is under way: as far as `until`, and the last place asked for is the one that counts. */
+  sketch(hints, meaning, until) {
+    if (this.asking?.sketch) this.waiting = { hints, meaning, until };
+    else this.ask({ hints, meaning, until, sketch: true });
+  }
+
+  /** At once, as far as `until`: "scale", "path", "glance" or "walls". */
+  trace(hints, meaning, until) {
+    this.ask({ hints, meaning, until });
+  }
+
+  /** Whatever is under way no longer matters. */
+  forget() {
+    this.waiting = null;
+    this.asking?.stop.abort();
+    this.asking = null;
+  }
+
+  async ask({ hints, meaning, until, sketch = false }) {
+    this.forget();
+    const asked = { sketch, stop: new AbortController() };
+    this.asking = asked;
+    // Grows across reloads and tabs, since the server answers the newest only.
+    this.revision = Math.max(this.revision + 0.001, performance.timeOrigin + performance.now());
+    const question = { hints, revision: this.revision, until };
+    const heard = (answer) => this.asking === asked && this.show(answer, meaning);
+    try {
+      await post("trace", question, heard, asked.stop.signal);
+    } catch (fault) {
+      if (fault.name !== "AbortError") this.lost(fault);
+      return;
+    }
+    if (this.asking !== asked) return;
+    this.asking = null;
+    this.show({ done: true }, meaning);
+    if (this.waiting) this.ask({ ...this.waiting, sketch: true });
+  }
+}

@@ -28,7 +28,7 @@ LAID = LaidBead(density_kg_m3=DENSITY, mass_g=4.4, asked_mm3_s=400.0, speed_mm_s
 @pytest.fixture(scope="module")
 def bead() -> BeadOutline:
     ring = PHOTO.ring_mm
-    return bead_of(ring, ring, 0.001, 0.06, True, (), Path("bead.png"))
+    return bead_of(ring, 0.001, 0.06, (), Path("bead.png"))
 
 
 def test_a_pump_that_gives_less_is_known_by_the_middle_without_the_beads_length(bead):
@@ -100,7 +100,7 @@ def test_what_shows_nothing_is_refused(bead, changes, says):
 def test_a_bead_that_hardly_flowed_is_refused_with_what_to_lay():
     """Lying at half the speed it has twice the section, of whose root the limit is a share."""
     ring = replace(PHOTO, radius_mm=4.5, straight_mm=36.0).ring_mm
-    stiff = bead_of(ring, ring, 0.001, 0.06, True, (), Path("bead.png"))
+    stiff = bead_of(ring, 0.001, 0.06, (), Path("bead.png"))
     with pytest.raises(InputError, match=r"nearly in the shape .* lay it at (\d\.\d+) mm/s or slower") as refusal:
         identify(LAID.model_copy(update={"mass_g": 3.6}), stiff)
     assert "mm long, or spread a cone" in str(refusal.value)
