@@ -120,12 +120,12 @@ def weigh(
     walls = _walls(outline, shape)
     _require_likeness(walls, fill)
     if not tilted and len(fill.levels_mm) > 1:
-        findings += _closing_unasked(_fit_both_ways(walls, fill, known, np.ones(UNKNOWNS, bool)), shape)
+        findings += _against_tilt(walls, fill, known, np.ones(UNKNOWNS, bool), shape)
     # Side cracks are part of the outline, and only a main crack can be widened.
     free = np.array([not outline.branches_kept, tilted, True, True, True])
     walls, fit = _fit_to_solid(outline, shape, fill, walls, known, free)
     if tilted and walls.inward * fit.unknown[CLOSING] < 0:
-        findings += _opposed(_fit_both_ways(walls, fill, known, free), shape)
+        findings += _against_tilt(walls, fill, known, free, shape)
         # The angle stays as doubtful as it is, and the others are those at upright walls.
         upright = _fit_to_solid(outline, shape, fill, walls, known, free & [True, False, True, True, True])
         walls, fit = upright[0], replace(upright[1], covariance=fit.covariance)
@@ -185,11 +185,6 @@ def _in_proportion(walls: _Walls, outline: Outline, shape: CrackShape, about: Fl
     return replace(walls, scale_at_mm=at_mm[:-1][sound], scale=below_mm3[sound] / sections_mm3[sound])
 
 
-def _fit_both_ways(walls: _Walls, fill: WeighedFill, known: Floats, free: Booleans) -> _Fit:
-    """Fit about upright walls, which may open as far as they may close, for the findings."""
-    return _fit(walls, fill, known, np.zeros(UNKNOWNS), free, opposed=STEEPEST)
-
-
 def _fit(
     walls: _Walls, fill: WeighedFill, known: Floats, about: Floats, free: Booleans, opposed: float = OPPOSED
 ) -> _Fit:
@@ -236,29 +231,25 @@ def _fit(
     return _Fit(unknown, covariance, level_mm(unknown), misfit_mm3(unknown), sd_mm3, 2 * found.cost, probability)
 
 
-def _closing_unasked(fit: _Fit, shape: CrackShape) -> list[str]:
-    if not (closing := _clear_closing(fit)):
-        return []
-    way, other = ("close", '"funnel" or "flare"') if closing > 0 else ("open", '"undercut"')
-    return [
-        f"The weighed fill shows walls that {way} on the way down by {abs(_angle_deg(closing)):.1f} degrees each, and "
-        f'tilt = "{shape.tilt}" keeps their distance: choose {other}.'
-    ]
-
-
-def _clear_closing(fit: _Fit) -> float:
-    """Return the loss of width for each millimetre down; 0 if the fit cannot distinguish it from upright walls."""
+def _against_tilt(walls: _Walls, fill: WeighedFill, known: Floats, free: Booleans, shape: CrackShape) -> list[str]:
+    """Fit about upright walls, which may open as far as they may close; return a finding if they clearly do either."""
+    fit = _fit(walls, fill, known, np.zeros(UNKNOWNS), free, opposed=STEEPEST)
     closing, sd = fit.unknown[CLOSING], np.sqrt(fit.covariance[CLOSING, CLOSING])
-    return 0.0 if abs(closing) < FAR * sd else float(closing)
-
-
-def _opposed(fit: _Fit, shape: CrackShape) -> list[str]:
-    if not (closing := _clear_closing(fit)):
+    if abs(closing) <= FAR * sd:
         return []
-    way, article = ("close", "an") if closing > 0 else ("open", "a")
+    closes, angle = closing > 0, f"{abs(_angle_deg(closing)):.1f} degrees each"
+    if shape.tilt in AGAINST_EACH_OTHER:
+        way = (
+            f"{'close' if closes else 'open'} downward by {angle}, which {'an' if closes else 'a'} {shape.tilt} cannot"
+        )
+        return [
+            f"The weighed fill wants walls that {way}: they are taken as upright. Look at depth_mm, the photo's width "
+            "and the levels."
+        ]
+    way, other = ("close", '"funnel" or "flare"') if closes else ("open", '"undercut"')
     return [
-        f"The weighed fill wants walls that {way} downward by {abs(_angle_deg(closing)):.1f} degrees each, which "
-        f"{article} {shape.tilt} cannot: they are taken as upright. Look at depth_mm, the photo's width and the levels."
+        f'The weighed fill shows walls that {way} on the way down by {angle}, and tilt = "{shape.tilt}" keeps their '
+        f"distance: choose {other}."
     ]
 
 
