@@ -11,7 +11,7 @@ from manifold3d import Manifold
 from digitise.geometry.mesh_topology import connected, examine_mesh, neighbours, normals
 from digitise.geometry.polyline import Box, depth_inside
 from digitise.geometry.region import box_region, prism
-from digitise.mesh_import.block import STEEPEST_DEG, Block, FacePlane, cut_block, find_face
+from digitise.mesh_import.block import SEARCH, Block, FacePlane, cut_block, find_face
 from digitise.mesh_import.cavity import (
     Cavity,
     along,
@@ -232,7 +232,7 @@ def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm
     """
     corners = vertices_mm[faces]
     normal = normals(corners)
-    flat = normal[:, 2] > np.cos(np.radians(STEEPEST_DEG)) * np.linalg.norm(normal, axis=1)
+    flat = normal[:, 2] > np.cos(np.radians(SEARCH.steepest_deg)) * np.linalg.norm(normal, axis=1)
     label = np.where(flat, FaceLabel.FLOOR, FaceLabel.WALL).astype(np.int64)
     known = flat & (np.abs(corners[:, :, 2]) <= below_mm).all(axis=1)
     label[known] = FaceLabel.TOP

@@ -26,24 +26,33 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline
 from sealtwin.core.solid_figures import WeighedCavity
 
-DENSITY_SD = 0.002  # Relative standard deviation of the density: 10 K of water
-MENISCUS_SD = 0.2  # Relative standard deviation of the meniscus's height: walls wetted within some 35 degrees
-UNKNOWN = 0.1  # Relative standard deviation of a width or a depth whose uncertainty nobody declared
-PASSES = 3  # Fits, each with the solid's volumes at the walls of the one before
-SLICES = 48  # Horizontal slices of the solid
-LEAST_SHARE = 0.02  # Of the cavity's volume, below which nothing is told by the ratio of two volumes
-LEAST_PROBABILITY = 0.01  # Of a misfit by chance, below which the steps contradict straight walls or each other
-FAR = 2.5  # Standard deviations from which a difference is named as a contradiction
-STEEPEST = 2 * np.tan(np.radians(59.0))
-OPPOSED = 0.5
-"""Largest change of width for each millimetre down, against the tilt's own way, that widens the doubt of the angle; the
-findings look for ``STEEPEST`` both ways.
-"""
-THIN_MM = 0.02  # Height of a slab of liquid whose volume gives the area of its surface
-NORMAL_95 = 1.96
-TINY = 1e-12
-UNLIKE = 5.0  # Volume poured over that of upright walls, or the other way round, that no angle explains
-LIKELIER = 6.0  # Difference of two misfits from which one tilt is named as better: twenty times as likely
+
+@dataclass(frozen=True)
+class FitLimits:
+    """Uncertainties that are not declared, steps of the fit, and limits from which a difference is reported.
+
+    Each line states what its value rests on. Larger standard deviations widen the intervals; limits only add or drop a
+    finding. benchmarks/weighing.py compares the intervals with emulated fills, on which nothing was tuned.
+    """
+
+    density_sd: float = 0.002  # Relative standard deviation of the density: 10 K of water
+    meniscus_sd: float = 0.2  # Relative standard deviation of the meniscus's height: walls wetted within 35 degrees
+    undeclared: float = 0.1  # Relative standard deviation of a width or a depth whose uncertainty is not declared
+    passes: int = 3  # Fits, each with the solid's volumes at the walls of the one before
+    slices: int = 48  # Horizontal slices of the solid
+    least_share: float = 0.02  # Share of the cavity's volume below which the ratio of two volumes is not used
+    least_probability: float = 0.01  # Probability of a misfit below which the steps contradict straight walls
+    far: float = 2.5  # Standard deviations from which a difference is reported as a contradiction
+    steepest: float = 2 * float(np.tan(np.radians(59.0)))  # Largest loss of width for each mm down, the tilt's own way
+    opposed: float = 0.5  # The same against the tilt's way; findings allow ``steepest`` both ways
+    thin_mm: float = 0.02  # Height of a slab of liquid whose volume gives the area of its surface
+    normal_95: float = 1.96  # Half-width of a normal 95 % interval in standard deviations
+    tiny: float = 1e-12  # Relative variance that is rounding
+    unlike: float = 5.0  # Volume poured over that of upright walls, or the reverse, that no angle explains
+    likelier: float = 6.0  # Difference of two misfits from which one tilt is better: twenty times as likely
+
+
+LIMITS = FitLimits()
 UNKNOWNS = 5
 Booleans = NDArray[np.bool_]
 WIDTH, CLOSING, DEPTH, DENSITY, MENISCUS = range(UNKNOWNS)
@@ -110,11 +119,11 @@ def weigh(
     shape, _ = shape_as_long_as(outline.length_mm, shape)
     width_mm, depth_mm = outline.mean_width_mm, shape.deepest_mm
     known = np.array([
-        width_sd_mm or outline.width_doubt_mm or UNKNOWN * width_mm,
+        width_sd_mm or outline.width_doubt_mm or LIMITS.undeclared * width_mm,
         np.inf,
-        depth_sd_mm or UNKNOWN * depth_mm,
-        DENSITY_SD,
-        MENISCUS_SD,
+        depth_sd_mm or LIMITS.undeclared * depth_mm,
+        LIMITS.density_sd,
+        LIMITS.meniscus_sd,
     ])  # fmt: skip
     tilted, findings = shape.tilt in AGAINST_EACH_OTHER, list[str]()
     walls = _walls(outline, shape)
@@ -139,7 +148,7 @@ def _require_likeness(walls: _Walls, fill: WeighedFill) -> None:
     """Raises InputError for a fill whose volume no angle of these walls holds."""
     upright_mm3 = float(walls.volume_mm3(fill.levels_mm[-1:], np.zeros(UNKNOWNS))[0])
     poured_mm3 = float(fill.volume_mm3[-1])
-    if not upright_mm3 / UNLIKE < poured_mm3 < UNLIKE * upright_mm3:
+    if not upright_mm3 / LIMITS.unlike < poured_mm3 < LIMITS.unlike * upright_mm3:
         raise InputError(
             f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, and upright walls hold "
             f"{upright_mm3 / 1e3:.3g} ml there: check that masses are in grams and of the liquid alone, the density, "
@@ -165,7 +174,7 @@ def _fit_to_solid(
 ) -> tuple[_Walls, _Fit]:
     """Fit with the volumes of the sections in the proportion that the solid's have to them at the fitted walls."""
     fit = _fit(walls, fill, known, np.zeros(UNKNOWNS), free)
-    for _ in range(PASSES - 1):
+    for _ in range(LIMITS.passes - 1):
         about = np.zeros(UNKNOWNS)
         about[CLOSING] = walls.inward * max(0.0, walls.inward * fit.unknown[CLOSING])
         walls = _in_proportion(walls, outline, shape, about)
@@ -176,24 +185,24 @@ def _fit_to_solid(
 def _in_proportion(walls: _Walls, outline: Outline, shape: CrackShape, about: Floats) -> _Walls:
     moved = shape.model_copy(update={"wall_angle_deg": _angle_deg(abs(about[CLOSING]))})
     slicer = Slicer(lay_out(outline, moved, max(wall_shifts_mm(moved))), moved)
-    at_mm = np.linspace(0.0, shape.deepest_mm, SLICES + 1)
+    at_mm = np.linspace(0.0, shape.deepest_mm, LIMITS.slices + 1)
     middle_mm2 = [slicer.cavity(depth_mm).area() for depth_mm in (at_mm[1:] + at_mm[:-1]) / 2]
     below_mm3 = np.cumsum(middle_mm2[::-1])[::-1] * at_mm[1]
-    sections_mm3 = replace(walls, scale=np.ones(SLICES + 1), scale_at_mm=at_mm).volume_mm3(-at_mm[:-1], about)
+    sections_mm3 = replace(walls, scale=np.ones(LIMITS.slices + 1), scale_at_mm=at_mm).volume_mm3(-at_mm[:-1], about)
     # A funnel may have closed above the deepest slices.
-    sound = sections_mm3 > LEAST_SHARE * sections_mm3[0]
+    sound = sections_mm3 > LIMITS.least_share * sections_mm3[0]
     return replace(walls, scale_at_mm=at_mm[:-1][sound], scale=below_mm3[sound] / sections_mm3[sound])
 
 
 def _fit(
-    walls: _Walls, fill: WeighedFill, known: Floats, about: Floats, free: Booleans, opposed: float = OPPOSED
+    walls: _Walls, fill: WeighedFill, known: Floats, about: Floats, free: Booleans, opposed: float = LIMITS.opposed
 ) -> _Fit:
     """Fit the ``free`` unknowns, with the area of the liquid's surface between the walls ``about`` which the fit is."""
     width_mm = float(walls.width_mm @ walls.along_mm / walls.along_mm.sum())
     capillary_mm = capillary_length_mm(fill.surface_tension_n_m, fill.density_kg_m3)
     lifted_mm = mean_level_mm(fill.levels_mm, width_mm, capillary_mm) - fill.levels_mm
-    under_mm3 = [walls.volume_mm3(fill.levels_mm - below_mm, about) for below_mm in (0.0, THIN_MM)]
-    surface_mm2 = (under_mm3[0] - under_mm3[1]) / THIN_MM
+    under_mm3 = [walls.volume_mm3(fill.levels_mm - below_mm, about) for below_mm in (0.0, LIMITS.thin_mm)]
+    surface_mm2 = (under_mm3[0] - under_mm3[1]) / LIMITS.thin_mm
     level_sd_mm = np.where(fill.levels_mm < 0, fill.level_sd_mm, fill.flush_sd_mm)
     sd_mm3 = np.hypot(1e6 * fill.mass_sd_g / fill.density_kg_m3, surface_mm2 * level_sd_mm)
     # Of the same size as what is known, so that steps and tolerances suit all of them.
@@ -215,7 +224,7 @@ def _fit(
         return np.concatenate([misfit_mm3(unknown) / sd_mm3, (unknown / known)[np.isfinite(known)]])
 
     low, high = np.full(UNKNOWNS, -np.inf), np.full(UNKNOWNS, np.inf)
-    ends = np.sort(walls.inward * np.array([-opposed, STEEPEST]))
+    ends = np.sort(walls.inward * np.array([-opposed, LIMITS.steepest]))
     low[CLOSING], high[CLOSING] = ends / size[CLOSING]
     start = np.zeros(free.sum())
     found = least_squares(residuals, start, bounds=(low[free], high[free]), x_scale="jac", xtol=1e-12, ftol=1e-12)
@@ -223,7 +232,7 @@ def _fit(
     covariance[np.ix_(free, free)] = np.linalg.pinv(found.jac.T @ found.jac)
     freedom = len(sd_mm3) - int(free[CLOSING])
     probability = float(chi2.sf(2 * found.cost, freedom)) if freedom else 1.0
-    if probability < LEAST_PROBABILITY:
+    if probability < LIMITS.least_probability:
         # Steps that scatter more than was declared say less.
         covariance *= 2 * found.cost / freedom
     unknown = unknown_of(found.x)
@@ -233,9 +242,9 @@ def _fit(
 
 def _against_tilt(walls: _Walls, fill: WeighedFill, known: Floats, free: Booleans, shape: CrackShape) -> list[str]:
     """Fit about upright walls, which may open as far as they may close; return a finding if they clearly do either."""
-    fit = _fit(walls, fill, known, np.zeros(UNKNOWNS), free, opposed=STEEPEST)
+    fit = _fit(walls, fill, known, np.zeros(UNKNOWNS), free, opposed=LIMITS.steepest)
     closing, sd = fit.unknown[CLOSING], np.sqrt(fit.covariance[CLOSING, CLOSING])
-    if abs(closing) <= FAR * sd:
+    if abs(closing) <= LIMITS.far * sd:
         return []
     closes, angle = closing > 0, f"{abs(_angle_deg(closing)):.1f} degrees each"
     if shape.tilt in AGAINST_EACH_OTHER:
@@ -263,7 +272,7 @@ def _other_tilt(
         walls, refit = _fit_to_solid(outline, turned, fill, _walls(outline, turned), known, free)
         if walls.inward * refit.unknown[CLOSING] >= 0:
             misfits[other] = refit.misfit
-    likely = min([fit.misfit - LIKELIER, *(misfit + LIKELIER for misfit in misfits.values())])
+    likely = min([fit.misfit - LIMITS.likelier, *(misfit + LIMITS.likelier for misfit in misfits.values())])
     return [
         f'tilt = "{other}" fits the weighed fill better: the photo then shows the width of the '
         f"{'floor' if other == 'flare' else 'mouth'}."
@@ -275,13 +284,13 @@ def _other_tilt(
 def _contradictions(fit: _Fit, known: Floats) -> list[str]:
     said: list[str] = []
     for index, name, what in ((WIDTH, "the photo's width", "width_mm"), (DEPTH, "depth_mm", "depth_mm")):
-        if abs(off_mm := fit.unknown[index]) > FAR * known[index]:
+        if abs(off_mm := fit.unknown[index]) > LIMITS.far * known[index]:
             way = "more" if off_mm > 0 else "less"
             said.append(
                 f"The weighed fill contradicts {name}: it wants {abs(off_mm):.2f} mm {way}, and the uncertainty "
                 f"({what}) is {known[index]:.2f} mm."
             )
-    if fit.probability < LEAST_PROBABILITY:
+    if fit.probability < LIMITS.least_probability:
         worst = int(np.argmax(np.abs(fit.misfit_mm3 / fit.misfit_sd_mm3)))
         said.append(
             f"The steps of the weighed fill do not fit straight walls: step {worst + 1} is "
@@ -298,7 +307,7 @@ def _result(
         (walls.brim_mm3(off + step) - walls.brim_mm3(off - step)) / 2e-4 for step in 1e-4 * np.eye(UNKNOWNS)[:DENSITY]
     ])  # fmt: skip
     brim_mm3 = walls.brim_mm3(off)
-    half_mm3 = NORMAL_95 * float(np.sqrt(gradient @ covariance @ gradient))
+    half_mm3 = LIMITS.normal_95 * float(np.sqrt(gradient @ covariance @ gradient))
     # From the loss of width to degrees, and in the order of the record's fields.
     to_degrees = np.diag([1.0, walls.inward * np.degrees(0.5 / (1 + off[CLOSING] ** 2 / 4)), 1.0])
     told = to_degrees @ covariance @ to_degrees
@@ -339,7 +348,7 @@ def _root(covariance: Floats) -> Floats:
     """
     root, left = np.zeros_like(covariance), covariance.copy()
     for i in range(len(covariance)):
-        if left[i, i] > TINY * max(covariance[i, i], TINY):
+        if left[i, i] > LIMITS.tiny * max(covariance[i, i], LIMITS.tiny):
             root[:, i] = left[:, i] / np.sqrt(left[i, i])
             left -= np.outer(root[:, i], root[:, i])
     return root
