@@ -100,11 +100,11 @@ def find_face(surface: RepairedSurface) -> FacePlane:
     place_mm, up = max(planes, key=lambda plane: (np.abs((points_mm - plane[0]) @ plane[1]) < SEARCH.roughest_mm).sum())
     reach_mm, away_mm = SEARCH.roughest_mm, points_mm @ up
     for _ in range(SEARCH.refinements):
-        held = points_mm[np.abs((points_mm - place_mm) @ up) <= reach_mm]
-        place_mm = held.mean(axis=0)
-        up = np.linalg.svd(held - place_mm, full_matrices=False)[2][2]
+        near_mm = points_mm[np.abs((points_mm - place_mm) @ up) <= reach_mm]
+        place_mm = near_mm.mean(axis=0)
+        up = np.linalg.svd(near_mm - place_mm, full_matrices=False)[2][2]
         up *= np.sign(up[2])
-        away_mm = (held - place_mm) @ up
+        away_mm = (near_mm - place_mm) @ up
         # The median is the face's own roughness even with the edge of a crack among the points.
         reach_mm = min(SEARCH.roughest_mm, max(4.5 * float(np.median(np.abs(away_mm))), 1e-9))
     if (share := float((np.abs((points_mm - place_mm) @ up) <= SEARCH.roughest_mm).mean())) < SEARCH.least_share:
@@ -152,24 +152,24 @@ class Block:
 
 
 def cut_block(body: Manifold, below_mm: float) -> Block:
-    """Cut the largest block, upright from ``below_mm`` under the face, out of a body whose face is level at z = 0."""
-    found = list(filter(None, (_block_at(body, yaw_deg, below_mm) for yaw_deg in _directions_deg(body, below_mm))))
-    if not found:
+    """Cut the largest block out of a body with a level face at z = 0; sides are upright from ``below_mm`` under it."""
+    blocks = list(filter(None, (_block_at(body, yaw_deg, below_mm) for yaw_deg in _directions_deg(body, below_mm))))
+    if not blocks:
         raise ShapeError(
             "Mesh is no block with four upright sides below its face.",
             "Check mesh.up, the axis that points out of the cracked face, or cut a block round the crack in the "
             "program that made it.",
             "sides",
         )
-    # Equal areas prefer the body as it is, whose coordinates stay exact.
-    return max(found, key=lambda block: round(block.size_mm[0] * block.size_mm[1]))
+    # Of equal areas the body itself, not turned, comes first: its coordinates stay exact.
+    return max(blocks, key=lambda block: round(block.size_mm[0] * block.size_mm[1]))
 
 
 def parted(body: Manifold, cutter: Manifold) -> tuple[Manifold, Manifold]:
     """Return the parts of a body inside and outside the cutter. Raises InputError if they do not add up to the body."""
     inside, outside = body.split(cutter)
     whole_mm3 = body.volume()
-    # A boolean on triangles lower than its rounding may move others.
+    # A boolean may move triangles if others are lower than its rounding.
     if abs(inside.volume() + outside.volume() - whole_mm3) > SEARCH.cut_tolerance * whole_mm3:
         raise ShapeError(
             "Mesh cannot be cut without loss: it crosses itself, or has triangles without height.",
@@ -223,7 +223,7 @@ def _edges(body: Manifold, level_mm: float) -> Floats:
 
 
 def _sides(sections: list[Floats], axis: int) -> tuple[float, float, float] | None:
-    """Return both sides along an axis and the largest excess beyond them; None if there are no such sides."""
+    """Return both sides along an axis and the largest excess beyond them; None unless there are two."""
     every = np.concatenate(sections)
     lines = np.linspace(every[..., 1 - axis].min(), every[..., 1 - axis].max(), SEARCH.lines + 2)[1:-1]
     met = [_first_and_last(edges, axis, lines) for edges in sections]
@@ -254,23 +254,23 @@ def _first_and_last(edges: Floats, axis: int, lines: Floats) -> tuple[Floats, Fl
 
 
 def _side(met: list[Floats]) -> float | None:
-    """Return the coordinate beyond which, on every level, all lines but those into a crack have met material."""
-    held, plane = [], True
+    """Return the coordinate beyond which all lines on every level have met material, except those into a crack."""
+    outermost, plane = [], True
     for places in met:
         usual = float(np.median(places))
         if not np.isfinite(usual):
             return None
         scatter = float(np.median(np.abs(places - usual)[np.isfinite(places)]))
-        kept = places[~_into_crack(places - usual, scatter)]
-        if len(kept) < (1 - SEARCH.most_opening) * SEARCH.lines:
+        on_side = places[~_into_crack(places - usual, scatter)]
+        if len(on_side) < (1 - SEARCH.most_opening) * SEARCH.lines:
             return None
-        held.append(float(kept.max()))
-        plane &= usual == held[-1] == held[0]
-    return max(held) + (0.0 if plane else SEARCH.trim_mm)
+        outermost.append(float(on_side.max()))
+        plane &= usual == outermost[-1] == outermost[0]
+    return max(outermost) + (0.0 if plane else SEARCH.trim_mm)
 
 
 def _into_crack(off_mm: Floats, scatter_mm: float) -> NDArray[np.bool_]:
-    """Return True for each line into a crack: those beside one another beyond the side's roughness, if any is deep.
+    """Return True for each line into a crack: neighbouring ones beyond the side's roughness, if any of them is deep.
 
     An oblique crack recedes from the side slowly at first, and a thin one is deep nowhere: its first lines are as near
     as the chips of a rough edge.

@@ -60,7 +60,7 @@ LIMITS = CavityLimits()
 LIGHT = np.array([-0.4, 0.45, 0.8])  # Direction of the light, from the upper left
 SEPARATORS = re.compile(r"[;,\s]+")
 DECIMAL_COMMAS = re.compile(r"\s*[-+]?\d+,\d+(\s*;|\s+[-+]?\d+,\d)")
-"""The first of two numbers in a line whose separator is no comma, or is one more than there are numbers."""
+"""A number with a decimal comma, followed by a semicolon or by another such number."""
 HEADERS = (("x_mm", "y_mm"), ("x", "y"))  # Optional first line; without it, a line's first two numbers count
 
 
@@ -83,7 +83,7 @@ class Cavity:
 
 
 def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cavity:
-    """Return the cavity below the opening, ``below_mm`` under the face, with most path points, or the largest."""
+    """Return the cavity below an opening, ``below_mm`` under the face, with most points of the path, or the largest."""
     face = box_region(block.face_mm)
     openings = (face - block.body.slice(-below_mm)).decompose()
     mouth, warnings = _chosen(openings, on_path_mm)
@@ -93,7 +93,7 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
     by_volume = sorted(rooms.decompose(), key=lambda room: -room.volume())
     below = next((room for room in by_volume if (room.slice(-below_mm - LIMITS.slice_mm) ^ mouth).area() > 0), None)
     if below is None:
-        raise ShapeError("The crack's mouth leads nowhere.", "Check the mesh round it.", "mouth")
+        raise ShapeError("There is no cavity below the crack's mouth.", "Check the mesh round it.", "mouth")
     if below.bounding_box()[2] < bottom_mm:
         raise ShapeError(
             "The crack passes through the underside of the mesh, so nothing would stay in it.",
@@ -144,7 +144,7 @@ def _points_inside(region: CrossSection, points_mm: Floats) -> int:
 
 
 def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
-    """Draw the crack's mouth dark on a bright face, each pixel by its covered share; its image is a shaded one."""
+    """Draw the crack's mouth dark on a bright face, by the covered share of each pixel; ``image`` is a shaded view."""
     low, high = np.reshape(cavity.mouth.bounds(), (2, 2))
     low, high = (
         np.maximum(low - LIMITS.round_mm, -LIMITS.border_mm),
@@ -202,7 +202,7 @@ def _shaded(body: Manifold, view: View, shape: tuple[int, int], depth_mm: float)
 
 
 def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
-    """Return the outline of the crack along a line through its mouth, whose rim is the outline's ring."""
+    """Return the outline of the crack along a line through its mouth; its ring is the rim of the mouth."""
     ring, *islands = sorted(map(np.asarray, cavity.mouth.to_polygons()), key=signed_area, reverse=True)
     return Outline(
         **photo.in_both_units(
@@ -222,7 +222,7 @@ def read_path(path: Path) -> Floats:
     """Read points in mm, (n, 2), from lines of x, y and perhaps z. Raises InputError with file and line."""
     if not path.is_file():
         raise InputError(
-            f"{path}: no such path file; what mesh.path names is looked for beside its trial file. It may be left out."
+            f"{path}: no such path file; mesh.path is relative to its trial file. Correct it, or remove it."
         )
     if path.stat().st_size > LIMITS.largest_bytes:
         raise InputError(f"{path}: larger than {LIMITS.largest_bytes / 1e6:g} MB; a path has some hundred lines.")
@@ -244,8 +244,10 @@ def read_path(path: Path) -> Floats:
             except (ValueError, IndexError):
                 x = y = np.nan
             if not np.isfinite([x, y]).all():
-                found = " ".join(words)[:60]
-                raise InputError(f"{path}, line {number}: expected x and y in mm, two finite numbers, found {found!r}.")
+                content = " ".join(words)[:60]
+                raise InputError(
+                    f"{path}, line {number}: expected x and y in mm, two finite numbers, found {content!r}."
+                )
             points.append((x, y))
     places_mm = np.array(points).reshape(-1, 2)
     places_mm = places_mm[np.append(True, np.any(np.diff(places_mm, axis=0) != 0, axis=1))[: len(places_mm)]]

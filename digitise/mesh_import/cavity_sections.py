@@ -23,13 +23,13 @@ FROM_END = 0.01  # Distance of the first and last cut of the floor from the crac
 LEVELS = 48  # Layers of the cavity, each as its middle is: at 16 mm a step in the floor is placed within 0.2 mm
 ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and most in all
 MOST_LINES = 4000  # Most lines from wall to wall
-SLOW = 1e-2  # Least square of the pace of a line's points along the crack: at an inner corner they stand
+SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
 APART = 0.12  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
-BESIDE = 1.0  # Widths beside each wall up to which lines from wall to wall are continued, for undercut walls
+BESIDE = 1.0  # Widths by which lines from wall to wall are continued beyond each wall, for undercut walls
 
 
 def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
-    """Return the sections of the cavity along the outline, without side cracks and what is beyond its ends."""
+    """Return the sections of the cavity along the outline, without side cracks and parts beyond its ends."""
     length_mm = outline.length_mm
     s_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STATION_MM), 8, MOST_STATIONS)) + 1)
     *low_mm, bottom_mm = np.asarray(cavity.bounding_box())[[0, 1, 2]].tolist()
@@ -85,12 +85,12 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
     in_mouth = points_in_poly(cells_mm, outline.outline_mm)
     nearest_line = np.zeros(len(cells_mm), dtype=int)
     at_mm, main = np.empty(len(cells_mm)), np.zeros(len(cells_mm), dtype=bool)
-    # Beside the mouth, under its edge, lines are continued; in it, those of a bend's other leg would be nearer.
+    # Outside the mouth, under its edge, lines are continued; inside, those of a bend's other leg would be nearer.
     for these, columns in ((in_mouth, within), (~in_mouth, np.ones_like(within))):
         if these.any():
             lines_mm = places_mm[:, columns].reshape(-1, 2)
             away_mm, near = KDTree(lines_mm).query(cells_mm[these])
-            # From the nearest line on, by the pace at which lines pass there.
+            # Interpolated from the nearest line by the pace of the lines there.
             pace = paces[:, columns].reshape(-1, 2)[near]
             onward_mm = ((cells_mm[these] - lines_mm[near]) * pace).sum(axis=1) / np.maximum(
                 (pace**2).sum(axis=1), SLOW
@@ -107,7 +107,7 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
         across_mm = left_mm[end] - right_mm[end]
         inward = np.array([across_mm[1], -across_mm[0]]) * (1 if end == 0 else -1)
         inward_mm = (cells_mm - left_mm[end]) @ inward / max(float(np.linalg.norm(across_mm)), step_mm)
-        # A cell in half is of either side.
+        # A cell that is cut in half belongs to both sides.
         main &= ~(in_mouth & (nearest_line == np.arange(len(fine_mm))[end]) & (inward_mm < -step_mm / 2))
     return at_mm, main
 

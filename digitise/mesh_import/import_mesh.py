@@ -44,9 +44,9 @@ UPRIGHT = {  # Rotations, by rows, that turn the axis out of the face to z
 }
 LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
 MOST_LISTED = 4  # Most bodies that a sentence lists
-WORTH_SAYING_MM = 0.01  # Step of a file's numbers from which on it is said: a tenth of a fine photo's pixel
+NOTED_STEP_MM = 0.01  # Step of a file's numbers that gives a note: a tenth of a fine photo's pixel
 MOST_OF_WIDTH = 0.25  # Largest step in widths of the crack: each wall is off by up to half of it
-CLEAR_MM = 0.01  # Distance of a dam's edge from the block's vertices: nearer to a dam in the mesh it would fold
+CLEAR_MM = 0.01  # Least distance of a dam's edge from the block's vertices: nearer, the mesh would fold
 
 
 def upright(settings: MeshInput) -> Floats:
@@ -57,7 +57,7 @@ def upright(settings: MeshInput) -> Floats:
 
 
 def moved(points_mm: Floats, placed: Floats) -> Floats:
-    """Map points (n, 3) through a (4, 4) transform; without a rotation only the step is rounded."""
+    """Map points (n, 3) through a (4, 4) transform; without a rotation only the translation rounds them."""
     turn, step = placed[:3, :3], placed[:3, 3]
     return (points_mm if np.array_equal(turn, np.eye(3)) else points_mm @ turn.T) + step
 
@@ -87,7 +87,7 @@ def notes_on_unit(read: Triangles, settings: MeshInput, path: Path) -> list[str]
     if read.unit in (None, settings.units):
         return []
     if path.suffix.lower() == ".glb":
-        # Many programs write millimetres all the same, so this is no proof.
+        # Many programs write millimetres anyway, so this proves nothing.
         return [f"{path.name}: glTF counts in metres; its numbers are taken as {settings.units}, as units says"]
     raise InputError(f"{path}: its unit is {read.unit}, but units is {settings.units}. Correct units.")
 
@@ -99,14 +99,14 @@ class ImportedSample:
     outline: Outline
     solid: Solid
     photo: Photo  # Top view of the mesh
-    notes: tuple[str, ...]  # Findings of the import, in sentences
+    notes: tuple[str, ...]  # Notes of the import, one sentence each
 
 
 def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     """Read, repair and level the mesh, find the crack in its face, and trace it in a top view.
 
     Coordinates are mm, z = 0 on the face, its lower left corner the origin. Raises InputError if the file cannot be
-    read, encloses no block, or has no single crack.
+    read, encloses no block, or has not exactly one crack.
     """
     path, facts = folder / settings.file, list[str]()
     try:
@@ -120,7 +120,7 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
 
 
 def _imported(settings: MeshInput, folder: Path, path: Path, facts: list[str]) -> ImportedSample:
-    """Import a mesh; facts that may be the cause of a refusal are added to ``facts``, in sentences."""
+    """Import a mesh; sentences that may explain a refusal are added to ``facts``."""
     block, plane, origin, step_mm, notes = _read_block(settings, path, facts)
     placed, line_mm = block.placed @ plane.to_level, None
     if settings.path is not None:
@@ -148,7 +148,7 @@ def _read_block(
     mesh = read_mesh(path)
     triangles, notes = len(mesh.faces), notes_on_unit(mesh, settings, path)
     step_mm = MM[settings.units] * _step_of(mesh.vertices)
-    if step_mm > WORTH_SAYING_MM:
+    if step_mm > NOTED_STEP_MM:
         notes.append(f"{path.name} is in single precision: {_step_in_words(step_mm)}")
         facts.append(f"In single precision, {_step_in_words(step_mm)}.")
     surface = one_surface(upright_mm(mesh, settings), mesh.faces)
@@ -159,9 +159,9 @@ def _read_block(
     body, repairs = bounded_body(closed(surface, settings.base_mm))
     del surface
     if len(bodies := body.decompose()) > 1:
-        found = _listed(bodies, np.linalg.inv(plane.to_level @ upright(settings)).astype(float))
-        notes.append(f"{path.name}: {found}")
-        facts.append(f"In it, {found}. If one of them is the sample, save it alone.")
+        listed = _listed(bodies, np.linalg.inv(plane.to_level @ upright(settings)).astype(float))
+        notes.append(f"{path.name}: {listed}")
+        facts.append(f"In it, {listed}. If one of them is the sample, save it alone.")
     block = cut_block(body, plane.below_mm)
     origin = MeshOrigin(
         file=path.name,
@@ -234,24 +234,24 @@ def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm
     normal = normals(corners)
     flat = normal[:, 2] > np.cos(np.radians(SEARCH.steepest_deg)) * np.linalg.norm(normal, axis=1)
     label = np.where(flat, FaceLabel.FLOOR, FaceLabel.WALL).astype(np.int64)
-    known = flat & (np.abs(corners[:, :, 2]) <= below_mm).all(axis=1)
-    label[known] = FaceLabel.TOP
-    known |= label_sides(label, corners, block_mm)
+    labelled = flat & (np.abs(corners[:, :, 2]) <= below_mm).all(axis=1)
+    label[labelled] = FaceLabel.TOP
+    labelled |= label_sides(label, corners, block_mm)
     beyond = depth_inside(corners.mean(axis=1)[:, :2], block_mm) < -NEAR_MM
     label[beyond] = FaceLabel.OUTSIDE
-    known |= beyond
+    labelled |= beyond
     one, other, _ = neighbours(faces)
-    both = ~known[one] & ~known[other]
+    both = ~labelled[one] & ~labelled[other]
     _, patch = connected(len(faces), one[both], other[both])
     lowest_mm = np.full(patch.max() + 1, np.inf)
     np.minimum.at(lowest_mm, patch, corners[:, :, 2].min(axis=1))
-    label[~known & (lowest_mm[patch] >= -below_mm)] = FaceLabel.TOP
-    label[~known & (lowest_mm[patch] <= lowest_mm.min() + NEAR_MM)] = FaceLabel.OUTSIDE
+    label[~labelled & (lowest_mm[patch] >= -below_mm)] = FaceLabel.TOP
+    label[~labelled & (lowest_mm[patch] <= lowest_mm.min() + NEAR_MM)] = FaceLabel.OUTSIDE
     return label
 
 
 def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, origin: MeshOrigin) -> Solid:
-    """Return the block with a dam, ``dam_height_mm`` above the face, at each place where its crack leaves it."""
+    """Return the block with dams, ``dam_height_mm`` above the face, over the openings of its crack in the sides."""
     plates = _plates(block, cavity)
     bottom_mm = float(block.body.bounding_box()[2])
     body = block.body

@@ -14,13 +14,13 @@ from sealtwin.core.solid_figures import EndKind
 
 ACROSS = 20  # Steps along the rim in the length of one width
 WAYS_ON = ((0.6, 0.4, True), (1.0, 1.0, False))  # Widths before a blunt end, over how many, and whether by the walls
-AHEAD = 2.0  # Widths ahead of a path within which the crack ends; of a longer rest the path is a part, cut there
+AHEAD = 2.0  # Widths ahead of a path within which the crack ends; a path with more crack ahead is cut there
 OPENS, POINTED = 0.15, 0.15  # Growth of the circles from a sharp tip on, at most, and their radius in it, in widths
 
 
 @dataclass(frozen=True)
 class MouthEnd:
-    """Places at which the rim, walked counter-clockwise, arrives at an end of the crack and goes on from it."""
+    """Places at which the rim, walked counter-clockwise, arrives at an end of the crack and leaves it."""
 
     kind: EndKind
     arrives: Place
@@ -61,10 +61,10 @@ def end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box, 
 
 
 def straight_on(ring_mm: Floats, end: MouthEnd, lines_mm: Floats, width_mm: float) -> list[MouthEnd]:
-    """Return places in which the centreline, straight on, may meet the rim at a blunt end; any other end as it is.
+    """Return the places at which the centreline, continued straight, may meet a blunt end; other ends unchanged.
 
     ``lines_mm``, (n, 6), are centreline, left and right wall from this end on. In a bend the line is best continued
-    from near its end, square to the lines from wall to wall, and before a slanted front from farther off, as it runs.
+    from near its end, square to the lines from wall to wall, and before a slanted front from farther off, along itself.
     """
     if not end.blunt:
         return [end]

@@ -2,7 +2,7 @@
 
 Places on both walls that face each other (``wall_pairs``) have their middle on the centreline. In a slot of constant
 width it is the line that the slot was drawn along, in bends with mitred corners too: round an inner corner the pairs
-turn, and the middle advances at half the pace of the outer wall. So it does before an oblique end.
+turn, and the middle advances at half the pace of the outer wall. Before an oblique end it does the same.
 """
 
 from collections.abc import Sequence
@@ -73,9 +73,10 @@ class MouthLine:
 def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None = None) -> MouthLine:
     """Return the line along the longest way through the mouth, or on the way between two places, (2, 2).
 
-    At an open end it ends where it meets the edge of the face, at a closed one where, straight on, it meets the rim. A
-    crack that goes on past the given places is cut there, square to the line. Islands count as crack, and side cracks
-    do not. Raises InputError for a mouth too short to have a direction, or whose walls face each other along no line.
+    An open end is on the edge of the face; a closed one is the point at which the line, continued straight, meets the
+    rim. A crack that continues past the given places is cut there, square to the line. Islands count as crack, side
+    cracks do not. Raises InputError if the mouth is too short to have a direction, or if its walls do not face each
+    other along one line.
     """
     ring_mm = _outer_ring(mouth)
     path_mm, width_mm = _rough_path(ring_mm, between_mm)
@@ -91,7 +92,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
     if any(end.blunt for end in ends):
         ways_mm = lines_mm, lines_mm[::-1]
         choices = [straight_on(ring_mm, end, way_mm, width_mm) for end, way_mm in zip(ends, ways_mm, strict=True)]
-        # A front that is left beside its middle makes the line longer.
+        # A line that meets a front off its middle is longer.
         lines_mm = min(
             (_lines(ring_mm, pair, rooms, width_mm, face_mm) for pair in product(*choices)),
             key=lambda lines_mm: arc_length(lines_mm[:, :2])[-1],
@@ -110,7 +111,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
 
 
 def _off_path(side_lines_mm: Sequence[Floats]) -> tuple[str, ...]:
-    """Return a warning of the side arms, which the solid has and the path does not pass."""
+    """Return a warning about side arms, which the solid includes and the path does not pass."""
     if not side_lines_mm:
         return ()
     longest_mm = sorted((float(arc_length(line_mm)[-1]) for line_mm in side_lines_mm), reverse=True)
@@ -142,7 +143,7 @@ def _outer_ring(mouth: CrossSection) -> Floats:
 
 
 def _require_swept(centre_mm: Floats, left_mm: Floats, right_mm: Floats) -> None:
-    """Raise InputError if the lines from wall to wall, on their way along the crack, leave out or repeat part of it."""
+    """Raise InputError if the lines from wall to wall, on their way along the crack, omit or repeat part of it."""
     between_mm2 = signed_area(np.concatenate([right_mm, left_mm[::-1]]))
     ahead_mm, across_mm = np.diff(centre_mm, axis=0), left_mm - right_mm
     across_mm = (across_mm[1:] + across_mm[:-1]) / 2
@@ -254,7 +255,7 @@ def _rough_path(ring_mm: Floats, between_mm: Floats | None) -> tuple[Floats, flo
         way = along_middle(region, (between_mm - origin_mm) / cell_mm)
     usual = max(2 * float(np.median(to_rim[tuple(way.T)])) - 1, 1.0) if len(way) else 1.0
     path_mm = resampled(origin_mm + cell_mm * way[:, ::-1].astype(float), usual / ACROSS * 2 * cell_mm)
-    # A cell at the rim has its middle outside.
+    # A cell at the rim has its centre outside.
     inside = np.flatnonzero(points_in_poly(path_mm, ring_mm))
     if len(inside) < 2:
         return path_mm[:1], usual * cell_mm
@@ -265,7 +266,7 @@ def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Float
     """Return the rims of the side cracks, each from one lip of its mouth to the other.
 
     The main crack is what circles along the path cover, each as large as fits into the mouth. The rest of the rim is in
-    stretches, each around a room beside it.
+    stretches, each around a room at its side.
     """
     rim_mm = dense(ring_mm, width_mm / ACROSS)
     radius_mm = KDTree(rim_mm).query(path_mm)[0] + LIMITS.clear * width_mm
@@ -282,7 +283,7 @@ def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Float
     s_mm, rooms = arc_length(path_mm), []
     for begin, end in bounds.tolist():
         room_mm, at_lips = rim_mm[begin:end], s_mm[nearest[[begin, end - 1]]]
-        # What is beside an end belongs to that end.
+        # A room next to an end belongs to that end.
         if end - begin < 3 or at_lips.min() < width_mm / 2 or at_lips.max() > s_mm[-1] - width_mm / 2:
             continue
         mouth_mm = max(float(np.linalg.norm(room_mm[0] - room_mm[-1])), width_mm / ACROSS)

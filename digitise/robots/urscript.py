@@ -1,7 +1,7 @@
 """URScript program for an arm of Universal Robots.
 
 Functions are those of The URScript Programming Language, modules motion and interfaces: poses and blend radii in metres
-and radians, outputs from 0 to 1 or Boolean. A call after a blended move is made as the blend begins.
+and radians, outputs from 0 to 1 or Boolean. A call after a blended move runs when the blend begins.
 """
 
 import numpy as np
@@ -43,7 +43,7 @@ def urscript_text(path: RobotPath) -> str:
     radii_mm = [settings.blend_mm] * (len(outputs) - 1) + [0.0]
     begins = trajectory.giving.start
     if path.hold_s > 0 and begins > 0:
-        # It stops where it waits.
+        # The arm waits at this waypoint, so it must stop there.
         radii_mm[begins - 1] = 0.0
     rows = zip(outputs, [off, *outputs], trajectory.position_mm[1:], trajectory.speed_mm_s, radii_mm, strict=False)
     for row, (output, before, place_mm, speed_mm_s, radius_mm) in enumerate(rows):
@@ -107,8 +107,8 @@ def _tool(frame: RobotFrame, settings: Urscript) -> Rotation:
 def _tool_limit(path: RobotPath, turn: Rotation) -> Limit:
     along = turn.apply([0.0, 0.0, 1.0])
     off_deg = float(np.degrees(np.arccos(np.clip(-along @ path.frame.normal, -1, 1))))
-    found = f"urscript.rotation_vector_rad holds the nozzle {off_deg:.1f} degrees off the face's normal"
-    return path.motion_limit("largest_tilt_deg", off_deg, found, "Teach it again, or leave it out.")
+    fault = f"urscript.rotation_vector_rad puts the nozzle {off_deg:.1f} degrees off the face's normal"
+    return path.motion_limit("largest_tilt_deg", off_deg, fault, "Teach it again, or leave it out.")
 
 
 def _metres(mm: float) -> str:

@@ -1,4 +1,4 @@
-"""The scale by the size of the sample's face and its four corners, found by its edges or given."""
+"""The scale by the size of the sample's face and its four corners, from its edges or given."""
 
 from pathlib import Path
 
@@ -36,19 +36,19 @@ def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tupl
     if rough is None:
         raise InputError(f"{file}: the face does not stand out from its surroundings; give face_corners_px.")
     corners, bend_px = _by_edges(brightness, rough)
-    found, expected = _aspect(corners), size_mm[0] / size_mm[1]
-    if not np.isfinite(found) or abs(np.log(found / expected)) > ASPECT_TOLERANCE:
+    aspect, expected = _aspect(corners), size_mm[0] / size_mm[1]
+    if not np.isfinite(aspect) or abs(np.log(aspect / expected)) > ASPECT_TOLERANCE:
         raise InputError(
-            f"{file}: the face found is {found:.2f} times as wide as high, that of face_mm {expected:.2f}: "
+            f"{file}: the face found is {aspect:.2f} times as wide as high, that of face_mm {expected:.2f}: "
             "check face_mm (width, height in the photo), or give face_corners_px."
         )
     return corners, bend_px
 
 
 def see_face(brightness: Map) -> Floats | None:
-    """Find the corners in px of a face of unknown size, (4, 2); None where no filled straight-sided one stands out.
+    """Find the corners in px of a face of unknown size, (4, 2); None if there is no filled one with straight sides.
 
-    Its shadow would be the longest dark line in the photo. All four edges must lie inside.
+    Its shadow would be the longest dark line in the photo. All four edges must be inside it.
     """
     rough = _rough_corners(brightness, LEAST_PART_UNMEASURED, LEAST_FILLED)
     if rough is None:
@@ -126,7 +126,7 @@ def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
 
 
 def _has_gap(light: Floats) -> bool:
-    """Return True where most rows of brightness have a minimum darker than both their ends, as no crack makes it."""
+    """Return True if most rows of brightness have a minimum darker than both ends, which a crack does not cause."""
     quarter = light.shape[1] // 4
     inner, outer = np.median(light[:, :quarter], axis=1), np.median(light[:, -quarter:], axis=1)
     return float(np.median(light.min(axis=1) / np.maximum(np.minimum(inner, outer), 1e-6))) < GAP_BRIGHTNESS
@@ -148,7 +148,7 @@ def _peak(rows: Floats) -> Floats:
 
 
 def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
-    """Fit the homography to four corners, found or given; raise InputError where no such face stands out."""
+    """Fit the homography to four corners, detected or given; raise InputError if there is no such face."""
     size_px, (width_mm, height_mm) = pixels.size_px, face_mm[2:]
     corners_px, bend_px, noise_px = given_corners(pixels, settings), None, CLICKED_PX
     if corners_px is None:
@@ -160,13 +160,13 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
     mm_per_px = float(fit.view.mm_per_px_at(places)[MIDDLE])
     middle_mm = fit.view.to_mm(places)[MIDDLE]
     _, tilt_deg = find_pose(fit, covariance, middle_mm, pixels.focal_px, settings.camera_distance_mm)
-    found = "corners given" if bend_px is None else "found by its edges"
+    source = "corners given" if bend_px is None else "found by its edges"
     # The scale is the geometric mean of both directions, to which each side contributes half.
     by_caliper = FACE_MM * np.hypot(0.5 / width_mm, 0.5 / height_mm)
     return Scale(
         view=fit.view,
         mm_per_px=mm_per_px,
-        scale_source=f"face of {width_mm:g} x {height_mm:g} mm, {found}",
+        scale_source=f"face of {width_mm:g} x {height_mm:g} mm, {source}",
         scale_residual_mm=None if bend_px is None else bend_px * mm_per_px,
         scale_uncertainty=float(np.hypot(fit.spread_of_scale(places, covariance), by_caliper)),
         camera_tilt_deg=tilt_deg,
@@ -175,7 +175,7 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
 
 
 def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
-    """Return the user's corners of the face, (4, 2), or None; raise InputError where they cannot be a face's."""
+    """Return the user's corners of the face, (4, 2), or None; raise InputError if they cannot be a face's."""
     if settings.face_corners_px is None:
         return None
     corners_px, size_px, file = np.array(settings.face_corners_px, dtype=float), pixels.size_px, pixels.file
@@ -197,11 +197,11 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
         )
     if settings.face_mm is None:
         return corners_px
-    seen, expected = _aspect(corners_px), settings.face_mm[0] / settings.face_mm[1]
-    if max(seen / expected, expected / seen) > MOST_FORESHORTENED:
+    aspect, expected = _aspect(corners_px), settings.face_mm[0] / settings.face_mm[1]
+    if max(aspect / expected, expected / aspect) > MOST_FORESHORTENED:
         raise InputError(
-            f"{file}: the face of face_corners_px is {seen:.2f} times as wide as high, that of face_mm {expected:.2f}; "
-            "list lower left, lower right, upper right, upper left (px, y down), or correct face_mm (width, height in "
-            "the photo)."
+            f"{file}: the face of face_corners_px is {aspect:.2f} times as wide as high, that of face_mm "
+            f"{expected:.2f}; list lower left, lower right, upper right, upper left (px, y down), or correct face_mm "
+            "(width, height in the photo)."
         )
     return corners_px

@@ -1,4 +1,4 @@
-"""Printed markers in a photo, and the scale by them: wrong by their distance from the face over that of the camera."""
+"""Printed markers in a photo, and the scale by them: in error by their distance from the face over the camera's."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -64,10 +64,10 @@ DICTIONARY = {
 def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, face_mm: Box | None) -> Scale:
     """Fit the scale to the markers found. Raises InputError for too few, double or misplaced ones."""
     size_px, file = pixels.size_px, pixels.file
-    found = find_markers(pixels.image, pixels.brightness, board, file)
-    known = [marker for marker in board.markers if marker.id in found]
-    seen_px = np.concatenate([found[marker.id] for marker in known])
-    true_mm = np.concatenate([corners_mm(board, marker) for marker in known])
+    corners_px = find_markers(pixels.image, pixels.brightness, board, file)
+    markers = [marker for marker in board.markers if marker.id in corners_px]
+    seen_px = np.concatenate([corners_px[marker.id] for marker in markers])
+    true_mm = np.concatenate([corners_mm(board, marker) for marker in markers])
     fit, covariance = fit_markers(seen_px, true_mm, size_px, settings.lens == "auto")
     view = fit.view
     miss_mm = np.linalg.norm(view.to_mm(seen_px) - true_mm, axis=1)
@@ -76,40 +76,38 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
     mm_per_px = float(view.mm_per_px_at(places)[MIDDLE])
     limit_mm = max(LIMITS.residual_mm, LIMITS.residual_px * mm_per_px)
     if residual_mm > limit_mm:
-        worst = known[int(np.argmax(miss_mm)) // LIMITS.corners].id
+        worst = markers[int(np.argmax(miss_mm)) // LIMITS.corners].id
         raise InputError(
-            f"{file}: the markers are {residual_mm:.2f} mm from their places (at most {limit_mm:.2f}), most of all "
-            f"marker {worst}: check x_mm, y_mm and size_mm, and that all lie flat, level with what is measured"
+            f"{file}: markers misfit by {residual_mm:.2f} mm (limit {limit_mm:.2f}); worst: marker {worst}. "
+            f"Check x_mm, y_mm and size_mm, and that all lie flat, level with what is measured"
             f"{'; or let lens be auto' if settings.lens == 'none' else ''}."
         )
     if face_mm is not None and depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
-        raise InputError(
-            f"{file}: by its markers, their opening, face_mm, lies outside the photo: check x_mm, y_mm and face_mm."
-        )
+        raise InputError(f"{file}: by its markers, face_mm is outside the photo: check x_mm, y_mm and face_mm.")
     middle_mm = view.to_mm(places)[MIDDLE]
     distance_mm, tilt_deg = find_pose(fit, covariance, middle_mm, pixels.focal_px, settings.camera_distance_mm)
     given_px = given_corners(pixels, settings)
     excess, doubts = check_level(pixels.brightness, view, face_mm, given_px, distance_mm, file)
-    missing = [str(marker.id) for marker in board.markers if marker.id not in found]
+    missing = [str(marker.id) for marker in board.markers if marker.id not in corners_px]
     lens = ", lens fitted" if view.lens else ""
     span_mm = float(np.linalg.norm(np.ptp(true_mm, axis=0)))
     return Scale(
         view=view,
         mm_per_px=mm_per_px,
-        scale_source=f"{len(known)} {board.dictionary} markers of {board.size_mm:g} mm{lens}",
+        scale_source=f"{len(markers)} {board.dictionary} markers of {board.size_mm:g} mm{lens}",
         scale_residual_mm=residual_mm,
         scale_uncertainty=float(
             np.linalg.norm([fit.spread_of_scale(places, covariance), LIMITS.board_mm / span_mm, excess])
         ),
         camera_tilt_deg=tilt_deg,
         face_mm=face_mm,
-        markers_px=tuple(found[marker.id] for marker in known),
+        markers_px=tuple(corners_px[marker.id] for marker in markers),
         warnings=((f"markers not found: {', '.join(missing)}",) if missing else ()) + doubts,
     )
 
 
 def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens_wanted: bool) -> tuple[Fit, Floats]:
-    """Fit a view to the corners of markers, with a lens where they show one; and the covariance of its parameters."""
+    """Fit a view to the corners of markers, with a lens if they show one; and return its covariance."""
     if lens_wanted:
         bent = fit_view(seen_px, true_mm, size_px, lens=True)
         covariance = bent.covariance_by_group(LIMITS.corners)
@@ -126,7 +124,8 @@ def check_level(
 ) -> tuple[float, tuple[str, ...]]:
     """Compare the face's edges, found or given as corners, with their place by the markers.
 
-    Returns the face's size in their plane over face_mm, less 1, or 0, and warnings. Raises InputError above ``MOST``.
+    Returns the face's size in their plane over face_mm, less 1, or 0, and warnings. Raises InputError if they are too
+    far from level.
     """
     corners_px = given_px
     if corners_px is None and face_mm is not None:
@@ -140,7 +139,7 @@ def check_level(
     width_mm, height_mm = face_mm[2:]
     if abs(grown) <= LIMITS.sigmas * np.hypot(FACE_MM, LIMITS.edge_px * px_mm) / np.hypot(width_mm, height_mm):
         return 0.0, ()
-    seen = (
+    comparison = (
         f"by the markers, the face is {width_mm * (1 + grown):.1f} x {height_mm * (1 + grown):.1f} mm; face_mm is "
         f"{width_mm:g} x {height_mm:g}"
     )
@@ -150,9 +149,10 @@ def check_level(
         cause = f"markers {abs(grown) * distance_mm:.1f} mm {side} the face, {distance_mm:.0f} mm from the camera,"
     if abs(grown) > LIMITS.most:
         raise InputError(
-            f"{file}: {seen}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} cause that."
+            f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} cause "
+            "that."
         )
-    return grown, (f"{seen}, {abs(grown):.1%} off, as {cause} would be",)
+    return grown, (f"{comparison}, {abs(grown):.1%} off, as {cause} would be",)
 
 
 def _rule(distance_mm: float | None, unmeasured: bool) -> str:
@@ -172,7 +172,7 @@ def _grown(seen_mm: Floats, true_mm: Floats) -> tuple[float, float]:
 
 
 def _face_near(brightness: Map, rough_px: Floats) -> Floats | None:
-    """Find the corners of a face whose place is known to ``REACH``, (4, 2); None where an edge does not stand out."""
+    """Find the corners of a face within ``LIMITS.reach`` of rough ones, (4, 2); None if an edge is not visible."""
     longest_px = float(np.linalg.norm(np.roll(rough_px, -1, axis=0) - rough_px, axis=1).max())
     reach_px = max(LIMITS.least_reach_px, LIMITS.reach * longest_px)
     edges = [edge for side in range(4) if (edge := _inner_edge(brightness, rough_px, side, reach_px)) is not None]
@@ -209,11 +209,11 @@ def _inner_edge(brightness: Map, rough_px: Floats, side: int, reach_px: float) -
 def find_markers(image: NDArray[np.uint8], brightness: Map, board: MarkerBoard, file: Path) -> dict[int, Floats]:
     """Find markers by id: corners in px, (4, 2), clockwise from the upper left; raise InputError if under four."""
     expected = {marker.id for marker in board.markers}
-    found = _search(np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8), board, expected, file)
+    rough = _search(np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8), board, expected, file)
     cells = _dictionary(board).markerSize + 2
     refined = {
         number: refined_corners(brightness, quad, float(np.linalg.norm(quad[1] - quad[0])) / cells)
-        for number, quad in found.items()
+        for number, quad in rough.items()
     }
     clear = {number: quad for number, quad in refined.items() if quad is not None}
     if len(clear) < LIMITS.min_markers:
@@ -227,7 +227,7 @@ def find_markers(image: NDArray[np.uint8], brightness: Map, board: MarkerBoard, 
 def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, ...]:
     """Return a warning if the photo shows markers, and its scale was ``given`` in another way.
 
-    Their size is not known: it is stated by that scale, and the scale by the size that is printed by default.
+    Their size is unknown: the warning states it by that scale, and the scale by the size that is printed by default.
     """
     small = _at_most(pixels.image, LIMITS.glance_px)
     for dictionary in DICTIONARY:
@@ -240,23 +240,23 @@ def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, .
             board = MarkerBoard.model_validate(
                 {"dictionary": dictionary, "size_mm": LIMITS.printed_mm, "markers": places}
             )
-            found = find_markers(pixels.image, pixels.brightness, board, pixels.file)
+            corners_px = find_markers(pixels.image, pixels.brightness, board, pixels.file)
         except InputError:
             continue
         side_px = float(
-            np.median([np.linalg.norm(quad - np.roll(quad, 1, axis=0), axis=1).mean() for quad in found.values()])
+            np.median([np.linalg.norm(quad - np.roll(quad, 1, axis=0), axis=1).mean() for quad in corners_px.values()])
         )
         by_markers, off = LIMITS.printed_mm / side_px, LIMITS.printed_mm / side_px / mm_per_px - 1
         side = "above" if off > 0 else "below"
-        seen = (
-            f"the photo shows {len(found)} markers of {dictionary}: if they are {LIMITS.printed_mm:g} mm wide, as "
+        comparison = (
+            f"the photo shows {len(corners_px)} markers of {dictionary}: if they are {LIMITS.printed_mm:g} mm wide, as "
             f"printed by default, the scale is {by_markers:.4g} mm/px, {abs(off):.1%} {side} {given}"
         )
         if abs(off) <= LIMITS.most_off:
-            return (f"{seen}; [photo.markers] in its place would show the camera's tilt as well",)
+            return (f"{comparison}; [photo.markers] in its place would show the camera's tilt as well",)
         return (
-            f"{seen}, by which they would be {side_px * mm_per_px:.1f} mm wide: measure one, and correct the scale or "
-            "give [photo.markers] in its place",
+            f"{comparison}, by which they would be {side_px * mm_per_px:.1f} mm wide: measure one, and correct the "
+            "scale or give [photo.markers] in its place",
         )
     return ()
 
@@ -279,7 +279,7 @@ def _search(grey: NDArray[np.uint8], board: MarkerBoard, expected: set[int], fil
     """Find rough corners of the expected markers in ever larger copies of the photo, until all are found."""
     detector = _detector(_dictionary(board))
     longest = max(grey.shape)
-    found: dict[int, Floats] = {}
+    corners_px: dict[int, Floats] = {}
     for side_px in [LIMITS.search_px * 2**step for step in range(10) if LIMITS.search_px * 2**step < longest] + [
         longest
     ]:
@@ -288,20 +288,20 @@ def _search(grey: NDArray[np.uint8], board: MarkerBoard, expected: set[int], fil
         corners, ids, _ = detector.detectMarkers(copy)
         numbers = [] if ids is None else [int(number) for number in np.ravel(ids)]
         quads = [(np.reshape(quad, (4, 2)).astype(float) + 0.5) / shrink - 0.5 for quad in corners]
-        seen = [(number, quad) for number, quad in zip(numbers, quads, strict=True) if number in expected]
+        candidates = [(number, quad) for number, quad in zip(numbers, quads, strict=True) if number in expected]
         # Squares much smaller or larger than the median are false detections in grain.
-        sides_px = [float(np.linalg.norm(quad[1] - quad[0])) for _, quad in seen]
-        usual_px = float(np.median(sides_px)) if seen else 0.0
-        alike = [marker for marker, px in zip(seen, sides_px, strict=True) if usual_px / 2 < px < 2 * usual_px]
+        sides_px = [float(np.linalg.norm(quad[1] - quad[0])) for _, quad in candidates]
+        usual_px = float(np.median(sides_px)) if candidates else 0.0
+        alike = [marker for marker, px in zip(candidates, sides_px, strict=True) if usual_px / 2 < px < 2 * usual_px]
         if twice := {number for number, times in Counter(number for number, _ in alike).items() if times > 1}:
             raise InputError(
                 f"{file}: marker {_listed(twice)} is in the photo more than once; cover the copy, or remove that "
                 "marker from [photo.markers]."
             )
-        found |= dict(alike)
-        if set(found) == expected:
+        corners_px |= dict(alike)
+        if set(corners_px) == expected:
             break
-    return found
+    return corners_px
 
 
 def corners_mm(board: MarkerBoard, marker: Marker) -> Floats:

@@ -36,8 +36,8 @@ from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import EndOfCrack, SolidFigures, Span, WeighedCavity
 
 JITTER_MM = 2e-4  # Step of the vertices' random shift after a failed build, which breaks a coincidence
-LEAST_CLOSED = 0.02  # Share of a crack along which a funnel's walls meet that is told: at closed tips they always do
-TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of its depths that is no matter of where its end is seen
+LEAST_CLOSED = 0.02  # Share of a crack with meeting funnel walls that gives a warning: at closed tips they always meet
+TABLE_SHORT_MM = 2.0  # Length of crack beyond its table of depths that gives a warning: less is the doubt of its end
 ATTEMPTS = 6
 CAVITY_TOLERANCE = 1e-3  # Relative difference allowed between the mesh's cavity and the integral of its sections
 FINER = 8  # Times as many sections before a refusal: those of a funnel change fast where walls meet
@@ -101,7 +101,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
 
 
 def with_weighed(solid: Solid, weighed: WeighedCavity) -> Solid:
-    """Return a solid that was built as a weighed fill wants it, with the fill's figures and findings."""
+    """Add the figures and findings of a weighed fill to the solid that was built from it."""
     figures = replace(
         solid.figures,
         weighed=weighed,
@@ -123,7 +123,7 @@ def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> 
 
 
 def shape_as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[str]]:
-    """Return the shape with its table of depths cut at the crack's end, and a warning if it was longer or is short."""
+    """Return the shape with its table of depths cut at the crack's end, and a warning if it is longer or too short."""
     s_mm = shape.depth_stations_mm
     if len(s_mm) > 1 and s_mm[-1] < length_mm - TABLE_SHORT_MM:
         return shape, [

@@ -38,7 +38,7 @@ def _without_dust(body: Manifold) -> tuple[Floats, Integers]:
 
 
 def representatives(places_mm: Floats, within_mm: float) -> Integers:
-    """Return for each place the first of those that steps of at most ``within_mm`` link to it, (n,)."""
+    """Return for each place the number of the first place linked to it by steps of at most ``within_mm``, (n,)."""
     near = KDTree(places_mm).query_pairs(within_mm, output_type="ndarray")
     _, group = connected(len(places_mm), *near.T)
     return np.unique(group, return_index=True)[1][group]
@@ -55,7 +55,7 @@ def _without_opposite_pairs(faces: Integers) -> Integers:
     sense = np.where(faces[rows, (first + 1) % 3] < faces[rows, (first + 2) % 3], 1.0, -1.0)
     group = equal_rows(np.sort(faces, axis=1)).group
     balance = np.bincount(group, weights=sense)[group]
-    # Of a stack on the same corners as many stay as do not cancel.
+    # Of the faces on the same corners, those that do not cancel stay.
     more = np.flatnonzero(sense * balance > 0)
     more = more[np.argsort(group[more], kind="stable")]
     rank = np.arange(len(more)) - np.searchsorted(group[more], group[more])

@@ -1,10 +1,10 @@
-"""Width, depth and wall angle of a cavity from a liquid weighed into it, with what a photo and a gauge say before.
+"""Width, depth and wall angle of a cavity from a liquid weighed into it; the photo and a gauge give the priors.
 
-The volume below a level is that of straight walls between the traced outline and the floor. Unknown are the mean width
-w at which the outline was traced, the loss c of width for each millimetre down (c = 2 tan of a wall's angle, below 0
-if the walls open downward), and the depth D of the floor; beside them a factor on the liquid's density and one on the
-height of its meniscus. The posterior is that of least squares over the residuals of the steps and of what is known
-before (Tarantola 2005, section 3.2.3), linearised at its maximum. The angle has no prior: no photo shows it.
+The volume below a level is that of straight walls between the traced outline and the floor. The unknowns are the mean
+width w of the traced outline, the loss c of width for each millimetre down (c = 2 tan of a wall's angle, negative if
+the walls open downward), the depth D of the floor, a factor on the liquid's density, and one on the height of its
+meniscus. The posterior is that of least squares over the residuals of the steps and of the priors (Tarantola 2005,
+section 3.2.3), linearised at its maximum. The angle's prior is flat, since a photo does not show it.
 """
 
 from dataclasses import dataclass, field, replace
@@ -64,7 +64,7 @@ class _Walls:
 
     width_mm: Floats
     depth_mm: Floats
-    along_mm: Floats  # Length of crack that each station stands for
+    along_mm: Floats  # Length of crack that each station represents
     at_floor: bool  # True if the traced width is that of the deepest floor, as of a flare
     inward: float  # 1 if the tilt closes downward, -1 if it opens downward
     scale_at_mm: Floats = field(default_factory=lambda: np.zeros(1))  # Depths, (m,), increasing
@@ -87,7 +87,7 @@ class _Walls:
 
 
 def _above_mm2(mouth_mm: Floats, depth_mm: Floats, closing: float) -> Floats:
-    """Return the area of a section from the face down to each depth, or to where its walls meet."""
+    """Return the area of a section from the face down to each depth, or to the depth at which its walls meet."""
     meet_mm = mouth_mm / closing if closing > 0 else np.inf
     open_mm = np.clip(np.minimum(depth_mm, meet_mm), 0.0, None)
     return mouth_mm * open_mm - closing * open_mm**2 / 2
@@ -107,18 +107,18 @@ class _Fit:
 def weigh(
     outline: Outline, shape: CrackShape, fill: WeighedFill, width_sd_mm: float | None, depth_sd_mm: float | None
 ) -> tuple[Outline, CrackShape, WeighedCavity]:
-    """Return outline and shape as the weighed fill and what was known before want them, and the record of the fit.
+    """Fit the cavity to the weighed fill and the priors; return its outline, its shape and the record of the fit.
 
     Args:
-        outline: Crack as traced; its own interval of the width counts where ``width_sd_mm`` is None.
+        outline: Crack as traced; its own interval of the width is used if ``width_sd_mm`` is None.
         shape: Depth by a gauge and the reading of the tilt; only walls that tilt against each other get an angle.
         fill: Fill whose file is loaded.
-        width_sd_mm: Standard uncertainty of the traced mean width; None if nobody declared it.
-        depth_sd_mm: Standard uncertainty of the depth; None if nobody declared it.
+        width_sd_mm: Standard uncertainty of the traced mean width; None if undeclared.
+        depth_sd_mm: Standard uncertainty of the depth; None if undeclared.
     """
     shape, _ = shape_as_long_as(outline.length_mm, shape)
     width_mm, depth_mm = outline.mean_width_mm, shape.deepest_mm
-    known = np.array([
+    prior_sd = np.array([
         width_sd_mm or outline.width_doubt_mm or LIMITS.undeclared * width_mm,
         np.inf,
         depth_sd_mm or LIMITS.undeclared * depth_mm,
@@ -129,23 +129,23 @@ def weigh(
     walls = _walls(outline, shape)
     _require_likeness(walls, fill)
     if not tilted and len(fill.levels_mm) > 1:
-        findings += _against_tilt(walls, fill, known, np.ones(UNKNOWNS, bool), shape)
+        findings += _against_tilt(walls, fill, prior_sd, np.ones(UNKNOWNS, bool), shape)
     # Side cracks are part of the outline, and only a main crack can be widened.
     free = np.array([not outline.branches_kept, tilted, True, True, True])
-    walls, fit = _fit_to_solid(outline, shape, fill, walls, known, free)
+    walls, fit = _fit_to_solid(outline, shape, fill, walls, prior_sd, free)
     if tilted and walls.inward * fit.unknown[CLOSING] < 0:
-        findings += _against_tilt(walls, fill, known, free, shape)
-        # The angle stays as doubtful as it is, and the others are those at upright walls.
-        upright = _fit_to_solid(outline, shape, fill, walls, known, free & [True, False, True, True, True])
+        findings += _against_tilt(walls, fill, prior_sd, free, shape)
+        # The angle keeps its uncertainty; the other unknowns are those at upright walls.
+        upright = _fit_to_solid(outline, shape, fill, walls, prior_sd, free & [True, False, True, True, True])
         walls, fit = upright[0], replace(upright[1], covariance=fit.covariance)
-    findings += _contradictions(fit, known)
+    findings += _contradictions(fit, prior_sd)
     if findings and tilted:
-        findings += _other_tilt(outline, shape, fill, known, free, fit)
+        findings += _other_tilt(outline, shape, fill, prior_sd, free, fit)
     return _result(outline, shape, walls, fill, fit, tuple(findings))
 
 
 def _require_likeness(walls: _Walls, fill: WeighedFill) -> None:
-    """Raises InputError for a fill whose volume no angle of these walls holds."""
+    """Raise InputError if these walls do not give the fill's volume at any angle."""
     upright_mm3 = float(walls.volume_mm3(fill.levels_mm[-1:], np.zeros(UNKNOWNS))[0])
     poured_mm3 = float(fill.volume_mm3[-1])
     if not upright_mm3 / LIMITS.unlike < poured_mm3 < LIMITS.unlike * upright_mm3:
@@ -170,15 +170,15 @@ def _walls(outline: Outline, shape: CrackShape) -> _Walls:
 
 
 def _fit_to_solid(
-    outline: Outline, shape: CrackShape, fill: WeighedFill, walls: _Walls, known: Floats, free: Booleans
+    outline: Outline, shape: CrackShape, fill: WeighedFill, walls: _Walls, prior_sd: Floats, free: Booleans
 ) -> tuple[_Walls, _Fit]:
-    """Fit with the volumes of the sections in the proportion that the solid's have to them at the fitted walls."""
-    fit = _fit(walls, fill, known, np.zeros(UNKNOWNS), free)
+    """Fit with the volumes of the sections scaled to those of the solid at the fitted walls."""
+    fit = _fit(walls, fill, prior_sd, np.zeros(UNKNOWNS), free)
     for _ in range(LIMITS.passes - 1):
         about = np.zeros(UNKNOWNS)
         about[CLOSING] = walls.inward * max(0.0, walls.inward * fit.unknown[CLOSING])
         walls = _in_proportion(walls, outline, shape, about)
-        fit = _fit(walls, fill, known, about, free)
+        fit = _fit(walls, fill, prior_sd, about, free)
     return walls, fit
 
 
@@ -195,9 +195,9 @@ def _in_proportion(walls: _Walls, outline: Outline, shape: CrackShape, about: Fl
 
 
 def _fit(
-    walls: _Walls, fill: WeighedFill, known: Floats, about: Floats, free: Booleans, opposed: float = LIMITS.opposed
+    walls: _Walls, fill: WeighedFill, prior_sd: Floats, about: Floats, free: Booleans, opposed: float = LIMITS.opposed
 ) -> _Fit:
-    """Fit the ``free`` unknowns, with the area of the liquid's surface between the walls ``about`` which the fit is."""
+    """Fit the ``free`` unknowns; the walls ``about`` give the area of the liquid's surface."""
     width_mm = float(walls.width_mm @ walls.along_mm / walls.along_mm.sum())
     capillary_mm = capillary_length_mm(fill.surface_tension_n_m, fill.density_kg_m3)
     lifted_mm = mean_level_mm(fill.levels_mm, width_mm, capillary_mm) - fill.levels_mm
@@ -205,8 +205,8 @@ def _fit(
     surface_mm2 = (under_mm3[0] - under_mm3[1]) / LIMITS.thin_mm
     level_sd_mm = np.where(fill.levels_mm < 0, fill.level_sd_mm, fill.flush_sd_mm)
     sd_mm3 = np.hypot(1e6 * fill.mass_sd_g / fill.density_kg_m3, surface_mm2 * level_sd_mm)
-    # Of the same size as what is known, so that steps and tolerances suit all of them.
-    size = np.where(np.isfinite(known), known, 0.05)
+    # Scaled by the priors, so that steps and tolerances suit all unknowns.
+    size = np.where(np.isfinite(prior_sd), prior_sd, 0.05)
 
     def unknown_of(scaled: Floats) -> Floats:
         unknown = np.zeros(UNKNOWNS)
@@ -221,28 +221,28 @@ def _fit(
 
     def residuals(scaled: Floats) -> Floats:
         unknown = unknown_of(scaled)
-        return np.concatenate([misfit_mm3(unknown) / sd_mm3, (unknown / known)[np.isfinite(known)]])
+        return np.concatenate([misfit_mm3(unknown) / sd_mm3, (unknown / prior_sd)[np.isfinite(prior_sd)]])
 
     low, high = np.full(UNKNOWNS, -np.inf), np.full(UNKNOWNS, np.inf)
     ends = np.sort(walls.inward * np.array([-opposed, LIMITS.steepest]))
     low[CLOSING], high[CLOSING] = ends / size[CLOSING]
     start = np.zeros(free.sum())
-    found = least_squares(residuals, start, bounds=(low[free], high[free]), x_scale="jac", xtol=1e-12, ftol=1e-12)
+    solved = least_squares(residuals, start, bounds=(low[free], high[free]), x_scale="jac", xtol=1e-12, ftol=1e-12)
     covariance = np.zeros((UNKNOWNS, UNKNOWNS))
-    covariance[np.ix_(free, free)] = np.linalg.pinv(found.jac.T @ found.jac)
+    covariance[np.ix_(free, free)] = np.linalg.pinv(solved.jac.T @ solved.jac)
     freedom = len(sd_mm3) - int(free[CLOSING])
-    probability = float(chi2.sf(2 * found.cost, freedom)) if freedom else 1.0
+    probability = float(chi2.sf(2 * solved.cost, freedom)) if freedom else 1.0
     if probability < LIMITS.least_probability:
-        # Steps that scatter more than was declared say less.
-        covariance *= 2 * found.cost / freedom
-    unknown = unknown_of(found.x)
+        # If the steps scatter more than declared, the uncertainty grows with them.
+        covariance *= 2 * solved.cost / freedom
+    unknown = unknown_of(solved.x)
     covariance *= np.outer(size, size)
-    return _Fit(unknown, covariance, level_mm(unknown), misfit_mm3(unknown), sd_mm3, 2 * found.cost, probability)
+    return _Fit(unknown, covariance, level_mm(unknown), misfit_mm3(unknown), sd_mm3, 2 * solved.cost, probability)
 
 
-def _against_tilt(walls: _Walls, fill: WeighedFill, known: Floats, free: Booleans, shape: CrackShape) -> list[str]:
+def _against_tilt(walls: _Walls, fill: WeighedFill, prior_sd: Floats, free: Booleans, shape: CrackShape) -> list[str]:
     """Fit about upright walls, which may open as far as they may close; return a finding if they clearly do either."""
-    fit = _fit(walls, fill, known, np.zeros(UNKNOWNS), free, opposed=LIMITS.steepest)
+    fit = _fit(walls, fill, prior_sd, np.zeros(UNKNOWNS), free, opposed=LIMITS.steepest)
     closing, sd = fit.unknown[CLOSING], np.sqrt(fit.covariance[CLOSING, CLOSING])
     if abs(closing) <= LIMITS.far * sd:
         return []
@@ -252,7 +252,7 @@ def _against_tilt(walls: _Walls, fill: WeighedFill, known: Floats, free: Boolean
             f"{'close' if closes else 'open'} downward by {angle}, which {'an' if closes else 'a'} {shape.tilt} cannot"
         )
         return [
-            f"The weighed fill wants walls that {way}: they are taken as upright. Look at depth_mm, the photo's width "
+            f"The weighed fill needs walls that {way}: they are taken as upright. Look at depth_mm, the photo's width "
             "and the levels."
         ]
     way, other = ("close", '"funnel" or "flare"') if closes else ("open", '"undercut"')
@@ -263,13 +263,13 @@ def _against_tilt(walls: _Walls, fill: WeighedFill, known: Floats, free: Boolean
 
 
 def _other_tilt(
-    outline: Outline, shape: CrackShape, fill: WeighedFill, known: Floats, free: Booleans, fit: _Fit
+    outline: Outline, shape: CrackShape, fill: WeighedFill, prior_sd: Floats, free: Booleans, fit: _Fit
 ) -> list[str]:
     """Name each other tilt that fits better and about as well as the best."""
     misfits: dict[str, float] = {}
     for other in AGAINST_EACH_OTHER:
         turned = shape.model_copy(update={"tilt": other})
-        walls, refit = _fit_to_solid(outline, turned, fill, _walls(outline, turned), known, free)
+        walls, refit = _fit_to_solid(outline, turned, fill, _walls(outline, turned), prior_sd, free)
         if walls.inward * refit.unknown[CLOSING] >= 0:
             misfits[other] = refit.misfit
     likely = min([fit.misfit - LIMITS.likelier, *(misfit + LIMITS.likelier for misfit in misfits.values())])
@@ -281,22 +281,22 @@ def _other_tilt(
     ]
 
 
-def _contradictions(fit: _Fit, known: Floats) -> list[str]:
-    said: list[str] = []
+def _contradictions(fit: _Fit, prior_sd: Floats) -> list[str]:
+    findings: list[str] = []
     for index, name, what in ((WIDTH, "the photo's width", "width_mm"), (DEPTH, "depth_mm", "depth_mm")):
-        if abs(off_mm := fit.unknown[index]) > LIMITS.far * known[index]:
+        if abs(off_mm := fit.unknown[index]) > LIMITS.far * prior_sd[index]:
             way = "more" if off_mm > 0 else "less"
-            said.append(
-                f"The weighed fill contradicts {name}: it wants {abs(off_mm):.2f} mm {way}, and the uncertainty "
-                f"({what}) is {known[index]:.2f} mm."
+            findings.append(
+                f"The weighed fill contradicts {name}: it needs {abs(off_mm):.2f} mm {way}, and the uncertainty "
+                f"({what}) is {prior_sd[index]:.2f} mm."
             )
     if fit.probability < LIMITS.least_probability:
         worst = int(np.argmax(np.abs(fit.misfit_mm3 / fit.misfit_sd_mm3)))
-        said.append(
-            f"The steps of the weighed fill do not fit straight walls: step {worst + 1} is "
-            f"{fit.misfit_mm3[worst] / 1e3:+.3f} ml off, where {fit.misfit_sd_mm3[worst] / 1e3:.3f} ml are its doubt."
+        findings.append(
+            f"The steps of the weighed fill do not fit straight walls: step {worst + 1} is off by "
+            f"{fit.misfit_mm3[worst] / 1e3:+.3f} ml, and its uncertainty is {fit.misfit_sd_mm3[worst] / 1e3:.3f} ml."
         )
-    return said
+    return findings
 
 
 def _result(
@@ -310,7 +310,7 @@ def _result(
     half_mm3 = LIMITS.normal_95 * float(np.sqrt(gradient @ covariance @ gradient))
     # From the loss of width to degrees, and in the order of the record's fields.
     to_degrees = np.diag([1.0, walls.inward * np.degrees(0.5 / (1 + off[CLOSING] ** 2 / 4)), 1.0])
-    told = to_degrees @ covariance @ to_degrees
+    in_degrees = to_degrees @ covariance @ to_degrees
     width_mm, depth_mm = outline.mean_width_mm + off[WIDTH], shape.deepest_mm + off[DEPTH]
     record = WeighedCavity(
         levels_mm=tuple(fit.mean_level_mm.tolist()),
@@ -321,7 +321,7 @@ def _result(
         width_mm=float(width_mm),
         wall_angle_deg=_angle_deg(abs(off[CLOSING])),
         depth_mm=float(depth_mm),
-        steps=tuple(tuple(row) for row in _root(told).tolist()),
+        steps=tuple(tuple(row) for row in _root(in_degrees).tolist()),
         volume_95_mm3=(max(0.0, brim_mm3 - half_mm3), brim_mm3 + half_mm3),
         findings=findings,
     )
@@ -333,24 +333,24 @@ def _slabs_mm(fill: WeighedFill, walls: _Walls, fit: _Fit) -> tuple[tuple[float,
     length_mm = walls.scale[0] * walls.along_mm.sum()
     height_mm, volume_mm3 = np.diff(fit.mean_level_mm), np.diff(fill.volume_mm3)
     middle_mm = -(fit.mean_level_mm[1:] + fit.mean_level_mm[:-1]) / 2
-    # Two readings that nearly agree say nothing of the width between them.
-    told = height_mm > fill.level_sd_mm
-    width_mm = volume_mm3[told] / (height_mm[told] * length_mm)
-    of_scale_mm = np.sqrt(2) * 1e6 * fill.mass_sd_g / fill.density_kg_m3 / (height_mm[told] * length_mm)
-    sd_mm = np.hypot(of_scale_mm, width_mm * np.sqrt(2) * fill.level_sd_mm / height_mm[told])
-    return tuple(zip(middle_mm[told].tolist(), width_mm.tolist(), sd_mm.tolist(), strict=True))
+    # Two readings that nearly agree do not show the width between them.
+    apart = height_mm > fill.level_sd_mm
+    width_mm = volume_mm3[apart] / (height_mm[apart] * length_mm)
+    of_scale_mm = np.sqrt(2) * 1e6 * fill.mass_sd_g / fill.density_kg_m3 / (height_mm[apart] * length_mm)
+    sd_mm = np.hypot(of_scale_mm, width_mm * np.sqrt(2) * fill.level_sd_mm / height_mm[apart])
+    return tuple(zip(middle_mm[apart].tolist(), width_mm.tolist(), sd_mm.tolist(), strict=True))
 
 
 def _root(covariance: Floats) -> Floats:
-    """Return the lower triangular root, (k, k), with a column of zeros for what does not vary.
+    """Return the lower triangular root, (k, k), with a column of zeros for an unknown without variance.
 
-    Column i is what one standard deviation of unknown i, the ones before it given, moves of it and of those after it.
+    Column i is the change of unknown i and of later ones for one standard deviation of it, given the earlier ones.
     """
-    root, left = np.zeros_like(covariance), covariance.copy()
+    root, rest = np.zeros_like(covariance), covariance.copy()
     for i in range(len(covariance)):
-        if left[i, i] > LIMITS.tiny * max(covariance[i, i], LIMITS.tiny):
-            root[:, i] = left[:, i] / np.sqrt(left[i, i])
-            left -= np.outer(root[:, i], root[:, i])
+        if rest[i, i] > LIMITS.tiny * max(covariance[i, i], LIMITS.tiny):
+            root[:, i] = rest[:, i] / np.sqrt(rest[i, i])
+            rest -= np.outer(root[:, i], root[:, i])
     return root
 
 

@@ -86,7 +86,7 @@ def replace_marker(marker: Marker) -> dict[str, float]:
 
 
 def test_a_face_that_the_markers_put_outside_the_photo_is_refused(photo_with):
-    with pytest.raises(InputError, match="face_mm, lies outside the photo"):
+    with pytest.raises(InputError, match="face_mm is outside the photo"):
         photo_with(face_mm=(900.0, 40.0))
 
 
