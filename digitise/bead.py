@@ -17,7 +17,7 @@ MIDDLE = 0.25  # Share of the length, around the middle, that shows what was lai
 MOST_OF_IT = 0.7  # Share of the length over which the middle line must be straight
 CELLS = 40  # Cells of the raster over half the width
 SLANT = np.array([[0.94, -0.3412], [0.3412, 0.94]])  # Rotation by about 20 degrees
-LEAST_LONG = 1.4  # Length over width below which no middle is left between the ends
+LEAST_LONG = 1.4  # Length over width below which there is no middle between the ends
 MOST_UNEVEN = 0.12  # RMS of the middle's width over its mean: a bead that buckled or broke
 BENT = 0.05  # Largest distance of its middle line from a straight one, over the length
 

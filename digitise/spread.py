@@ -197,7 +197,7 @@ def _edge(light: Map, rough: Rough, inside: NDArray[np.bool_], file: Path) -> Fl
         if len(beyond) == 0 or beyond[-1] + 1 >= len(values) or not allowed[beyond[-1] + 1]:
             continue
         last = beyond[-1]
-        # Half between the paste just inside this edge and the sheet just outside: light differs around the blob.
+        # Half way between the paste inside this edge and the sheet outside: light differs around the blob.
         span = max(6, round(REACH * rough_px / STEP_PX))
         near, far = values[max(0, last - span) : max(1, last - span // 2)], values[last + span // 2 : last + span]
         if len(near) == 0 or len(far) == 0:
@@ -212,7 +212,7 @@ def _edge(light: Map, rough: Rough, inside: NDArray[np.bool_], file: Path) -> Fl
     measured, number = np.isfinite(radius), np.arange(RAYS)
     least = LEAST_SEEN_LONG if rough.half_spine_px.any() else LEAST_SEEN
     if measured.mean() >= least:
-        # A drop or a scratch beside the edge is on few rays.
+        # A drop or a scratch at the edge affects few rays.
         filled = np.interp(number, number[measured], radius[measured], period=RAYS)
         usual = np.array([np.median(np.roll(filled, 8 - k)[:17]) for k in range(RAYS)])
         measured &= np.abs(filled - usual) < max(2.0, 0.03 * rough_px)

@@ -21,8 +21,8 @@ OUTLINE, ISLANDS, WALLS = "OUTLINE", "ISLANDS", ("WALL_LEFT", "WALL_RIGHT")
 """Layers of 'sealtwin export', used if none is named."""
 SEGMENTS = 32  # Corners of the round ends of a line with a width
 MOST_SWEPT = 5000  # Most points of such a line, ten times a traced one's: the time grows with their square
-LEAST_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest that is injected
-ABOVE_MM = 1.0  # Height by which the cut begins above the face, so that no skin is left on it
+LEAST_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that is injected
+ABOVE_MM = 1.0  # Height by which the cut begins above the face, so that no skin remains on it
 
 
 @dataclass(frozen=True)

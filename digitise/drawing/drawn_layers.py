@@ -144,5 +144,5 @@ class DrawnLayers:
 
 
 def _reaches_beyond(ring_mm: Floats, others_mm: Sequence[Floats]) -> bool:
-    """Return True for a ring that is not all inside other ones, counter-clockwise."""
+    """Return True if part of a ring is outside all of the others; all are counter-clockwise."""
     return (CrossSection([ring_mm]) - CrossSection(list(others_mm), FillRule.NonZero)).area() > BESIDE_MM2

@@ -49,7 +49,7 @@ def without_copies(lines: Sequence[DrawnLine]) -> list[DrawnLine]:
 
 
 def _shape(line: DrawnLine) -> bytes:
-    """Return the same bytes for every way of writing the same line."""
+    """Return bytes that are equal for all ways to write the same line."""
     # Adding zero turns -0 into 0.
     points = np.rint(line.points_mm / COPY_MM) + 0.0
     ways = [points, points[::-1]]
@@ -89,7 +89,7 @@ def _chain(number: int, ways: Sequence[Floats], near: Sequence[list[int]], waiti
     ends = {False: 2 * number, True: 2 * number + 1}  # The chain's own ends, by whether they are its last one
     at_last = True  # The end at which the chain grows
     while True:
-        # A line that begins or ends where the chain begins turns it round.
+        # A line at the chain's beginning makes it grow in the other direction.
         ahead, behind = (
             next((end for end in near[ends[at]] if waiting[end // 2]), None) for at in (at_last, not at_last)
         )

@@ -64,7 +64,7 @@ class Drawing:
         return self._lines[key]
 
     def pieces(self, layer: str) -> list[DrawnLine]:
-        """Return the lines of a layer before those that meet were joined."""
+        """Return the lines of a layer before they are joined."""
         self.lines(layer)
         return self._pieces[layer.upper()]
 
@@ -100,7 +100,7 @@ class Drawing:
         return [f"{self.file.name}: layers that were not read: {', '.join(others[:MOST_NAMED])}{more}"]
 
     def size(self, points_mm: Floats) -> str:
-        """Return the extent of points in words, in the drawing's unit, and in mm if that is another one."""
+        """Return the extent of points in words, in the drawing's unit, and in mm if the unit differs."""
         x, y = np.ptp(points_mm, axis=0)
         in_mm = f"{x:.4g} x {y:.4g} mm"
         drawn = f"{x / self.per_unit_mm:.4g} x {y / self.per_unit_mm:.4g} {self.unit}"
@@ -212,7 +212,7 @@ class Drawing:
 
 
 def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
-    """Open a drawing; a unit that is ``given`` is taken in place of the drawing's own.
+    """Open a drawing; a ``given`` unit replaces the drawing's own.
 
     Raises InputError if the file is missing, too large or no DXF, or if the unit is neither stated nor given.
     """
@@ -285,7 +285,7 @@ def _is_frame(vertex: Any) -> bool:
 
 
 def _line(points_mm: Floats) -> DrawnLine | None:
-    """Return a polyline without repeated points; None for one of no length."""
+    """Return a polyline without repeated points; None if its length is zero."""
     distinct = (
         [0, *(1 + np.flatnonzero(np.linalg.norm(np.diff(points_mm, axis=0), axis=1) > 0))] if len(points_mm) else []
     )

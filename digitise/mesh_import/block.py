@@ -105,7 +105,7 @@ def find_face(surface: RepairedSurface) -> FacePlane:
         up = np.linalg.svd(near_mm - place_mm, full_matrices=False)[2][2]
         up *= np.sign(up[2])
         away_mm = (near_mm - place_mm) @ up
-        # The median is the face's own roughness even with the edge of a crack among the points.
+        # The median is the face's roughness even if the points include the edge of a crack.
         reach_mm = min(SEARCH.roughest_mm, max(4.5 * float(np.median(np.abs(away_mm))), 1e-9))
     if (share := float((np.abs((points_mm - place_mm) @ up) <= SEARCH.roughest_mm).mean())) < SEARCH.least_share:
         raise _no_face(share)
@@ -113,7 +113,7 @@ def find_face(surface: RepairedSurface) -> FacePlane:
 
 
 def _upward_points(surface: RepairedSurface) -> Floats:
-    """Return random points, uniform over the area of all upward facets, (SAMPLES, 3)."""
+    """Return random points, uniform over the area of all upward facets, (n, 3)."""
     corners_mm = surface.vertices_mm[surface.faces]
     across = normals(corners_mm)
     area = np.linalg.norm(across, axis=1)
@@ -244,7 +244,7 @@ def _first_and_last(edges: Floats, axis: int, lines: Floats) -> tuple[Floats, Fl
     edge = np.repeat(np.arange(len(edges)), count)
     line = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + from_line[edge]
     rise = (end - start)[edge, 1 - axis]
-    # An edge along the line is represented by the ends of its neighbours.
+    # An edge along the line counts by the ends of its neighbours.
     share = np.divide(lines[line] - start[edge, 1 - axis], rise, out=np.zeros_like(rise), where=rise != 0)
     place = start[edge, axis] + share * (end - start)[edge, axis]
     first, last = np.full(SEARCH.lines, np.inf), np.full(SEARCH.lines, -np.inf)

@@ -1,4 +1,4 @@
-"""The crack in a block: its cavity with one long mouth, a picture of it for reports, its outline, and a given path."""
+"""The crack in a block: cavity, mouth, picture for reports, outline, and a given path."""
 
 import re
 from dataclasses import dataclass, replace
@@ -61,7 +61,10 @@ LIGHT = np.array([-0.4, 0.45, 0.8])  # Direction of the light, from the upper le
 SEPARATORS = re.compile(r"[;,\s]+")
 DECIMAL_COMMAS = re.compile(r"\s*[-+]?\d+,\d+(\s*;|\s+[-+]?\d+,\d)")
 """A number with a decimal comma, followed by a semicolon or by another such number."""
-HEADERS = (("x_mm", "y_mm"), ("x", "y"))  # Optional first line; without it, a line's first two numbers count
+HEADERS = (
+    ("x_mm", "y_mm"),
+    ("x", "y"),
+)  # Optional first line; without it, the first two numbers of each line are x and y
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,7 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
             "Close it below, or check mesh.up, the axis that points out of the cracked face.",
             "through",
         )
-    # Walls that open upward are beyond the mouth; at 63 degrees from upright they are a face.
+    # Walls that open upward reach beyond the mouth, up to 63 degrees from upright; flatter ones are a face.
     rim = mouth.offset(2 * below_mm, JoinType.Round) ^ face
     above = prism(rim, -below_mm, 0.0) - block.body
     return Cavity(below + above, mouth, below_mm, warnings)

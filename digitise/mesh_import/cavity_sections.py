@@ -1,8 +1,8 @@
 """Depth of a modelled cavity along its crack, and the area of its sections below every level, whatever its walls.
 
-The cavity is cut level by level. Of each cut, a cell belongs to the place along the crack whose line from wall to wall
-passes nearest to it. So sections add up to the cavity, at oblique ends and in sharp bends too, where planes square to
-the centreline miss some of it or meet other parts of the crack.
+The cavity is cut level by level. Each cell of a cut belongs to the place along the crack
+with the nearest line from wall to wall. So sections add up to the cavity, also at oblique ends and in sharp bends,
+where planes square to the centreline miss some of it or meet other parts of the crack.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from sealtwin.core.records import Floats, Outline, Sections
 STATION_MM = 1.0  # Spacing of sections: that of the nozzle's waypoints
 MOST_STATIONS = 400  # Most sections: more would take minutes on a long crack
 FROM_END = 0.01  # Distance of the first and last cut of the floor from the crack's ends, in spacings of sections
-LEVELS = 48  # Layers of the cavity, each as its middle is: at 16 mm a step in the floor is placed within 0.2 mm
+LEVELS = 48  # Layers of the cavity, each cut at its middle: at 16 mm depth a step in the floor is placed within 0.2 mm
 ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and most in all
 MOST_LINES = 4000  # Most lines from wall to wall
 SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
@@ -74,7 +74,7 @@ def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: t
 
 
 def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the arc length that each cell belongs to, (n,), and whether it is of the main crack."""
+    """Return the arc length of each cell, (n,), and True for cells of the main crack."""
     fine_mm = np.linspace(0.0, outline.length_mm, min(MOST_LINES, int(outline.length_mm / step_mm) + 2))
     walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
     left_mm, right_mm = np.hsplit(at_arc_length(walls_mm, outline.s_mm, fine_mm), 2)

@@ -45,7 +45,7 @@ UPRIGHT = {  # Rotations, by rows, that turn the axis out of the face to z
 LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
 MOST_LISTED = 4  # Most bodies that a sentence lists
 NOTED_STEP_MM = 0.01  # Step of a file's numbers that gives a note: a tenth of a fine photo's pixel
-MOST_OF_WIDTH = 0.25  # Largest step in widths of the crack: each wall is off by up to half of it
+MOST_OF_WIDTH = 0.25  # Largest step of a file's numbers in widths of the crack: each wall is off by up to half of it
 CLEAR_MM = 0.01  # Least distance of a dam's edge from the block's vertices: nearer, the mesh would fold
 
 
@@ -83,7 +83,7 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
 
 
 def notes_on_unit(read: Triangles, settings: MeshInput, path: Path) -> list[str]:
-    """Return a note on an unusual unit. Raises InputError if the file itself states another one."""
+    """Return a note on an unusual unit. Raises InputError if the file states another unit."""
     if read.unit in (None, settings.units):
         return []
     if path.suffix.lower() == ".glb":
@@ -106,7 +106,7 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     """Read, repair and level the mesh, find the crack in its face, and trace it in a top view.
 
     Coordinates are mm, z = 0 on the face, its lower left corner the origin. Raises InputError if the file cannot be
-    read, encloses no block, or has not exactly one crack.
+    read, encloses no block, or does not show exactly one crack.
     """
     path, facts = folder / settings.file, list[str]()
     try:
@@ -186,7 +186,7 @@ def _step_of(vertices: Floats) -> float:
 
 
 def _step_in_words(step_mm: float) -> str:
-    """Return what a step means for a mesh, and what to do about it."""
+    """Describe the step of a mesh's numbers and its remedy."""
     return (
         f"its numbers have steps of {step_mm:.2g} mm so far from its origin. Move the mesh to the origin in the "
         "program that made it, and save it again"
@@ -194,7 +194,7 @@ def _step_in_words(step_mm: float) -> str:
 
 
 def _listed(bodies: Sequence[Manifold], to_file: Floats) -> str:
-    """Return separate bodies in words, the largest first."""
+    """List separate bodies in words, the largest first."""
     boxes = [np.reshape(body.bounding_box(), (2, 3)) for body in sorted(bodies, key=lambda body: -body.volume())]
     each = [
         "{:.4g} x {:.4g} x {:.4g} mm".format(*(high - low))

@@ -190,9 +190,9 @@ def _even(lines_mm: Floats, width_mm: float) -> Floats:
 
 
 def _from_edge(lines_mm: Floats, face_mm: Box) -> Floats:
-    """Return lines whose first part, before an oblique open end, is half a width from the wall that is longer there.
+    """Return lines with a first part, before an oblique open end, at half a width from the longer wall.
 
-    The middle between both corners of an oblique opening is off this line by as much as the walls are rough there.
+    The middle between the corners of an oblique opening is off this line by the roughness of the walls.
     """
     facing_from = int(np.argmax(are_square(lines_mm)))
     if facing_from == 0:
@@ -214,7 +214,7 @@ def _from_edge(lines_mm: Floats, face_mm: Box) -> Floats:
 def _front(left_mm: Floats, right_mm: Floats, width_mm: float, end: MouthEnd) -> tuple[Floats, Floats, Floats]:
     """Return pairs across the front of a blunt end, (k, 4), and both walls from there on.
 
-    At a blunt end both walls begin in one place and leave it at one pace, until they no longer part.
+    At a blunt end both walls begin at one place and leave it at the same pace until they no longer part.
     """
     if not end.blunt:
         return np.empty((0, 4)), left_mm, right_mm
@@ -244,12 +244,12 @@ def _rough_path(ring_mm: Floats, between_mm: Floats | None) -> tuple[Floats, flo
     cell_mm = max(cell_mm, float(np.sqrt(np.prod(size_mm) / LIMITS.most_cells)))
     origin_mm = ring_mm.min(axis=0) - 2 * cell_mm
     width, height = (int(np.ceil(side / cell_mm)) + 5 for side in size_mm)
-    # A cell that is covered at all counts, so that no neck parts the crack.
+    # Every cell with some cover counts, so that no neck parts the crack.
     region = coverage((ring_mm - origin_mm) / cell_mm, (width, height)) > LIMITS.covered
     to_rim = medial_axis.radius(region)
     if between_mm is None:
         way = medial_axis.longest_line(region)
-        # Rightward, as a painted crack is followed.
+        # From left to right, as a painted crack.
         way = way if way[0, 1] <= way[-1, 1] else way[::-1]
     else:
         way = along_middle(region, (between_mm - origin_mm) / cell_mm)
@@ -275,7 +275,7 @@ def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Float
     beyond_mm = away_mm - radius_mm[circle]
     holds = beyond_mm.argmin(axis=1)[:, None]
     deep_mm = beyond_mm.min(axis=1)
-    # Begin on the main crack, so that no stretch is in two parts.
+    # Begin on the main crack, so that no stretch is split in two.
     start = int(np.argmin(deep_mm))
     nearest = np.roll(np.take_along_axis(circle, holds, axis=1)[:, 0], -start)
     rim_mm, deep_mm = np.roll(rim_mm, -start, axis=0), np.roll(deep_mm, -start)

@@ -15,14 +15,14 @@ from sealtwin.core.records import Floats, Integers
 from sealtwin.core.solid_figures import Repair
 
 WELD_MM = mesh_topology.MIN_EDGE_MM / 2  # Vertices within are one, as corners of a triangle soup; longer edges stay
-SHEET = 0.5  # Share of its area from which on a surface's area vector, nil for a closed one, means a sheet
+SHEET = 0.5  # Area vector over area that means a sheet; that of a closed surface is zero
 NEEDLE_MM = 1e-7  # Height below which a triangle is a line: a thousandth of float32's step at 160 mm
 MOST_ROUNDS = 50  # Most rounds of merging needles, one for each needle in a stack
 NEARLY_CLOSED = 0.01  # Largest share of open area for which a volume is computed, with about that error
-LOOSE = 0.01  # Share of the largest body's volume below which a loose piece is no part of a sample
+LOOSE = 0.01  # Share of the largest body's volume below which a loose piece is dropped
 MOST_OPEN = 0.01  # Largest share of open edges that are small damage; more means that the scan missed some surface
 RIM_SPAN = 0.5  # Share of the mesh's extent along x and along y from which on an opening is the rim of a scan
-FLAT = 1e-3  # Share of the mesh's height within which an opening is flat and at the bottom, as a missing underside is
+FLAT = 1e-3  # Share of the mesh's height within which an opening is flat and at the bottom, as of a missing underside
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class RepairedSurface:
 
     @property
     def volume_mm3(self) -> float:
-        """Enclosed volume; NaN unless the surface nearly closes, which makes its area vector nearly nil."""
+        """Enclosed volume; NaN unless the surface nearly closes, which makes its area vector nearly zero."""
         if not len(self.faces):
             return np.nan
         area = mesh_topology.normals(self.vertices_mm[self.faces])
@@ -60,7 +60,7 @@ class RepairedSurface:
 
 
 def one_surface(vertices_mm: Floats, faces: Integers) -> RepairedSurface:
-    """Join vertices, drop degenerate faces, and turn all faces out of their body; holes stay open."""
+    """Join vertices, drop degenerate faces, and turn all faces outward; holes stay open."""
     surface = _without_repeats(_joined(RepairedSurface(vertices_mm, faces)))
     if not len(surface.faces):
         raise InputError(f"Mesh has no face with corners more than {WELD_MM:g} mm apart. Check its units.")
@@ -68,7 +68,7 @@ def one_surface(vertices_mm: Floats, faces: Integers) -> RepairedSurface:
 
 
 def without_needles(surface: RepairedSurface) -> RepairedSurface:
-    """Merge each triangle without height with the neighbour along its longest edge, which its third corner then splits.
+    """Merge each triangle without height with the neighbour at its longest edge, which its third corner then splits.
 
     Manifold (3.5.4) removes such triangles on reading and may move neighbours: a block of 127,039 mm³ lost 226 mm³.
     """
@@ -103,7 +103,7 @@ def without_needles(surface: RepairedSurface) -> RepairedSurface:
 
 
 def _joined(surface: RepairedSurface) -> RepairedSurface:
-    # Most formats write a vertex once for each of its faces, and joining those is no repair.
+    # Most formats write a vertex once for each of its faces; joining these is not a repair.
     alike = mesh_topology.equal_rows(surface.vertices_mm)
     places_mm = surface.vertices_mm[alike.first]
     surface = replace(surface, vertices_mm=places_mm, faces=alike.group[surface.faces])
@@ -206,7 +206,7 @@ class Openings:
 
 
 def find_openings(surface: RepairedSurface) -> Openings:
-    """Return the rings of open edges, with the longest ring as wide as the mesh apart."""
+    """Return the rings of open edges; the longest ring that is as wide as the mesh is kept separate."""
     rings = _rings(mesh_topology.open_edges(surface.faces))
     place_mm = surface.vertices_mm
     used_mm = place_mm[np.unique(surface.faces)]

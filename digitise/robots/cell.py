@@ -19,7 +19,7 @@ FORMATS: tuple[Format, ...] = get_args(Format)
 InCell = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate in mm of the robot: no arm reaches ten metres
 Angle = Annotated[float, Field(ge=-360, le=360)]
 SPEL_POINTS = 1000  # Number of points in an Epson controller's point file, P0 to P999
-THINNEST_MM = 5.0  # Least RMS spread of taught points beside their line: below it, 0.2 mm tip the face by 2°
+THINNEST_MM = 5.0  # Least RMS spread of taught points off their line: below it, an error of 0.2 mm tips the face by 2°
 
 
 class Taught(Settings):

@@ -24,12 +24,12 @@ LEAST_FLOWS = 2  # Different requested flows, through which a line is drawn
 MISTYPED = 5.0  # Ratio of given to requested flow, or its inverse, that means a wrong unit
 LEAST_REPEATS = 2  # Weighings beyond one of each flow: they show the scatter
 T_95 = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
-"""Student's factor of a 95 % interval for one degree of freedom, and more."""
+"""Student's factor of a 95 % interval for 1 to 10 degrees of freedom."""
 DOUBTFUL = 0.1  # Relative half-width of a flow's interval that gives a warning, as for all that is measured
 WORTHLESS = 0.5
 """Half-width that is refused: the crack would get 50 to 150 % of its sealant, from a bare floor to an overflow."""
 ROUNDING = 1e-9  # Relative scatter of equal weighings
-ALIKE = 1e-6  # Relative difference of two numbers that one person wrote as the same
+ALIKE = 1e-6  # Relative difference of two numbers that are meant as equal
 
 
 class Pump(Settings):
@@ -42,7 +42,7 @@ class Pump(Settings):
     density_kg_m3: float = Field(ge=100, le=2e4)
     """Density of the sealant."""
     density_error_kg_m3: float = Field(default=0.0, ge=0, le=2e4)
-    """Its standard uncertainty, which all flows share."""
+    """Standard uncertainty of the density, common to all flows."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class PumpTable:
         place = float(np.interp(wanted_mm3_s, self.given_mm3_s, np.arange(len(self.count))))
         low = min(int(place), len(self.count) - 2)
         share = place - low
-        # Between two flows both means count, each by its share.
+        # Between two flows both means count by their shares.
         mean = np.hypot((1 - share) / np.sqrt(self.count[low]), share / np.sqrt(self.count[low + 1])) * self.scatter
         factor = T_95[self.freedom - 1] if self.freedom <= len(T_95) else 1.96 * (1 + 1.2 / self.freedom)
         bend = 4 * share * (1 - share) * self.bend

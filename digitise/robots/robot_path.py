@@ -19,13 +19,15 @@ ROUNDING = 1e-6  # Rounding of trajectory.csv, which has six decimals
 MUCH_GROWTH = 2.0  # Growth of a touch error that gives a warning: 0.2 mm, a good touch by hand, becomes more than 0.4
 
 Limit = tuple[bool, str]  # True if a limit of the cell is exceeded, and the sentence for that case
-NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:_+=/-]")  # These mean something to some controller: GRBL executes ?, ! and ~
+NOT_PLAIN = re.compile(
+    r"[^A-Za-z0-9 .,:_+=/-]"
+)  # Characters with a meaning to some controller: GRBL executes ?, ! and ~
 LONGEST = 120
 
 
 @dataclass(frozen=True)
 class RobotPath:
-    """Content of every robot's file."""
+    """The nozzle's path in the robot's frame, from which every format is written."""
 
     trajectory: Trajectory  # Trajectory with the robot's positions, and the flow requested from the pump
     frame: RobotFrame
@@ -80,7 +82,7 @@ class RobotPath:
         return self.motion_limit("largest_tilt_deg", self.tilt_deg, fault, "Level the sample and teach it again.")
 
     def motion_limit(self, key: str, value: float, fault: str, remedy: str, rounding: float = 0.0) -> Limit:
-        """Return the limit that the cell's [motion] sets by ``key``, for a value that ``found`` states."""
+        """Return the limit that the cell's [motion] sets by ``key``, for a value that ``fault`` states."""
         allowed = getattr(self.cell.motion, key)
         return value > allowed * (1 + rounding), f"{fault}; motion.{key} allows {allowed:g}. {remedy}"
 
@@ -165,7 +167,7 @@ def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
     enough_mm = math.ceil(100 * trajectory.length_mm / max(motion.most_waypoints - 4, 1)) / 100
     fastest_mm_s, approach_mm_s = trajectory.speed_mm_s.max(), motion.approach_speed_mm_s
     speed_mm_s, lasts_s = trajectory.speed_mm_s[:-1], np.diff(trajectory.t_s)
-    # A mean speed belongs to the middle of its time.
+    # A mean speed applies at the middle of its time.
     along = np.append(0.0, np.abs(np.diff(speed_mm_s)) / ((lasts_s[1:] + lasts_s[:-1]) / 2)).max()
     across = np.append(0.0, np.maximum(speed_mm_s[1:], speed_mm_s[:-1]) ** 2 / radii_mm(trajectory.position_mm))
     bend = int(across.argmax())

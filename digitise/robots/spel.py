@@ -127,7 +127,7 @@ def _wait(path: RobotPath) -> list[str]:
 
 
 def _for_curve(path: RobotPath, crack: Places) -> Places:
-    """Return as many evenly spaced points as a Curve takes. Raises InputError if so few leave the path."""
+    """Return as many evenly spaced points as a Curve takes. Raises InputError if these are too few for the path."""
     count = int(np.clip(len(crack), FEWEST_IN_CURVE, MOST_IN_CURVE))
     if count == len(crack):
         return crack

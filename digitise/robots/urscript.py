@@ -24,7 +24,7 @@ def urscript_text(path: RobotPath) -> str:
         _tool_limit(path, turn),
         path.reach_limit("the way to the path or from it", over_mm),
     )
-    # A given vector stays as the pendant shows it: the same turn has others.
+    # A given vector is written as the pendant shows it; other vectors mean the same turn.
     rotation = [decimal(angle, 6) for angle in settings.rotation_vector_rad or turn.as_rotvec()]
     trajectory, motion = path.trajectory, path.cell.motion
     accelerate, approach = _metres(motion.acceleration_mm_s2), _metres(motion.approach_speed_mm_s)
@@ -78,7 +78,7 @@ def _notes(path: RobotPath, settings: Urscript) -> list[str]:
     )
     return [
         "Units: m, rad, m/s. Poses in the base frame, and the active TCP must be the tip of the nozzle.",
-        f"To the place above the path by movej at {JOINT_SPEED_RAD_S} rad/s, the way that the arm finds: start near.",
+        f"To the place above the path by movej at {JOINT_SPEED_RAD_S} rad/s, on the arm's own way: start near.",
         dispenser,
     ]
 

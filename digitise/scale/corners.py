@@ -1,4 +1,4 @@
-"""Corners of a black square to a few hundredths of a pixel, as meetings of its edges: blur rounds the corners off."""
+"""Corners of a black square to a few hundredths of a pixel, from its edges: blur rounds the corners themselves off."""
 
 import cv2
 import numpy as np
@@ -81,7 +81,7 @@ def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> Fl
     foot, outward, light = light_across(brightness, corners_px, side, np.linspace(0.1, 0.9, ALONG), offset)
     light = light.astype(float)
     black = np.median(light[:, : ACROSS // 5])
-    # Row by row, since light falls off along the edge, which shows in white only.
+    # Row by row, since light falls off along the edge, which is visible in white only.
     white = np.median(light[:, -(ACROSS // 5) :], axis=1)
     passed = light > (0.5 * (black + white))[:, None]
     after = passed.argmax(axis=1)

@@ -17,7 +17,7 @@ from sealtwin.core.records import Floats
 WORK_PX = 800  # Longer side of the copy on which the face is searched; its edges are refined on the photo itself
 MIN_AREA = 0.1  # Smallest area of a face, over the photo's
 LEAST_MARGIN = 0.02  # Margin around a detected face over the photo's shorter side: what reaches the border is a board
-GAP_BRIGHTNESS = 0.8  # Most brightness of a gap between face and board over the darker of both; plain edges keep 0.9
+GAP_BRIGHTNESS = 0.8  # Largest brightness of a gap between face and board over the darker of both; plain edges have 0.9
 LEAST_FILLED = 0.7  # Smallest share of its quadrilateral that a face of unknown size fills, less its crack and pores
 MOST_SLENDER = 5.0  # Largest length over width of a face of unknown size; a straight crack is a longer rectangle
 LEAST_PART = 0.1  # Smallest part of a face that a crack divides, over the largest
@@ -27,7 +27,9 @@ ASPECT_TOLERANCE = 0.2  # Largest logarithm of the face's aspect over face_mm's;
 CLICKED_PX, FOUND_PX = 1.0, 0.5  # Standard deviation of a corner's coordinates, clicked or by edges with a soft shadow
 FACE_MM = 0.25  # Standard uncertainty of each side of the face: a caliper on mortar is good to 0.5 mm, at two sigma
 
-MOST_FORESHORTENED = 2.0  # That of a camera 60 degrees off square; corners listed in another order differ by more
+MOST_FORESHORTENED = (
+    2.0  # Largest ratio of aspects, for a camera 60 degrees off square; corners in another order differ by more
+)
 
 
 def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tuple[Floats, float]:
@@ -118,7 +120,7 @@ def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
     reach = max(6.0, 0.012 * max(soft.shape))
     offsets = np.arange(-reach, reach + 0.25, 0.5)
     foot, outward, light = light_across(soft, corners, side, np.linspace(0.04, 0.96, 200), offsets)
-    # Neighbours along the edge share the edge, but not their grain.
+    # Neighbouring rows share the edge, but not their grain.
     light = np.asarray(cv2.blur(light, (1, 9)), dtype=float)
     slope = _inner_slope(light) if _has_gap(light) else np.abs(np.gradient(light, axis=1))
     points = foot + (_peak(slope) * (offsets[1] - offsets[0]) + offsets[0])[:, None] * outward
@@ -186,7 +188,7 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
                 f"{file}: face_corners_px has ({x:g}, {y:g}), {beyond:.3g} px outside the photo of {size_px[0]} x "
                 f"{size_px[1]} px; x runs right and y down, from 0."
             )
-    # Counter-clockwise, the way round them turns left at each.
+    # Counter-clockwise corners turn left at each.
     side = np.roll(corners_px, -1, axis=0) - corners_px
     after = np.roll(side, -1, axis=0)
     if not np.all(side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0] < 0):

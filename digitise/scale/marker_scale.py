@@ -62,7 +62,7 @@ DICTIONARY = {
 
 
 def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, face_mm: Box | None) -> Scale:
-    """Fit the scale to the markers found. Raises InputError for too few, double or misplaced ones."""
+    """Fit the scale to the detected markers. Raises InputError if they are too few, double or misplaced."""
     size_px, file = pixels.size_px, pixels.file
     corners_px = find_markers(pixels.image, pixels.brightness, board, file)
     markers = [marker for marker in board.markers if marker.id in corners_px]
@@ -122,7 +122,7 @@ def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens
 def check_level(
     brightness: Map, view: View, face_mm: Box | None, given_px: Floats | None, distance_mm: float | None, file: Path
 ) -> tuple[float, tuple[str, ...]]:
-    """Compare the face's edges, found or given as corners, with their place by the markers.
+    """Compare the face's edges, detected or given as corners, with their place by the markers.
 
     Returns the face's size in their plane over face_mm, less 1, or 0, and warnings. Raises InputError if they are too
     far from level.
@@ -184,7 +184,7 @@ def _inner_edge(brightness: Map, rough_px: Floats, side: int, reach_px: float) -
     offset = np.arange(-reach_px, reach_px + LIMITS.step_px, LIMITS.step_px)
     share = np.linspace(0.06, 0.94, LIMITS.rows)
     foot, outward, light = light_across(brightness, rough_px, side, share, offset, cv2.BORDER_CONSTANT)
-    # Neighbours along the edge share the edge, but not their grain.
+    # Neighbouring rows share the edge, but not their grain.
     light = np.asarray(cv2.blur(light, (3, 9)), dtype=float)
     count = len(offset)
     # Row by row, since stains and light vary along the edge.
@@ -207,7 +207,7 @@ def _inner_edge(brightness: Map, rough_px: Floats, side: int, reach_px: float) -
 
 
 def find_markers(image: NDArray[np.uint8], brightness: Map, board: MarkerBoard, file: Path) -> dict[int, Floats]:
-    """Find markers by id: corners in px, (4, 2), clockwise from the upper left; raise InputError if under four."""
+    """Find markers by id: corners in px, (4, 2), clockwise from the upper left; raise InputError below four."""
     expected = {marker.id for marker in board.markers}
     rough = _search(np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8), board, expected, file)
     cells = _dictionary(board).markerSize + 2

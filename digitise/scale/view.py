@@ -11,8 +11,8 @@ from digitise.geometry.polyline import Box, project
 from sealtwin.core.records import Floats
 
 MIDDLE = 12  # Index of the middle point of ``places_px``
-MOST_SPREAD_DEG = 1.0  # Largest standard deviation of a tilt that is reported; a level held to the phone is as good
-MOST_SPREAD_OF_DISTANCE = 0.1  # Largest relative standard deviation of a distance that is used: one digit
+MOST_SPREAD_DEG = 1.0  # Largest standard deviation of a reported tilt, that of a level on the phone
+MOST_SPREAD_OF_DISTANCE = 0.1  # Largest relative standard deviation of a distance that is used, for one digit
 
 
 @dataclass(frozen=True)

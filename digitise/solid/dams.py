@@ -1,4 +1,4 @@
-"""Dams at open ends, as the paper's tape, the check that the cavity leaves the block nowhere else, and face labels."""
+"""Dams at open ends, like the paper's tape; a check that the cavity leaves the block only there; labels of faces."""
 
 from dataclasses import dataclass
 
@@ -54,7 +54,7 @@ def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_
         return _within(vertices_mm[faces][:, :, 2], -depth_mm)
     above_mm = vertices_mm[:, 2] + footprint.floor.depth_at_mm(vertices_mm[:, :2])
     middle_mm = vertices_mm[faces].mean(axis=1)
-    # A wall between two stations of a floor that rises between them has its corners in the floor, but not its middle.
+    # A wall at a step of the floor may have all corners in the floor, but not its middle.
     arched_mm = middle_mm[:, 2] + footprint.floor.depth_at_mm(middle_mm[:, :2])
     return _within(above_mm[faces], 0.0) & (np.abs(arched_mm) < NEAR_MM)
 
@@ -146,7 +146,7 @@ REDUCE_ANGLE = "Reduce wall_angle_deg"
 
 
 def tilted_out(spread_mm: float) -> InputError:
-    """Return the refusal of a crack that the tilt, not the trace, takes out of the sample."""
+    """Return the refusal of a crack that leaves the sample by its tilt, not by its trace."""
     return InputError(
         f"The tilt moves the walls {spread_mm:.1f} mm sideways over the depth, which takes the crack to within "
         f"{CLEARANCE_MM} mm of the block's side or through it, where no open end is. {REDUCE_ANGLE}, check "

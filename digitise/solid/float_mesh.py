@@ -149,7 +149,7 @@ class _Fans:
         old, new = normals(before), normals(after)
         areas = [np.linalg.norm(normal, axis=1) for normal in (old, new)]
         turned = (old * new).sum(axis=1) < 0.5 * areas[0] * areas[1]
-        # The direction of needles thinner than the collapsed edge is noise.
+        # Needles thinner than the collapsed edge have no reliable direction.
         longest = np.linalg.norm(before - np.roll(before, 1, axis=1), axis=2).max(axis=1)
         if (turned & (areas[0] > self._short_mm * longest)).any():
             return np.inf

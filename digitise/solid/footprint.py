@@ -21,7 +21,7 @@ RUN_OUT_MM = 5.0  # Straight walls beyond an end, in excess of the tilt's move, 
 HEADING_MM = 5.0  # Length of centreline that gives an end its direction: long against pixels, short against its wander
 TURNOVER_DEG = 60.0  # Angle from straight ahead beyond which a part of a blunt tip belongs to one wall alone
 STATION_MM = 1.0  # Spacing of the floor's corners, along and across the crack: a third of the paper's width
-SMOOTHED_STATIONS = 1.0  # Gaussian sigma of the centreline, whose noise would turn the lines across it
+SMOOTHED_STATIONS = 1.0  # Gaussian sigma of the centreline, since its noise would turn the lines across it
 ROOM_MM = 10.0  # Margin of the floor around the block: a dam is 4 mm thick
 
 
@@ -115,7 +115,7 @@ class Floor:
 
     def depth_at_mm(self, place_mm: Floats) -> Floats:
         """Return the depth of the floor below places on the face, (n,)."""
-        # As scipy's LinearNDInterpolator, which takes a hundred times as long.
+        # Same as scipy's LinearNDInterpolator, a hundred times faster.
         triangle = self._triangles.find_simplex(place_mm)
         to_weights = self._triangles.transform[triangle]
         weights = np.einsum("nij,nj->ni", to_weights[:, :2], place_mm - to_weights[:, 2])
@@ -214,7 +214,7 @@ def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> 
 
 def _stopper(end: CrackEnd, reach_mm: float, spread_mm: float) -> CrossSection:
     """Return the ground beyond a cut end that contains all of its tilted run-out."""
-    # The run-out drifts sideways by as much as the cut is oblique.
+    # The run-out of an oblique cut drifts sideways.
     drift_mm = reach_mm * float(np.linalg.norm(end.run_out))
     side = (drift_mm + reach_mm) * end.across
     return _strip(end.right_mm - side, end.left_mm + side, (reach_mm + spread_mm + RUN_OUT_MM) * end.facing)
@@ -292,7 +292,7 @@ def _to_left(line_mm: Floats, own_mm: Floats) -> Floats:
 
 
 def _around(places_mm: Floats, box_mm: Box) -> Floats:
-    """Return four corners around the places and the box with its dams, whose corners need a depth too."""
+    """Return four corners around the places and the box with its dams, since their corners need a depth too."""
     low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
     high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
     return np.array([low, (high[0], low[1]), high, (low[0], high[1])])

@@ -73,7 +73,7 @@ class Turn(Settings):
 
 
 class TracePage(PageServer):
-    """Serves the photos until the user has saved the only one, or left."""
+    """Serves the photos until the user has saved the only one, or quits."""
 
     def __init__(self, sheets: Sequence[Sheet], port: int = 0) -> None:
         """Begin with the first photo that is not done. Raises InputError if all are bad, OSError for a used port."""

@@ -1,6 +1,6 @@
 """A server of one page, for the browser of this machine only.
 
-A gate sees every request before its body is read. The standard library's server is used because a web framework would
+A gate checks every request before its body is read. The standard library's server is used because a web framework would
 add dependencies for two routes.
 """
 
@@ -49,7 +49,7 @@ class RequestGate:
 
     def __init__(self, port: int) -> None:
         self.token = secrets.token_urlsafe(32)
-        # Another name is that of a foreign site which resolves to this machine (DNS rebinding).
+        # Another name belongs to a foreign site that resolves to this machine (DNS rebinding).
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
 
     def refuses(self, method: str, target: str, headers: Message) -> tuple[HTTPStatus, str] | None:
@@ -74,7 +74,7 @@ class RequestGate:
 class PageServer(ThreadingHTTPServer):
     """A server on 127.0.0.1 only; ``port`` 0 takes a free one. Names are the part of an address after the token."""
 
-    # A thread still inside a native library when the interpreter ends would crash the process.
+    # A thread that is inside a native library at the interpreter's end would crash the process.
     daemon_threads, block_on_close = False, True
     # A browser opens several connections at once, and retries those that find the queue full a second later.
     request_queue_size = 32

@@ -88,7 +88,7 @@ class Shape(Settings):
         return cls(**{key: value for key, value in given.items() if not isinstance(value, tuple)})
 
     def said(self) -> dict[str, Any]:
-        """Return what was given."""
+        """Return the values that were given."""
         return self.model_dump(mode="json", exclude_none=True)
 
 
@@ -116,7 +116,7 @@ def path_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput:
 
 
 class Pyramid:
-    """A photo in tiles at halving sizes, so that a browser fetches only what it shows; the last level fits into one."""
+    """A photo in tiles at halving sizes, so that a browser fetches only what it shows; the last level is one tile."""
 
     def __init__(self, image: Pixels) -> None:
         self._levels = [image]
@@ -252,7 +252,7 @@ class TraceSession:
             return _Scaled(self._plain, in_mm=False, refused=str(fault))
 
     def _wire(self, photo: Photo, roi_px: tuple[Pixel, ...] | None) -> LiveWire:
-        """Return the search map, which is kept while face and region stay: making it takes longer than a query."""
+        """Return the search map, which is cached for a face and a region: it takes longer to make than a query."""
         if photo.face_mm is None and not photo.markers_px:
             # Without face and markers, the scale does not change the search.
             photo = self._plain

@@ -69,7 +69,7 @@ class _Walls:
     inward: float  # 1 if the tilt closes downward, -1 if it opens downward
     scale_at_mm: Floats = field(default_factory=lambda: np.zeros(1))  # Depths, (m,), increasing
     scale: Floats = field(default_factory=lambda: np.ones(1))
-    """The solid's volume below each of these depths over that of these sections: side cracks, tips and bends."""
+    """Volume of the solid below each depth over that of the sections: side cracks, tips and bends."""
 
     def volume_mm3(self, level_mm: Floats, unknown: Floats) -> Floats:
         """Return the volume below each level, (k,), with the walls moved by the unknowns."""
@@ -241,7 +241,7 @@ def _fit(
 
 
 def _against_tilt(walls: _Walls, fill: WeighedFill, prior_sd: Floats, free: Booleans, shape: CrackShape) -> list[str]:
-    """Fit about upright walls, which may open as far as they may close; return a finding if they clearly do either."""
+    """Fit about upright walls, free to open or close; return a finding if they clearly do."""
     fit = _fit(walls, fill, prior_sd, np.zeros(UNKNOWNS), free, opposed=LIMITS.steepest)
     closing, sd = fit.unknown[CLOSING], np.sqrt(fit.covariance[CLOSING, CLOSING])
     if abs(closing) <= LIMITS.far * sd:
@@ -329,7 +329,7 @@ def _result(
 
 
 def _slabs_mm(fill: WeighedFill, walls: _Walls, fit: _Fit) -> tuple[tuple[float, float, float], ...]:
-    """Return middle below the face, mean width and its standard deviation of the slab that each step but one added."""
+    """Return depth of the middle, mean width and its standard deviation for the slab that each later step added."""
     length_mm = walls.scale[0] * walls.along_mm.sum()
     height_mm, volume_mm3 = np.diff(fit.mean_level_mm), np.diff(fill.volume_mm3)
     middle_mm = -(fit.mean_level_mm[1:] + fit.mean_level_mm[:-1]) / 2

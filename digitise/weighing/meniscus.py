@@ -43,7 +43,7 @@ def raise_and_height_mm(width_mm: float, capillary_mm: float) -> tuple[float, fl
         root = np.sqrt(curvature**2 + 2 * (1 - np.cos(phi)) / capillary_mm**2)
         return capillary_mm**2 * (root - curvature), WEIGHTS * end / 2 * scale * np.cosh(t) * np.cos(phi) / root
 
-    # By gravity a half circle is too flat; the curvature falls with the exponential of the width.
+    # Without gravity the curvature is 2 / width; gravity reduces it, up to exponentially with the width.
     low, high = np.log(2 / width_mm) - MANY, np.log(4 / width_mm)
     log_curvature: Any = brentq(lambda log: profile(np.exp(log))[1].sum() - width_mm / 2, low, high)
     curvature = float(np.exp(log_curvature))

@@ -27,7 +27,7 @@ def widened_by(outline: Outline, share: Floats) -> Outline:
 
 
 def walls_apart(outline: Outline, share: Floats | float) -> Outline:
-    """Widen the widths alone: the ring around the crack, which takes longer, is not updated."""
+    """Widen only the walls; the ring around the crack, which takes longer, is not updated."""
     apart = (outline.left_wall_mm - outline.right_wall_mm) * np.reshape(share, (-1, 1)) / 2
     return replace(outline, left_wall_mm=outline.left_wall_mm + apart, right_wall_mm=outline.right_wall_mm - apart)
 
