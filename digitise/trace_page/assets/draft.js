@@ -46,14 +46,14 @@ export const shapeOf = (draft) =>
 const withKeys = (draft, wanted) =>
   Object.fromEntries(Object.keys(wanted).filter((key) => wanted[key]).map((key) => [key, draft[key]]));
 
-/** Volume of the cavity in ml by its mean width: exact for one depth and an even crack; null where it is not known. */
+/** Volume of the cavity in ml by its mean width: exact for one depth and an even crack; null if unknown. */
 export function volumeOf({ depth_mm: depth, tilt, wall_angle_deg: angleDeg }, walls) {
   if (!walls || walls.unit !== "mm" || !depth) return null;
   const mean = walls.area / walls.length;
   const closing = Math.tan(((angleDeg ?? 11) * Math.PI) / 180);
   if (tilt === "flare" || tilt === "undercut") return (walls.area + closing * depth * walls.length) * depth / 1000;
   if (tilt !== "funnel" || !closing) return (walls.area * depth) / 1000;
-  // Walls that close meet at a depth, below which there is nothing.
+  // Closing walls meet at a depth; below it there is no cavity.
   const deep = Math.min(depth, mean / (2 * closing));
   return ((mean - closing * deep) * deep * walls.length) / 1000;
 }
@@ -95,11 +95,11 @@ export function pointsOf(draft) {
   });
 }
 
-/** Half a box is none. */
+/** Points without one of them; a box with two corners or fewer is removed. */
 const remaining = (kind, points, index) =>
   kind === "end" ? replaced(points, index, null) : kind === "roi" && points.length <= 3 ? [] : without(points, index);
 
-/** A via point goes between the neighbours to which it is the smallest detour, along `path` where there is one. */
+/** A via point goes between the neighbours to which it is the smallest detour, along `path` if there is one. */
 export function withVia(draft, point, path) {
   const stops = [draft.ends_px[0], ...draft.via_px, draft.ends_px[1]];
   let place = 0;
@@ -113,7 +113,7 @@ export function withVia(draft, point, path) {
   return { ...draft, via_px: [...draft.via_px.slice(0, place), point, ...draft.via_px.slice(place)] };
 }
 
-/** Four corners round the face from its lower left, whatever the order in which they were clicked. */
+/** Four corners around the face from its lower left, in whatever order they were clicked. */
 export function withCorner(draft, point) {
   const corners = [...(draft.face_corners_px.length === 4 ? [] : draft.face_corners_px), point];
   return { ...draft, scale: "face", face_corners_px: corners.length === 4 ? goneRound(corners) : corners };
@@ -121,7 +121,7 @@ export function withCorner(draft, point) {
 
 function goneRound(corners) {
   const middle = [0, 1].map((axis) => corners.reduce((sum, corner) => sum + corner[axis], 0) / 4);
-  // y runs down, so that falling angles go round from the lower left by the lower right.
+  // y runs down, so that falling angles lead from the lower left to the lower right.
   const ring = [...corners].sort((a, b) => angle(b, middle) - angle(a, middle));
   const lowerLeft = ring.reduce((best, corner, index) => (corner[1] - corner[0] > ring[best][1] - ring[best][0] ? index : best), 0);
   return [...ring.slice(lowerLeft), ...ring.slice(0, lowerLeft)];
@@ -129,10 +129,10 @@ function goneRound(corners) {
 
 const MOST_POINTS = 200; // As MOST_WALL_POINTS in digitise/settings.py.
 
-/** A drawn line in as few points as keep it within half a pixel, or within more where they would be too many. */
+/** A drawn line in as few points as keep it within half a pixel, or within more if there would be too many. */
 export function simplified(trail, off = 0.5) {
-  const kept = thinned(trail, off);
-  return kept.length > MOST_POINTS ? simplified(trail, 2 * off) : kept;
+  const points = thinned(trail, off);
+  return points.length > MOST_POINTS ? simplified(trail, 2 * off) : points;
 }
 
 /** Douglas and Peucker's: a line's points farther than `off` from its chord, and so on in its parts. */
@@ -145,14 +145,14 @@ function thinned(line, off) {
   return [...thinned(line.slice(0, worst + 1), off).slice(0, -1), ...thinned(line.slice(worst), off)];
 }
 
-/** Distance of a point from the piece between two others. */
+/** Distance of a point from the segment between two others. */
 function aside([x, y], [left, top], [right, bottom]) {
   const [dx, dy] = [right - left, bottom - top];
   const share = Math.min(1, Math.max(0, ((x - left) * dx + (y - top) * dy) / (dx * dx + dy * dy || 1)));
   return far([x, y], [left + share * dx, top + share * dy]);
 }
 
-/** Number of the drawn wall within `reach` of a point; -1 where there is none. */
+/** Number of the drawn wall within `reach` of a point; -1 if there is none. */
 export function nearestWall(draft, point, reach) {
   const away = (line) => Math.min(...line.slice(1).map((to, index) => aside(point, line[index], to)));
   return draft.walls_px.findIndex((line) => away(line) <= reach);

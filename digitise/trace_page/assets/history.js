@@ -1,4 +1,4 @@
-// What was said, step by step, so that any step can be taken back.
+// Steps of the draft, any of which can be undone.
 
 export class History {
   constructor(first) {
@@ -11,12 +11,12 @@ export class History {
     return this.steps[this.at];
   }
 
-  /** True if there is a step to take back, `by` -1, or to take again, 1. */
+  /** True if there is a step to undo, `by` -1, or to redo, 1. */
   can(by) {
     return this.at + by in this.steps;
   }
 
-  /** False where nothing changed. Steps of one `kind` in a row are taken back together. */
+  /** False if nothing changed. Consecutive steps of one `kind` are undone together. */
   commit(next, kind = null) {
     if (JSON.stringify(next) === JSON.stringify(this.now)) return false;
     if (kind === null || kind !== this.kind) this.at += 1;

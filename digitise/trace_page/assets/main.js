@@ -13,17 +13,17 @@ import { rove } from "./toolbar.js";
 import { TOOLS, addButtons, toolNames } from "./tools.js";
 import { Viewport } from "./viewport.js";
 
-const REACH = 8; // Screen pixels from a line within which a click means it.
+const REACH = 8; // Screen pixels from a line within which a click selects it.
 const stage = part("stage");
 const narrow = window.matchMedia("(max-width: 860px)");
 
 const facts = await opening();
 const first = draftOf(facts.hints, facts.markers, facts.shape);
 const history = new History(first);
-let draft = first; // While something is dragged it runs ahead of the history.
+let draft = first; // During a drag it is ahead of the history.
 let tool = hasEnds(first) ? "via" : "ends";
 let crosshair = [facts.size_px[0] / 2, facts.size_px[1] / 2];
-let sketching = false; // A line to the pointer is shown, which nobody has asked to keep.
+let sketching = false; // A line to the pointer is shown, and is not part of the draft.
 
 const viewport = new Viewport(stage, part("photo"), {
   size: facts.size_px,
@@ -32,7 +32,7 @@ const viewport = new Viewport(stage, part("photo"), {
   covered: () => (narrow.matches ? [0, 120] : [0, 0]), // View buttons and notices.
 });
 const lines = new Lines(part("lines"));
-const found = new Findings(lines);
+const findings = new Findings(lines);
 const offers = new Offers(part("offers"), lines, ({ ends_px: ends }) => take(ends.map(rounded)));
 const points = new Points(part("points"), {
   moving: (id, screen) => {
@@ -44,7 +44,7 @@ const points = new Points(part("points"), {
   moved: () => commit(draft),
   pressed: pressedOnPoint,
 });
-const tracing = new Tracing(heard, lost);
+const tracing = new Tracing(takeAnswer, lost);
 const leaving = new Leaving({
   missing,
   content: () => ({ hints: hintsOf(draft), shape: shapeOf(draft) }),
@@ -55,9 +55,9 @@ const leaving = new Leaving({
 addButtons(part("tools"), toolNames(facts.markers), choose);
 const toolbars = [...document.querySelectorAll("[role=toolbar]")].map(rove);
 
-// ---- What is asked, and what comes back ----
+// ---- Requests and answers ----
 
-/** Take `next` as said, and find out what follows from it. */
+/** Take `next` as the draft, and request what it changes. */
 function commit(next, kind = null) {
   draft = next;
   const before = history.now;
@@ -67,7 +67,7 @@ function commit(next, kind = null) {
 
 function ask(before) {
   const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends_px, draft.via_px, draft.walls_px]);
-  // Half a ruler, or a width without a height, says nothing yet.
+  // Half a ruler, or a width without a height, changes nothing yet.
   if (placed(before) === placed(draft) && !sketching) return;
   sketching = false;
   part("refusal").textContent = part("save-refused").textContent = "";
@@ -75,11 +75,11 @@ function ask(before) {
     part("proposal").hidden = true;
     return trace("walls");
   }
-  const searched = found.automatic || offers.cracks.length;
-  if (JSON.stringify(before.roi_px) !== JSON.stringify(draft.roi_px)) offers.found([]);
+  const searched = findings.automatic || offers.cracks.length;
+  if (JSON.stringify(before.roi_px) !== JSON.stringify(draft.roi_px)) offers.replace([]);
   const gone = ["ends_px", "via_px"].some((key) => JSON.stringify(before[key]) !== JSON.stringify(draft[key]));
   if (gone) dismiss();
-  // Without ends there is nothing to follow; a new box or scale is worth another search only where one was made.
+  // Without ends there is nothing to follow; a new box or scale needs another search only after a first one.
   trace(searched && !gone ? "walls" : "scale");
 }
 
@@ -95,38 +95,38 @@ function search() {
   trace("walls");
 }
 
-/** Take away what was found. */
+/** Remove the findings. */
 function dismiss() {
   tracing.forget();
-  found.dismiss();
-  found.draw(draft.via_px.length);
+  findings.dismiss();
+  findings.draw(draft.via_px.length);
   part("proposal").hidden = true;
 }
 
-/** `sketch`: nobody has let go yet; `still`: draw when all is there, lest walls flicker under a moving point. */
-function heard(answer, { sketch = false, still = false }) {
+/** `sketch`: the drag goes on; `still`: draw only complete answers, so that walls do not flicker under a moving point. */
+function takeAnswer(answer, { sketch = false, still = false }) {
   if (answer.cracks) {
-    offers.found(answer.cracks);
+    offers.replace(answer.cracks);
     place();
   }
-  const known = found.hear(answer);
+  const kind = findings.take(answer);
   if (answer.scale) showFace();
-  if (known) stage.dataset.state = known;
+  if (kind) stage.dataset.state = kind;
   if (answer.refused && !sketch) {
     stage.dataset.state = "refused";
-    found.refused();
+    findings.refused();
     part("refusal").textContent = answer.refused;
     say("");
   }
-  const whole = known !== "path" || !still;
-  if ((known && whole) || (answer.refused && !sketch) || (answer.done && still)) found.draw(draft.via_px.length);
-  if (known) followVolume();
-  if (known !== "walls") return;
-  part("proposal").hidden = !found.automatic;
-  say(`Walls found: ${part("length").textContent} long, ${part("width").textContent} wide on average.`);
+  const whole = kind !== "path" || !still;
+  if ((kind && whole) || (answer.refused && !sketch) || (answer.done && still)) findings.draw(draft.via_px.length);
+  if (kind) followVolume();
+  if (kind !== "walls") return;
+  part("proposal").hidden = !findings.automatic;
+  say(`Walls traced: ${part("length").textContent} long, ${part("width").textContent} wide on average.`);
 }
 
-/** An answer stopped short: the server has gone, or stumbled over this question and goes on. */
+/** An answer stopped early: the server has ended, or failed on this request and goes on. */
 async function lost() {
   if (leaving.ended) return;
   if (await opening().then(Boolean, () => false)) {
@@ -138,7 +138,7 @@ async function lost() {
   leaving.farewell("The trace has ended", "The command that served this page has stopped. Unsaved points are lost.");
 }
 
-// ---- What is seen ----
+// ---- Display ----
 
 function refresh() {
   showCoordinates(pointsOf(draft), {
@@ -161,19 +161,19 @@ function refresh() {
   place();
 }
 
-/** The face as clicked, or as found, which can then be adjusted. */
+/** The face as clicked, or as detected, which can then be adjusted. */
 function showFace() {
   const corners = draft.face_corners_px;
   if (draft.scale === "face" && corners.length) lines.set("face", corners, corners.length === 4);
-  else lines.set("face", found.scale?.face_px, true);
-  part("adjust").hidden = corners.length > 0 || !found.scale?.corners_px;
+  else lines.set("face", findings.scale?.face_px, true);
+  part("adjust").hidden = corners.length > 0 || !findings.scale?.corners_px;
 }
 
 function followVolume() {
-  showVolume(facts.tables.length ? null : volumeOf(draft, found.walls));
+  showVolume(facts.tables.length ? null : volumeOf(draft, findings.walls));
 }
 
-/** Put everything where the photo lies now. */
+/** Move all marks to the photo's current place. */
 function place() {
   lines.follow(viewport);
   points.show(pointsOf(draft), viewport);
@@ -197,7 +197,7 @@ watch(stage, viewport, {
   click: (at) => placeAt(rounded(inPhoto(viewport.toPhoto(at)))),
   hover: (at) => follow(inPhoto(viewport.toPhoto(at))),
   draw: (trail) => {
-    // What is drawn replaces what the same drag drew before.
+    // Replaces what the same drag drew before.
     draft = TOOLS[tool].draw(history.now, trail.map((at) => rounded(inPhoto(viewport.toPhoto(at)))));
     refresh();
   },
@@ -205,7 +205,7 @@ watch(stage, viewport, {
 });
 
 function placeAt(point) {
-  const near = { path: hasEnds(draft) ? found.path?.points_px : null, reach: REACH / viewport.zoom };
+  const near = { path: hasEnds(draft) ? findings.path?.points_px : null, reach: REACH / viewport.zoom };
   const next = TOOLS[tool].place(draft, point, near);
   if (tool === "ends" && !hasEnds(draft) && hasEnds(next)) tool = "via";
   commit(next);
@@ -240,8 +240,8 @@ function pressedOnPoint(id, event) {
   } else if (event.key === "Delete" || event.key === "Backspace") {
     const place = pointsOf(draft).findIndex((other) => other.id === id);
     commit(point.remove());
-    const left = pointsOf(draft);
-    if (left.length) points.focus(left[Math.min(place, left.length - 1)].id);
+    const others = pointsOf(draft);
+    if (others.length) points.focus(others[Math.min(place, others.length - 1)].id);
     else stage.focus();
   } else return;
   event.preventDefault();
@@ -251,7 +251,7 @@ function pressedOnPoint(id, event) {
 stage.addEventListener("keydown", (event) => {
   if (event.target !== stage) return;
   if (event.key in ARROWS && !event.ctrlKey && !event.metaKey && !event.altKey) {
-    // In screen pixels, so that it goes as far to the eye at any zoom.
+    // In screen pixels, so that a step looks the same at any zoom.
     const step = (event.shiftKey ? 64 : 8) / viewport.zoom;
     crosshair = inPhoto(crosshair.map((value, axis) => value + step * ARROWS[event.key][axis]));
     part("crosshair").hidden = false;
@@ -302,7 +302,7 @@ function step(by) {
 
 // ---- Buttons and fields ----
 
-/** The ends of a line that was found are the user's from now on. */
+/** Make the ends of a detected line the user's. */
 function take(ends) {
   tool = "via";
   commit({ ...draft, ends_px: ends, via_px: [], walls_px: [], crack: null });
@@ -324,28 +324,28 @@ const PRESSED = {
   fit: VIEW_KEYS[0],
   swap: () => commit({ ...draft, ends_px: [...draft.ends_px].reverse(), via_px: [...draft.via_px].reverse() }),
   search,
-  accept: () => take([found.path.points_px[0], found.path.points_px.at(-1)].map(rounded)),
+  accept: () => take([findings.path.points_px[0], findings.path.points_px.at(-1)].map(rounded)),
   reject: () => {
-    offers.found([]);
+    offers.replace([]);
     dismiss();
     place();
     stage.focus();
   },
   adjust: () => {
-    commit({ ...draft, face_corners_px: found.scale.corners_px.map(rounded) });
+    commit({ ...draft, face_corners_px: findings.scale.corners_px.map(rounded) });
     choose("face");
   },
 };
 for (const [id, press] of Object.entries(PRESSED)) part(id).addEventListener("click", press);
 watchFields((edit) => commit(edit(draft)));
 
-/** What must be said before a save, all in one sentence. */
+/** A sentence on all that a save still needs, or null. */
 function missing() {
   const lacks = [];
   if (!hasEnds(draft) && !facts.painted) lacks.push("both ends (or accept the line found automatically)");
   const unasked = facts.path_only || facts.tables.includes("depth_mm");
   if (!draft.depth_mm && !unasked) lacks.push("the measured depth in mm");
-  if (facts.is_new && !found.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");
+  if (facts.is_new && !findings.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");
   return lacks.length ? `First give ${lacks.join(", ")}.` : null;
 }
 

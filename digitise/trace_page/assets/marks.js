@@ -1,4 +1,4 @@
-// Marks on the photo: lines that were found, points that the user placed, and lines to choose from.
+// Marks on the photo: detected lines, points that the user placed, and lines to choose from.
 
 import { made } from "./page.js";
 
@@ -11,7 +11,7 @@ export class Lines {
     this.shown = new Map();
   }
 
-  /** `points` in photo pixels; none takes the line away. */
+  /** `points` in photo pixels; without points the line is removed. */
   set(name, points, closed = false) {
     if (!points?.length) {
       this.shown.get(name)?.remove();
@@ -29,7 +29,7 @@ export class Lines {
     line.setAttribute("d", `M${points.map(([x, y]) => `${x} ${y}`).join("L")}${closed ? "Z" : ""}`);
   }
 
-  /** As many lines as `lists` holds, numbered. */
+  /** A numbered line for each of `lists`. */
   setAll(name, lists, closed) {
     for (const shown of [...this.shown.keys()]) if (shown.startsWith(`${name}-`)) this.set(shown, null);
     (lists ?? []).forEach((points, number) => this.set(`${name}-${number}`, points, closed));
@@ -86,8 +86,8 @@ export class Points {
     if (event.button !== 0) return;
     event.stopPropagation();
     button.setPointerCapture(event.pointerId);
-    const held = button.getBoundingClientRect();
-    const off = [event.clientX - (held.left + held.width / 2), event.clientY - (held.top + held.height / 2)];
+    const box = button.getBoundingClientRect();
+    const off = [event.clientX - (box.left + box.width / 2), event.clientY - (box.top + box.height / 2)];
     const start = [event.clientX, event.clientY];
     let dragged = false;
     const move = (now) => {
@@ -114,8 +114,8 @@ export class Offers {
     this.cracks = [];
   }
 
-  /** Those that a search has found, best first; of one alone there is no choice. */
-  found(cracks) {
+  /** Offer the lines of a search, best first; a single line is no choice. */
+  replace(cracks) {
     this.cracks = cracks.length > 1 ? cracks : [];
     this.group.replaceChildren(...this.cracks.map((crack, index) => this.button(crack, index + 1)));
   }
@@ -129,7 +129,7 @@ export class Offers {
     });
   }
 
-  /** Take the one with the number of a key; false where none has it. */
+  /** Take the line with the number of a key; false if there is none. */
   press(key) {
     const crack = this.group.hidden ? null : this.cracks[Number(key) - 1];
     if (crack) this.take(crack);

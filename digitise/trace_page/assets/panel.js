@@ -1,4 +1,4 @@
-// The findings and fields beside the photo.
+// The panel of findings and fields.
 
 import { replaced } from "./draft.js";
 import { made, part } from "./page.js";
@@ -13,13 +13,13 @@ const inUnit = (value, digits, unit) => {
   return `${value.toLocaleString("en", { maximumFractionDigits: whole ? 0 : digits, minimumFractionDigits: whole ? 0 : digits })} ${unit}`;
 };
 
-/** With its 95 % interval, where it is fitted. */
+/** Mean width, with its 95 % interval if it was fitted. */
 const meanWidth = ({ mean_width, width_95, unit }, digits) => {
   const interval = width_95 ? ` (95 %: ${width_95.map((end) => inUnit(end, digits, "").trim()).join(" to ")})` : "";
   return inUnit(mean_width, digits, unit) + interval;
 };
 
-/** `rough`: measured at a glance only. */
+/** `rough`: true for the quick measurement. */
 export function showWalls(walls, rough) {
   const { unit } = walls ?? {};
   part("length").closest("dl").classList.toggle("rough", rough);
@@ -52,7 +52,7 @@ export function showWarnings(warnings) {
 export function showScale(scale) {
   const facts = [];
   if (scale?.mm_per_px) {
-    const measured = scale.uncertainty != null; // Else it is a number that was given, as the source says.
+    const measured = scale.uncertainty != null; // Otherwise the number was given, as the source states.
     facts.push(measured ? `${scale.mm_per_px.toPrecision(3)} mm/px, ${scale.source}` : scale.source);
     if (measured) facts.push(`uncertain by ${(100 * scale.uncertainty).toPrecision(2)} %`);
     if (scale.residual_mm != null) facts.push(`residual ${scale.residual_mm.toFixed(3)} mm`);
@@ -62,7 +62,7 @@ export function showScale(scale) {
   part("scale-refused").textContent = scale?.refused ?? "";
 }
 
-/** Rows of coordinates, one a point; `edit(id, [x, y])` and `remove(id)`. A row that is typed into is left alone. */
+/** Rows of coordinates, one a point; `edit(id, [x, y])` and `remove(id)`. A row that is being edited is not changed. */
 export function showCoordinates(points, { edit, remove }) {
   const list = part("coordinates");
   const rows = new Map([...list.children].map((row) => [row.dataset.point, row]));
@@ -123,7 +123,7 @@ const FIELDS = {
 };
 const TICKS = { assumed: ["scale_is", "assumed", "measured"], "keep-branches": ["branches", "keep", "drop"] };
 
-/** Scale and shape as the draft has them; a field that is typed into is left alone. `tables`: keys with a table. */
+/** Scale and shape as the draft has them; a field that is being edited is not changed. `tables`: keys with a table. */
 export function showFields(draft, tables) {
   for (const [id, { key, place }] of Object.entries(FIELDS)) {
     const value = place === undefined ? draft[key] : draft[key][place];

@@ -1,10 +1,10 @@
-// What a click on the photo places, and what a drag draws.
+// Tools: what a click on the photo places, and what a drag draws.
 
 import { hasEnds, nearestWall, simplified, withCorner, withVia, withoutWall } from "./draft.js";
 import { made } from "./page.js";
 
-const MOST_VIA = 50; // As in digitise/settings.py: more would be drawing the crack.
-const MOST_WALLS = 50; // As there.
+const MOST_VIA = 50; // As in digitise/settings.py: more would draw the crack.
+const MOST_WALLS = 50; // As in digitise/settings.py.
 
 const far = ([x, y], [right, down]) => Math.hypot(right - x, down - y);
 
@@ -89,5 +89,5 @@ export function addButtons(toolbar, names, choose) {
   }
 }
 
-/** Tools that give a scale are of no use beside markers, which give it already. */
+/** Names of the tools; those for a scale are omitted if markers give it. */
 export const toolNames = (markers) => Object.keys(TOOLS).filter((name) => !markers || !["ruler", "face"].includes(name));
