@@ -112,7 +112,7 @@ def _region(drawing: Drawing, ring_mm: Floats, islands_mm: Sequence[Floats] = ()
 def _require_long(drawing: Drawing, crack_mm: Floats) -> None:
     """Raise InputError for a crack that is too short, as in a wrong unit."""
     if np.ptp(crack_mm, axis=0).max() < LEAST_CRACK_MM:
-        what = f"the crack is {drawing.size(crack_mm)}, and {LEAST_CRACK_MM:g} mm and more"
+        what = f"the crack is {drawing.size(crack_mm)}, and {LEAST_CRACK_MM:g} mm or more"
         raise _of_another_unit(drawing, what, crack_mm)
 
 

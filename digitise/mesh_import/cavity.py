@@ -96,7 +96,7 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
     by_volume = sorted(rooms.decompose(), key=lambda room: -room.volume())
     below = next((room for room in by_volume if (room.slice(-below_mm - LIMITS.slice_mm) ^ mouth).area() > 0), None)
     if below is None:
-        raise ShapeError("There is no cavity below the crack's mouth.", "Check the mesh round it.", "mouth")
+        raise ShapeError("There is no cavity below the crack's mouth.", "Check the mesh around it.", "mouth")
     if below.bounding_box()[2] < bottom_mm:
         raise ShapeError(
             "The crack passes through the underside of the mesh, so nothing would stay in it.",
@@ -255,7 +255,7 @@ def read_path(path: Path) -> Floats:
     places_mm = np.array(points).reshape(-1, 2)
     places_mm = places_mm[np.append(True, np.any(np.diff(places_mm, axis=0) != 0, axis=1))[: len(places_mm)]]
     if len(places_mm) < 2:
-        raise InputError(f"{path}: {len(places_mm)} different points; a path needs two and more.")
+        raise InputError(f"{path}: {len(places_mm)} different points; a path needs two or more.")
     return places_mm
 
 
@@ -265,7 +265,7 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
     beside = 1 - float(_covered(photo, line_mm).mean())
     if beside > LIMITS.most_beside:
         raise ShapeError(
-            f"The given path is beside the crack on {beside:.0%} of its length (at most {LIMITS.most_beside:.0%}).",
+            f"The given path is outside the crack on {beside:.0%} of its length (at most {LIMITS.most_beside:.0%}).",
             "It is read as x and y in mm, in the mesh's own axes turned upright.",
             "path",
         )

@@ -88,7 +88,7 @@ def notes_on_unit(read: Triangles, settings: MeshInput, path: Path) -> list[str]
         return []
     if path.suffix.lower() == ".glb":
         # Many programs write millimetres anyway, so this proves nothing.
-        return [f"{path.name}: glTF counts in metres; its numbers are taken as {settings.units}, as units says"]
+        return [f"{path.name}: glTF is in metres; its numbers are read as {settings.units}, as units states"]
     raise InputError(f"{path}: its unit is {read.unit}, but units is {settings.units}. Correct units.")
 
 
@@ -132,7 +132,9 @@ def _imported(settings: MeshInput, folder: Path, path: Path, facts: list[str]) -
     line = line_of_mouth(cavity.mouth, block.face_mm, between_mm)
     outline = outline_of(line, cavity, photo)
     if step_mm > MOST_OF_WIDTH * outline.mean_width_mm:
-        raise ShapeError(f"The crack is about {outline.mean_width_mm:.2g} mm wide, too little for the file's numbers.")
+        raise ShapeError(
+            f"The crack is about {outline.mean_width_mm:.2g} mm wide, too narrow for the steps of the file's numbers."
+        )
     if line_mm is not None:
         outline, note = along(outline, photo, line_mm)
         notes.append(note)
@@ -161,7 +163,7 @@ def _read_block(
     if len(bodies := body.decompose()) > 1:
         listed = _listed(bodies, np.linalg.inv(plane.to_level @ upright(settings)).astype(float))
         notes.append(f"{path.name}: {listed}")
-        facts.append(f"In it, {listed}. If one of them is the sample, save it alone.")
+        facts.append(f"The mesh has {listed}. If one of them is the sample, save it alone.")
     block = cut_block(body, plane.below_mm)
     origin = MeshOrigin(
         file=path.name,
@@ -221,7 +223,7 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]
             "opens there, check up, the axis that points out of the cracked face"
         )
     if block.trimmed_mm > 0:
-        notes.append(f"up to {block.trimmed_mm:.2f} mm beside the block's sides were cut off: dams, edges, roughness")
+        notes.append(f"up to {block.trimmed_mm:.2f} mm outside the block's sides were cut off: dams, edges, roughness")
     return notes
 
 

@@ -287,7 +287,7 @@ def closed(surface: RepairedSurface, base_mm: float | None) -> RepairedSurface:
         )
     if base_mm is not None:
         sides = "has sides down to a flat underside, which is closed" if openings.underside else "is closed below"
-        raise InputError(f"base_mm is {base_mm:g}, but the mesh {sides}. Leave base_mm out.")
+        raise InputError(f"base_mm is {base_mm:g}, but the mesh {sides}. Remove base_mm.")
     return surface
 
 

@@ -124,7 +124,9 @@ class Spel(Settings):
         if (self.dispenser == "output") != (self.axis_start_mm is None):
             raise ValueError("axis_start_mm and a dispenser of z, s or t go together: give both or neither")
         if self.motion == "curve" and self.dispenser in ("s", "t"):
-            raise ValueError(f'dispenser = "{self.dispenser}" with motion = "curve": a Curve has no added axis; "move"')
+            raise ValueError(
+                f'dispenser = "{self.dispenser}" with motion = "curve": a Curve has no added axis; take "move"'
+            )
         return self
 
 
@@ -161,7 +163,7 @@ class Urscript(Settings):
         if self.dispenser == "analog" and self.port > 1:
             raise ValueError(f"port is {self.port}: a standard analog output is 0 or 1")
         if self.rotation_vector_rad is not None and self.tool_turn_deg:
-            raise ValueError("tool_turn_deg beside rotation_vector_rad: the vector sets the tool's turn already")
+            raise ValueError("give tool_turn_deg or rotation_vector_rad, not both: the vector sets the tool's turn")
         return self
 
 

@@ -109,7 +109,9 @@ class PumpTable:
             f"flow is known to {half:.0%} (95 %)"
         )
         if half > WORTHLESS:
-            raise InputError(f"{scatter}; {WORTHLESS:.0%} are allowed. Weigh more often, for longer, or mend the pump.")
+            raise InputError(
+                f"{scatter}; {WORTHLESS:.0%} are allowed. Weigh more often, for longer, or repair the pump."
+            )
         return half, (f"{scatter}: weigh more often or for longer",) if half > DOUBTFUL else ()
 
 
@@ -132,15 +134,15 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     times = float(np.median(given / flows))
     if not 1 / MISTYPED < times < MISTYPED:
         raise InputError(
-            f"{path}: by its weighings the pump gives {times:.3g} times the flow that it is asked for, and no pump is "
+            f"{path}: by its weighings the pump gives {times:.3g} times the requested flow, and no pump is "
             f"off by a factor of {MISTYPED:g}. Check the units: asked_mm3_s in mm³/s, weighed_g in g, time_s in "
             "seconds and not minutes, density_kg_m3 of the cell's pump in kg/m³."
         )
     for (asked_before, before), (asked_after, after) in pairwise(zip(flows.tolist(), given.tolist(), strict=True)):
         if after <= before:
             raise InputError(
-                f"{path}: asked for {asked_after:g} mm³/s the pump gave {after:.4g}, no more than the {before:.4g} at "
-                f"{asked_before:g}: a flow between has no request. Weigh again, or omit the flow that it cannot give."
+                f"{path}: at a request of {asked_after:g} mm³/s the pump gave {after:.4g}, no more than the {before:.4g} "
+                f"at {asked_before:g}: a flow between has no request. Weigh again, or omit the flow that it cannot give."
             )
     relative = np.concatenate([flow[group] / mean - 1 for group, mean in zip(groups, given, strict=True)])
     return PumpTable(

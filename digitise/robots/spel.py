@@ -136,8 +136,8 @@ def _for_curve(path: RobotPath, crack: Places) -> Places:
     thinned = at_arc_length(crack, s_mm, stations)
     off_mm = np.linalg.norm(at_arc_length(thinned, stations, s_mm)[:, :3] - crack[:, :3], axis=1).max()
     fault = (
-        f"a Curve of SPEL+ takes {MOST_IN_CURVE} points, the path has {len(crack)} over the crack, and so few leave "
-        f'it by {off_mm:.2f} mm; {THINNED_MM:g} are allowed. Set spel.motion = "move".'
+        f"a Curve of SPEL+ takes {MOST_IN_CURVE} points, the path has {len(crack)} over the crack, and so few deviate "
+        f'from it by {off_mm:.2f} mm; {THINNED_MM:g} are allowed. Set spel.motion = "move".'
     )
     path.require((off_mm > THINNED_MM, fault))
     return thinned

@@ -108,7 +108,7 @@ def _tool_limit(path: RobotPath, turn: Rotation) -> Limit:
     along = turn.apply([0.0, 0.0, 1.0])
     off_deg = float(np.degrees(np.arccos(np.clip(-along @ path.frame.normal, -1, 1))))
     fault = f"urscript.rotation_vector_rad puts the nozzle {off_deg:.1f} degrees off the face's normal"
-    return path.motion_limit("largest_tilt_deg", off_deg, fault, "Teach it again, or leave it out.")
+    return path.motion_limit("largest_tilt_deg", off_deg, fault, "Teach it again, or remove it.")
 
 
 def _metres(mm: float) -> str:

@@ -159,8 +159,8 @@ def _rule(distance_mm: float | None, unmeasured: bool) -> str:
     cost = "0.4 % of every length at 250 mm from the camera"
     if distance_mm is not None:
         cost = f"{1 / distance_mm:.2%} of every length at {distance_mm:.0f} mm from the camera"
-    why = "without face_mm" if unmeasured else "since no edges stand out along the opening between them"
-    return f"the markers' level was not checked, {why}: each mm above or below what is measured costs {cost}"
+    why = "since face_mm is not given" if unmeasured else "since no edges stand out along the opening between them"
+    return f"the markers' level was not checked, {why}: each mm above or below the measured face is an error of {cost}"
 
 
 def _grown(seen_mm: Floats, true_mm: Floats) -> tuple[float, float]:

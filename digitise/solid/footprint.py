@@ -174,7 +174,7 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     if (buried_mm2 := (traced ^ beyond).area()) > width_mm**2:
         raise InputError(
             f"One end of the crack is cut, and {buried_mm2:.1f} mm² of the crack are in the ground beyond it: the "
-            "crack bends back beside that end. Move the end along the crack, away from its other parts: in ends_px, or "
+            "crack bends back near that end. Move the end along the crack, away from its other parts: in ends_px, or "
             "with 'sealtwin trace'."
         )
     if ((traced ^ block) - beyond).area() < PIECE_MM2:

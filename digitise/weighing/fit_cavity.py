@@ -248,12 +248,10 @@ def _against_tilt(walls: _Walls, fill: WeighedFill, prior_sd: Floats, free: Bool
         return []
     closes, angle = closing > 0, f"{abs(_angle_deg(closing)):.1f} degrees each"
     if shape.tilt in AGAINST_EACH_OTHER:
-        way = (
-            f"{'close' if closes else 'open'} downward by {angle}, which {'an' if closes else 'a'} {shape.tilt} cannot"
-        )
+        way, article = ("close", "an") if closes else ("open", "a")
         return [
-            f"The weighed fill needs walls that {way}: they are taken as upright. Look at depth_mm, the photo's width "
-            "and the levels."
+            f"The weighed fill needs walls that {way} downward by {angle}, which {article} {shape.tilt} cannot: they are "
+            "taken as upright. Check depth_mm, the photo's width and the levels."
         ]
     way, other = ("close", '"funnel" or "flare"') if closes else ("open", '"undercut"')
     return [
