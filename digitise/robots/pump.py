@@ -141,8 +141,9 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     for (asked_before, before), (asked_after, after) in pairwise(zip(flows.tolist(), given.tolist(), strict=True)):
         if after <= before:
             raise InputError(
-                f"{path}: at a request of {asked_after:g} mm³/s the pump gave {after:.4g}, no more than the {before:.4g} "
-                f"at {asked_before:g}: a flow between has no request. Weigh again, or omit the flow that it cannot give."
+                f"{path}: at a request of {asked_after:g} mm³/s the pump gave {after:.4g}, no more than the "
+                f"{before:.4g} at {asked_before:g}: a flow between has no request. Weigh again, or omit the flow "
+                "that it cannot give."
             )
     relative = np.concatenate([flow[group] / mean - 1 for group, mean in zip(groups, given, strict=True)])
     return PumpTable(

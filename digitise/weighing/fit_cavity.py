@@ -250,8 +250,8 @@ def _against_tilt(walls: _Walls, fill: WeighedFill, prior_sd: Floats, free: Bool
     if shape.tilt in AGAINST_EACH_OTHER:
         way, article = ("close", "an") if closes else ("open", "a")
         return [
-            f"The weighed fill needs walls that {way} downward by {angle}, which {article} {shape.tilt} cannot: they are "
-            "taken as upright. Check depth_mm, the photo's width and the levels."
+            f"The weighed fill needs walls that {way} downward by {angle}, which {article} {shape.tilt} cannot: they "
+            "are taken as upright. Check depth_mm, the photo's width and the levels."
         ]
     way, other = ("close", '"funnel" or "flare"') if closes else ("open", '"undercut"')
     return [
