@@ -53,7 +53,7 @@ def test_a_bent_photo_is_measured_like_a_straight_one(bent, tmp_path, ids):
 def test_a_lens_that_is_not_wanted_is_not_fitted(bent, tmp_path):
     """Straight markers cannot be laid over bent ones: they miss by twice what is allowed, and the lens is offered."""
     bent.write(tmp_path)
-    with pytest.raises(InputError, match=r"photo\.jpg: the markers are 0\.\d+ mm .* lens"):
+    with pytest.raises(InputError, match=r"photo\.jpg: markers misfit by 0\.\d+ mm .* lens"):
         load_photo(bent.photo_input().model_copy(update={"lens": "none"}), tmp_path)
 
 

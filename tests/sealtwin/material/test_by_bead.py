@@ -139,7 +139,7 @@ def test_the_documented_command_makes_a_material_and_a_row_that_a_cell_takes(tmp
     ("words", "says"),
     [
         (["--start-mm", "200,30"], "--start-mm 200,30: x is outside the sheet's opening of 90 x 60 mm"),
-        (["--face-mm", "150x150"], "face_mm is 150 x 150, and marker"),
+        (["--face-mm", "150x150"], "face_mm is 150 x 150, but marker"),
     ],
 )
 def test_what_contradicts_the_sheet_is_refused(tmp_path, monkeypatch, words, says):
