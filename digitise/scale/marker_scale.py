@@ -165,8 +165,8 @@ def _rule(distance_mm: float | None, unmeasured: bool) -> str:
 
 def _grown(seen_mm: Floats, true_mm: Floats) -> tuple[float, float]:
     """Fit a similarity: return its factor, less 1, and the largest distance of a corner from it, in mm."""
-    seen, true = (points - points.mean(axis=0) for points in (seen_mm, true_mm))
-    seen_z, true_z = (points[:, 0] + 1j * points[:, 1] for points in (seen, true))
+    measured, true = (points - points.mean(axis=0) for points in (seen_mm, true_mm))
+    seen_z, true_z = (points[:, 0] + 1j * points[:, 1] for points in (measured, true))
     factor = np.vdot(true_z, seen_z) / np.vdot(true_z, true_z)
     return float(abs(factor)) - 1, float(np.abs(seen_z - factor * true_z).max())
 

@@ -161,14 +161,14 @@ def fit_view(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens: b
     centre_px = (np.array(size_px) - 1) / 2
     centre_mm = true_mm.mean(axis=0)
     unit_px, unit_mm = float(np.abs(seen_px - centre_px).max()), float(np.abs(true_mm - centre_mm).max())
-    seen, true = (seen_px - centre_px) / unit_px, (true_mm - centre_mm) / unit_mm
-    start = np.asarray(cv2.findHomography(true, seen)[0], dtype=float)
+    measured, true = (seen_px - centre_px) / unit_px, (true_mm - centre_mm) / unit_mm
+    start = np.asarray(cv2.findHomography(true, measured)[0], dtype=float)
     parameters = (start / start[2, 2]).ravel()[:8]
 
     def misses(tried: Floats) -> Floats:
         straight = project(_homography(tried), true)
         bend = tried[8] if lens else 0.0
-        return (straight * (1 + bend * (straight**2).sum(axis=1, keepdims=True)) - seen).ravel()
+        return (straight * (1 + bend * (straight**2).sum(axis=1, keepdims=True)) - measured).ravel()
 
     solved = least_squares(misses, np.append(parameters, 0.0) if lens else parameters, method="lm")
     return Fit(centre_px, unit_px, centre_mm, unit_mm, solved.x, solved.fun, np.asarray(solved.jac))

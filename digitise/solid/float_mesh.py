@@ -117,20 +117,22 @@ class _Fans:
         # The link condition: only the two faces of the edge itself may join a's neighbours to b's.
         if len(shared) != 2 or len(self._neighbours(a) & self._neighbours(b)) != 2:
             return []
-        best = min(((self._change(gone, kept, shared), kept, gone) for kept, gone in ((a, b), (b, a))))
+        best = min(((self._change(gone, target, shared), target, gone) for target, gone in ((a, b), (b, a))))
         if best[0] == np.inf:
             return []
-        _, kept, gone = best
+        _, target, gone = best
         for number in shared:
             for vertex in self._faces[number].tolist():
                 self._around(vertex).discard(number)
         self._there[list(shared)] = False
         for number in self._known[gone]:
-            self._faces[number, self._faces[number] == gone] = kept
-        self._known[kept] |= self._known[gone]
+            self._faces[number, self._faces[number] == gone] = target
+        self._known[target] |= self._known[gone]
         self._known[gone] = set()
-        at = self._vertices[kept]
-        return [(kept, v) for v in self._neighbours(kept) if np.linalg.norm(self._vertices[v] - at) < self._short_mm]
+        at = self._vertices[target]
+        return [
+            (target, v) for v in self._neighbours(target) if np.linalg.norm(self._vertices[v] - at) < self._short_mm
+        ]
 
     def _neighbours(self, vertex: int) -> set[int]:
         return set(self._faces[list(self._around(vertex))].ravel().tolist()) - {vertex}
@@ -142,10 +144,10 @@ class _Fans:
             self._known[vertex] = set(users[self._there[users]].tolist())
         return self._known[vertex]
 
-    def _change(self, gone: int, kept: int, shared: set[int]) -> float:
-        """Return the volume swept by moving ``gone`` onto ``kept``; infinite if a face of some size would flip."""
+    def _change(self, gone: int, target: int, shared: set[int]) -> float:
+        """Return the volume swept by moving ``gone`` onto ``target``; infinite if a face of some size would flip."""
         rest = self._faces[list(self._around(gone) - shared)]
-        before, after = self._vertices[rest], self._vertices[np.where(rest == gone, kept, rest)]
+        before, after = self._vertices[rest], self._vertices[np.where(rest == gone, target, rest)]
         old, new = normals(before), normals(after)
         areas = [np.linalg.norm(normal, axis=1) for normal in (old, new)]
         turned = (old * new).sum(axis=1) < 0.5 * areas[0] * areas[1]
@@ -153,5 +155,5 @@ class _Fans:
         longest = np.linalg.norm(before - np.roll(before, 1, axis=1), axis=2).max(axis=1)
         if (turned & (areas[0] > self._short_mm * longest)).any():
             return np.inf
-        step = self._vertices[kept] - self._vertices[gone]
+        step = self._vertices[target] - self._vertices[gone]
         return float(np.abs((old @ step) / 6).sum())
