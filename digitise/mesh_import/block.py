@@ -34,8 +34,8 @@ class BlockSearch:
     below_roughness: float = 4.0  # The same in RMS of a rough face: all but 60 in a million of its points are higher
     levels: int = 8  # Sections, from the face to the underside, in which a side must be in material
     lines: int = 400  # Lines across each section, one for every 0.4 mm of the paper's sample
-    rough: float = 5.0  # Distance behind the median that is a side's roughness, in median distances
-    deep: float = 20.0  # Distance behind the median that is a crack, in median distances
+    rough: float = 5.0  # Distance behind the median that is a side's roughness, in median deviations
+    deep: float = 20.0  # Distance behind the median that is a crack, in median deviations
     opening_mm: float = 1.0  # Distance behind the median that is a crack in every side, however rough
     rounding_mm: float = 1e-6  # Distance behind the median that is rounding of a plane side
     most_opening: float = 0.5  # Largest share of a side's lines that may meet a crack
@@ -275,13 +275,9 @@ def _into_crack(off_mm: Floats, scatter_mm: float) -> NDArray[np.bool_]:
     An oblique crack recedes from the side slowly at first, and a thin one is deep nowhere: its first lines are as near
     as the chips of a rough edge.
     """
-    beyond = off_mm > SEARCH.rough * scatter_mm + SEARCH.rounding_mm
+    rough_mm = SEARCH.rough * scatter_mm
+    beyond = off_mm > rough_mm + SEARCH.rounding_mm
     number = np.cumsum(np.diff(beyond, prepend=False))
-    deep = (
-        np.bincount(
-            number,
-            off_mm > SEARCH.rough * scatter_mm + min(SEARCH.opening_mm, SEARCH.deep * scatter_mm + SEARCH.rounding_mm),
-        )
-        > 0
-    )
+    opening_mm = min(SEARCH.opening_mm, SEARCH.deep * scatter_mm + SEARCH.rounding_mm)
+    deep = np.bincount(number, off_mm > rough_mm + opening_mm) > 0
     return beyond & deep[number]

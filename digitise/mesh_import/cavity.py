@@ -61,10 +61,7 @@ LIGHT = np.array([-0.4, 0.45, 0.8])  # Direction of the light, from the upper le
 SEPARATORS = re.compile(r"[;,\s]+")
 DECIMAL_COMMAS = re.compile(r"\s*[-+]?\d+,\d+(\s*;|\s+[-+]?\d+,\d)")
 """A number with a decimal comma, followed by a semicolon or by another such number."""
-HEADERS = (
-    ("x_mm", "y_mm"),
-    ("x", "y"),
-)  # Optional first line; without it, the first two numbers of each line are x and y
+HEADERS = (("x_mm", "y_mm"), ("x", "y"))  # Optional first line; without it, x and y are a line's first two numbers
 
 
 @dataclass(frozen=True)
@@ -183,20 +180,15 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
 
 def _shaded(body: Manifold, view: View, shape: tuple[int, int], depth_mm: float) -> NDArray[np.uint8]:
     """Draw the upward facets from the lowest to the highest, the darker the deeper, (height, width, 3)."""
-    facets = corners_mm(
-        body.refine_to_length(max(LIMITS.facet_mm, float(np.sqrt(body.surface_area() / LIMITS.facets))))
-    )
+    size_mm = max(LIMITS.facet_mm, float(np.sqrt(body.surface_area() / LIMITS.facets)))
+    facets = corners_mm(body.refine_to_length(size_mm))
     facets = facets[normals(facets)[:, 2] > LIMITS.speck_mm2]
     across, height_mm = normals(facets), facets[:, :, 2].mean(axis=1)
     order = np.argsort(height_mm)
     depth = np.clip(-height_mm / depth_mm, 0, 1)
     lit = np.clip(across @ LIGHT / np.linalg.norm(across, axis=1) / LIGHT[2], 0.3, 1.1)
-    grey = (
-        np.clip((LIMITS.face_grey + depth * (LIMITS.deepest_grey - LIMITS.face_grey)) * lit, 0, 255)
-        .round()
-        .astype(int)
-        .tolist()
-    )
+    shade = (LIMITS.face_grey + depth * (LIMITS.deepest_grey - LIMITS.face_grey)) * lit
+    grey = np.clip(shade, 0, 255).round().astype(int).tolist()
     fixed = np.rint(view.to_px(facets[:, :, :2].reshape(-1, 2)) * 16).astype(np.int32).reshape(-1, 3, 2)
     picture = np.full(shape, LIMITS.beside_grey, dtype=np.uint8)
     for number in order.tolist():

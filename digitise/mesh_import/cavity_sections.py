@@ -1,8 +1,8 @@
 """Depth of a modelled cavity along its crack, and the area of its sections below every level, whatever its walls.
 
-The cavity is cut level by level. Each cell of a cut belongs to the place along the crack
-with the nearest line from wall to wall. So sections add up to the cavity, also at oblique ends and in sharp bends,
-where planes square to the centreline miss some of it or meet other parts of the crack.
+The cavity is cut level by level. Each cell of a cut belongs to the place along the crack with the nearest line from
+wall to wall. So sections add up to the cavity, also at oblique ends and in sharp bends, where planes square to the
+centreline miss some of it or meet other parts of the crack.
 """
 
 from collections.abc import Callable

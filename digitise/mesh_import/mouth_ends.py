@@ -13,10 +13,7 @@ from sealtwin.core.records import FACING, Floats
 from sealtwin.core.solid_figures import EndKind
 
 ACROSS = 20  # Steps along the rim in the length of one width
-WAYS_ON = (
-    (0.6, 0.4, True),
-    (1.0, 1.0, False),
-)  # Distance from a blunt end and length, in widths, and True to use the walls
+WAYS_ON = ((0.6, 0.4, True), (1.0, 1.0, False))  # Distance from a blunt end, length, in widths; True to use the walls
 AHEAD = 2.0  # Widths ahead of a path within which the crack ends; a path with more crack ahead is cut there
 OPENS, POINTED = 0.15, 0.15  # Largest growth of circles from a sharp tip on, and their largest radius in it, in widths
 

@@ -159,11 +159,11 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     )
 
 
-def _bend(asked_mm3_s: Floats, given: Floats) -> float:
+def _bend(requested: Floats, given: Floats) -> float:
     """Return the largest relative distance of a curve from its chords: a quarter of a flow's from its own chord."""
-    if len(asked_mm3_s) < 3:
+    if len(requested) < 3:
         return 0.0
-    chord = given[:-2] + (given[2:] - given[:-2]) * (asked_mm3_s[1:-1] - asked_mm3_s[:-2]) / (
-        asked_mm3_s[2:] - asked_mm3_s[:-2]
+    chord = given[:-2] + (given[2:] - given[:-2]) * (requested[1:-1] - requested[:-2]) / (
+        requested[2:] - requested[:-2]
     )
     return float((np.abs(given[1:-1] - chord) / given[1:-1]).max()) / 4

@@ -19,9 +19,7 @@ ROUNDING = 1e-6  # Rounding of trajectory.csv, which has six decimals
 MUCH_GROWTH = 2.0  # Growth of a touch error that gives a warning: 0.2 mm, a good touch by hand, becomes more than 0.4
 
 Limit = tuple[bool, str]  # True if a limit of the cell is exceeded, and the sentence for that case
-NOT_PLAIN = re.compile(
-    r"[^A-Za-z0-9 .,:_+=/-]"
-)  # Characters with a meaning to some controller: GRBL executes ?, ! and ~
+NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:_+=/-]")  # Signs with a meaning to some controller: GRBL executes ?, ! and ~
 LONGEST = 120
 
 

@@ -27,9 +27,7 @@ ASPECT_TOLERANCE = 0.2  # Largest logarithm of the face's aspect over face_mm's;
 CLICKED_PX, FOUND_PX = 1.0, 0.5  # Standard deviation of a corner's coordinates, clicked or by edges with a soft shadow
 FACE_MM = 0.25  # Standard uncertainty of each side of the face: a caliper on mortar is good to 0.5 mm, at two sigma
 
-MOST_FORESHORTENED = (
-    2.0  # Largest ratio of aspects, for a camera 60 degrees off square; corners in another order differ by more
-)
+MOST_FORESHORTENED = 2.0  # Largest ratio of aspects, by a camera 60 degrees off square; a wrong order gives more
 
 
 def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tuple[Floats, float]:

@@ -90,15 +90,13 @@ def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, f
     excess, doubts = check_level(pixels.brightness, view, face_mm, given_px, distance_mm, file)
     missing = [str(marker.id) for marker in board.markers if marker.id not in corners_px]
     lens = ", lens fitted" if view.lens else ""
-    span_mm = float(np.linalg.norm(np.ptp(true_mm, axis=0)))
+    span_mm, spread = float(np.linalg.norm(np.ptp(true_mm, axis=0))), fit.spread_of_scale(places, covariance)
     return Scale(
         view=view,
         mm_per_px=mm_per_px,
         scale_source=f"{len(markers)} {board.dictionary} markers of {board.size_mm:g} mm{lens}",
         scale_residual_mm=residual_mm,
-        scale_uncertainty=float(
-            np.linalg.norm([fit.spread_of_scale(places, covariance), LIMITS.board_mm / span_mm, excess])
-        ),
+        scale_uncertainty=float(np.linalg.norm([spread, LIMITS.board_mm / span_mm, excess])),
         camera_tilt_deg=tilt_deg,
         face_mm=face_mm,
         markers_px=tuple(corners_px[marker.id] for marker in markers),
@@ -237,9 +235,8 @@ def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, .
             continue
         places = tuple(Marker(id=number, x_mm=0, y_mm=0) for number in sorted(numbers))
         try:
-            board = MarkerBoard.model_validate(
-                {"dictionary": dictionary, "size_mm": LIMITS.printed_mm, "markers": places}
-            )
+            content = {"dictionary": dictionary, "size_mm": LIMITS.printed_mm, "markers": places}
+            board = MarkerBoard.model_validate(content)
             corners_px = find_markers(pixels.image, pixels.brightness, board, pixels.file)
         except InputError:
             continue
