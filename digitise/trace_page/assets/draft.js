@@ -95,7 +95,7 @@ export function pointsOf(draft) {
   });
 }
 
-/** Points without one of them; a box with two corners or fewer is removed. */
+/** Points without one of them; a box of three corners or fewer goes as a whole. */
 const remaining = (kind, points, index) =>
   kind === "end" ? replaced(points, index, null) : kind === "roi" && points.length <= 3 ? [] : without(points, index);
 
