@@ -66,7 +66,7 @@ class Shape(NamedTuple):
     def seen(self) -> BeadOutline:
         """Return what an exact photo of it would show."""
         ring = self.ring()
-        return bead_of(ring, ring, 0.0, 0.0, True, (), Path("bead"))
+        return bead_of(ring, 0.0, 0.0, (), Path("bead"))
 
 
 WANTED = [("fit", stress, 5.0, wide) for stress in (0.03, 0.06, 0.1, 0.16) for wide in (1.0, 1.6)]

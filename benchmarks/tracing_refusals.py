@@ -143,7 +143,7 @@ REFUSALS = (
     Refusal("two cracks", r"2 cracks compete", _two_cracks),
     Refusal("no markers", r"found 0 of 8 markers", _markers_covered),
     Refusal("marker twice", r"marker 0 is in the photo more than once", _marker_twice),
-    Refusal("marker misplaced", r"mm from their places", _marker_misplaced),
+    Refusal("marker misplaced", r"markers misfit by", _marker_misplaced),
     Refusal(
         "face not there",
         r"face does not stand out|the face found is",

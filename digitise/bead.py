@@ -1,4 +1,4 @@
-"""A bead of paste in a photo on the printed marker sheet: its length, its width, and how deep inside its paste lies."""
+"""Length and width of a bead of paste on the printed marker sheet, and distances of its paste to the edge."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,21 +12,19 @@ from digitise.spread import EDGE_PX, paste_edge
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
-SMOOTH = 5  # Rays over which the outline is averaged: its grain would bring the edge nearer to all that is inside
-MIDDLE, MOST_OF_IT = (
-    0.25,
-    0.7,
-)  # Shares of the length: what tells what was laid without the ends, and where its middle line is
+SMOOTH = 5  # Rays over which the outline is averaged: its grain would shorten all distances to the edge
+MIDDLE = 0.25  # Share of the length, around the middle, that shows what was laid: the ends do not
+MOST_OF_IT = 0.7  # Share of the length over which the middle line must be straight
 CELLS = 40  # Cells of the raster over half the width
 SLANT = np.array([[0.94, -0.3412], [0.3412, 0.94]])  # Rotation by about 20 degrees
-LEAST_LONG = 1.4  # Length over width below which no middle is left between the ends
+LEAST_LONG = 1.4  # Length over width below which there is no middle between the ends
 MOST_UNEVEN = 0.12  # RMS of the middle's width over its mean: a bead that buckled or broke
 BENT = 0.05  # Largest distance of its middle line from a straight one, over the length
 
 
 @dataclass(frozen=True)
 class BeadOutline:
-    """A straight bead seen from above."""
+    """A straight bead in plan view."""
 
     length_mm: float
     width_mm: float  # In the middle
@@ -38,32 +36,21 @@ class BeadOutline:
     along_mm: Floats  # (n,): place of its cells along it, from its middle
     cell_mm2: float
     edge_mm: float  # Length of the edge
-    outline_mm: Floats
-    outline_px: Floats
-    dark: bool
     warnings: tuple[str, ...]
 
 
 def measure_bead(settings: PhotoInput, folder: Path) -> BeadOutline:
-    """Find the bead inside the frame of markers and measure it. Raises InputError where no straight one is seen."""
-    photo, outline_px, dark = paste_edge(settings, folder, long=True)
+    """Find the bead inside the frame of markers and measure it. Raises InputError if there is no straight one."""
+    photo, outline_px = paste_edge(settings, folder, long=True)
     outline_px = sum((np.roll(outline_px, shift, axis=0) for shift in range(SMOOTH)), np.zeros(1)) / SMOOTH
-    error = photo.scale_uncertainty or 0.0
-    return bead_of(
-        photo.to_mm(outline_px), outline_px, error, EDGE_PX * photo.mm_per_px, dark, photo.warnings, photo.file
-    )
+    error, edge_error_mm = photo.scale_uncertainty or 0.0, EDGE_PX * photo.mm_per_px
+    return bead_of(photo.to_mm(outline_px), error, edge_error_mm, photo.warnings, photo.file)
 
 
 def bead_of(
-    outline_mm: Floats,
-    outline_px: Floats,
-    scale_error: float,
-    edge_error_mm: float,
-    dark: bool,
-    warnings: tuple[str, ...],
-    file: Path,
+    outline_mm: Floats, scale_error: float, edge_error_mm: float, warnings: tuple[str, ...], file: Path
 ) -> BeadOutline:
-    """Return what an outline says of a bead. Raises InputError for one that is short, bent or uneven."""
+    """Measure the bead inside an outline, (n, 2). Raises InputError if it is too short, bent or uneven."""
     area_mm2 = abs(signed_area(outline_mm))
     rough_mm = float(np.sqrt(area_mm2)) / 4
     cell_mm = rough_mm / CELLS
@@ -84,15 +71,16 @@ def bead_of(
     line_mm = np.array([float(across_mm[column].mean()) for column in slab.T])
     if length_mm < LEAST_LONG * width_mm:
         raise InputError(
-            f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} wide, need {LEAST_LONG:g} times as long "
-            "as wide: lay less of it to a mm, or a longer one; a round spread is for 'sealtwin material spread'."
+            f"{file}: the bead is {length_mm:.1f} mm long and {width_mm:.1f} wide, and must be at least "
+            f"{LEAST_LONG:g} times as long as wide: lay a longer one, or less paste per mm. 'sealtwin material spread' "
+            "measures a round one."
         )
     uneven, bent = float(widths[inner].std()) / width_mm, float(np.ptp(line_mm)) / length_mm
     if uneven > MOST_UNEVEN or bent > BENT:
         raise InputError(
             f"{file}: the bead is not straight and even: its width varies by {uneven:.0%} in the middle "
-            f"({MOST_UNEVEN:.0%} are allowed) and it is bent by {bent:.0%} of its length ({BENT:.0%}). Level the "
-            "plate, lower the nozzle, and lay another."
+            f"(limit {MOST_UNEVEN:.0%}), and it bends by {bent:.0%} of its length (limit {BENT:.0%}). Level the plate, "
+            "lower the nozzle, and lay another."
         )
     tips = middle + forth * (shift + np.array([-0.5, 0.5])[:, None] * length_mm)
     side = np.roll(outline_mm, -1, axis=0) - outline_mm
@@ -107,23 +95,20 @@ def bead_of(
         along_mm,
         area_mm2 / len(inward_mm),
         float(np.linalg.norm(side, axis=1).sum()),
-        outline_mm,
-        outline_px,
-        dark,
         warnings,
     )
 
 
 def _cells(outline_mm: Floats, cell_mm: float) -> tuple[Floats, Floats]:
-    """Return middles of the cells of a raster inside an outline, (n, 2), and their distances to it."""
+    """Return the centres of raster cells inside an outline, (n, 2), and their distances to it, (n,)."""
     from scipy.spatial import KDTree
 
-    # Aslant to the bead, along whose sides whole rows would be in or out.
+    # Oblique to the bead: along its sides, whole rows would be inside or outside.
     axes = np.linalg.eigh(np.cov(outline_mm.T))[1] @ SLANT
     outline_mm = outline_mm @ axes
     low, high = outline_mm.min(axis=0), outline_mm.max(axis=0)
     count = np.ceil((high - low) / cell_mm).astype(int)
-    # Drawn ten times finer than a cell, whose middle then is inside or not.
+    # Drawn ten times finer than a cell, whose centre then is inside or outside.
     ring = np.round((outline_mm - low) / cell_mm * 10 - 0.5).astype(np.int32)
     mask = np.zeros((10 * int(count[1]), 10 * int(count[0])), np.uint8)
     cv2.fillPoly(mask, [ring], 1)

@@ -15,14 +15,14 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
 
 FLOOR_MM, MARGIN_MM = 4.0, 12.0
-"""Sample below the crack, and around it where no face is drawn: those of a photo's crack by default."""
+"""Sample below the crack, and around it if no face is drawn: the defaults of a photo's crack."""
 FACE = "FACE"  # Layer with the edge of the sample, as 'sealtwin export' names it
 OUTLINE, ISLANDS, WALLS = "OUTLINE", "ISLANDS", ("WALL_LEFT", "WALL_RIGHT")
-"""Layers of 'sealtwin export', which are taken where none is named."""
+"""Layers of 'sealtwin export', used if none is named."""
 SEGMENTS = 32  # Corners of the round ends of a line with a width
-MOST_SWEPT = 5000  # Most points of such a line, ten times a traced one's: discs that overlap take the square of them
-LEAST_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest that is injected
-ABOVE_MM = 1.0  # Height by which the cut begins above the face, so that no skin is left on it
+MOST_SWEPT = 5000  # Most points of such a line, ten times a traced one's: the time grows with their square
+LEAST_CRACK_MM = 3.0  # Least length of a crack: three widths of the finest crack that is injected
+ABOVE_MM = 1.0  # Height by which the cut begins above the face, so that no skin remains on it
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class DrawnCrack:
 
     vertices_mm: Floats  # (v, 3), z = 0 on the face
     faces: Integers  # (f, 3)
-    line_mm: Floats | None  # The drawn centreline, (n, 2), where there is one
+    line_mm: Floats | None  # The drawn centreline, (n, 2), if there is one
 
     def as_obj(self) -> bytes:
         """Return the triangles in the text format OBJ, which keeps their digits."""
@@ -50,9 +50,9 @@ def drawn_crack(
 ) -> DrawnCrack:
     """Cut a crack out of a block: inside an ``outline``, between ``walls``, or along a ``line`` of a width in mm.
 
-    Without any of them it is that of the layers which 'sealtwin export' writes. The block's sides are the closed line
-    of the layer FACE, if there is one. Notes go to the drawing. Raises InputError if a layer is missing or has
-    something else, and ShapeError if the lines bound no crack.
+    Without any of them, the layers of 'sealtwin export' are used. The block's sides are the closed line of the layer
+    FACE, if there is one. Notes are added to the drawing. Raises InputError if a layer is missing or has other lines,
+    and ShapeError if the lines bound no crack.
     """
     drawing, centre_mm = layers.drawing, None
     if line is not None:
@@ -110,9 +110,9 @@ def _region(drawing: Drawing, ring_mm: Floats, islands_mm: Sequence[Floats] = ()
 
 
 def _require_long(drawing: Drawing, crack_mm: Floats) -> None:
-    """Raise InputError for a crack that is too short to be one, as in another unit than the drawing's own."""
+    """Raise InputError for a crack that is too short, as in a wrong unit."""
     if np.ptp(crack_mm, axis=0).max() < LEAST_CRACK_MM:
-        what = f"the crack is {drawing.size(crack_mm)}, and {LEAST_CRACK_MM:g} mm and more"
+        what = f"the crack is {drawing.size(crack_mm)}, and {LEAST_CRACK_MM:g} mm or more"
         raise _of_another_unit(drawing, what, crack_mm)
 
 

@@ -1,4 +1,4 @@
-"""Layers of a drawing as what they stand for: rings, one of which is the largest, or one way from end to end."""
+"""Layers of a drawing by their meaning: rings, the largest of which is an edge, or one line from end to end."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
 MOST_GAPS = 3  # Most gaps that a refusal names
-BESIDE_MM2 = 1e-3  # Area outside another line that is the sag of two curves
+BESIDE_MM2 = 1e-3  # Area outside another line that is only the sag of two curves
 NO_AREA_MM2 = 1e-6  # Area of a closed line that runs back along itself
 
 
@@ -28,7 +28,7 @@ class DrawnLayers:
     def rings(self, name: str) -> list[Floats]:
         """Return the closed lines of a layer, the largest first, counter-clockwise.
 
-        Raises InputError if one is open, or if there are none.
+        Raises InputError for an open line, or a layer without lines.
         """
         lines = self._lines(name)
         if open_lines := [line for line in lines if not line.closed]:
@@ -98,14 +98,14 @@ class DrawnLayers:
             return self._without_crossing(lines[0].points_mm, name)
         open_lines = [line for line in lines if not line.closed]
         if len(open_lines) == len(lines):
-            found = f"{len(lines)} lines, which are no single one: {self._gaps(name, open_lines, len(lines) - 1)}"
+            content = f"{len(lines)} lines that do not join into one: {self._gaps(name, open_lines, len(lines) - 1)}"
         elif len(lines) > 1:
-            found = f"{len(lines)} lines, {len(lines) - len(open_lines)} of them closed"
+            content = f"{len(lines)} lines, {len(lines) - len(open_lines)} of them closed"
         elif abs(signed_area(lines[0].points_mm)) < NO_AREA_MM2:
-            found = f"a line at {self._at(lines[0].points_mm)} that runs back along itself, as one drawn twice does"
+            content = f"a line at {self._at(lines[0].points_mm)} that runs back along itself, as one drawn twice does"
         else:
-            found = "a closed line"
-        raise InputError(f"{self.drawing.file}, layer {name}: {found}; draw one open line from end to end.")
+            content = "a closed line"
+        raise InputError(f"{self.drawing.file}, layer {name}: {content}; draw one open line from end to end.")
 
     def _without_crossing(self, line_mm: Floats, name: str) -> Floats:
         for first, second in crossings(line_mm, closed=False)[:1]:
@@ -118,10 +118,10 @@ class DrawnLayers:
         return line_mm
 
     def _gaps(self, name: str, lines: Sequence[DrawnLine], count: int) -> str:
-        """Return the places where lines fork in words, and the smallest gaps, of which so many have to be closed."""
-        found = [*forks(self.drawing.pieces(name)), *gaps(lines)[:count]]
-        more = f" and {len(found) - MOST_GAPS} more" if len(found) > MOST_GAPS else ""
-        return ", ".join(self._gap(gap) for gap in found[:MOST_GAPS]) + more
+        """List the places where lines fork, and the ``count`` smallest gaps, which have to be closed."""
+        faults = [*forks(self.drawing.pieces(name)), *gaps(lines)[:count]]
+        more = f" and {len(faults) - MOST_GAPS} more" if len(faults) > MOST_GAPS else ""
+        return ", ".join(self._gap(gap) for gap in faults[:MOST_GAPS]) + more
 
     def _gap(self, gap: Gap) -> str:
         where = self.drawing.place(gap.place_mm)
@@ -144,5 +144,5 @@ class DrawnLayers:
 
 
 def _reaches_beyond(ring_mm: Floats, others_mm: Sequence[Floats]) -> bool:
-    """Return True for a ring that is not all inside other ones, counter-clockwise."""
+    """Return True if part of a ring is outside all of the others; all are counter-clockwise."""
     return (CrossSection([ring_mm]) - CrossSection(list(others_mm), FillRule.NonZero)).area() > BESIDE_MM2

@@ -1,4 +1,4 @@
-"""Lines of a drawing, and those that meet end to end as one, as a CAD program's segments do."""
+"""Lines of a drawing; those that meet end to end, as segments of CAD programs do, are joined into one."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from sealtwin.core.records import Floats
 
 MEETS_MM = 1e-3  # Largest gap between two lines that are one
 COPY_MM = 1e-6  # Largest distance of a copy's points from the original's: rounding of the digits in a file
-MOST_MEETING = 50  # Most lines that may end in one place: a star of thousands takes the square of them
+MOST_MEETING = 50  # Most lines that may end in one place: the time for a star of lines grows with their square
 
 
 @dataclass(frozen=True)
@@ -26,31 +26,31 @@ class DrawnLine:
 
 @dataclass(frozen=True)
 class Gap:
-    """A place where an open line ends short of the next end, or where more than two lines meet."""
+    """A gap between the ends of open lines, or a place at which more than two lines meet."""
 
     place_mm: Floats  # (2,)
-    size_mm: float  # 0 where lines meet
-    lines: int  # Number of lines that meet there; 1 beside a gap
+    size_mm: float  # 0 if lines meet
+    lines: int  # Number of lines that meet there; 1 at a gap
 
 
 def closes(points_mm: Floats) -> bool:
-    """Return True for a line whose last point is its first one again."""
+    """Return True if the last point of a line repeats its first."""
     return len(points_mm) > 3 and float(np.linalg.norm(points_mm[0] - points_mm[-1])) <= MEETS_MM
 
 
 def without_copies(lines: Sequence[DrawnLine]) -> list[DrawnLine]:
-    """Leave out lines that are drawn twice, whichever end or corner they begin at."""
-    seen, once = set[bytes](), []
+    """Drop lines that are drawn twice, from whichever end or corner."""
+    shapes, once = set[bytes](), []
     for line in lines:
-        if (key := _shape(line)) not in seen:
-            seen.add(key)
+        if (key := _shape(line)) not in shapes:
+            shapes.add(key)
             once.append(line)
     return once
 
 
 def _shape(line: DrawnLine) -> bytes:
-    """Return the same bytes for every way of writing the same line."""
-    # Adding zero makes -0 the zero that it is.
+    """Return bytes that are equal for all ways to write the same line."""
+    # Adding zero turns -0 into 0.
     points = np.rint(line.points_mm / COPY_MM) + 0.0
     ways = [points, points[::-1]]
     if line.closed:
@@ -59,7 +59,7 @@ def _shape(line: DrawnLine) -> bytes:
 
 
 def joined(lines: Sequence[DrawnLine]) -> list[DrawnLine]:
-    """Join open lines that meet end to end, each with the first one drawn of those that meet it."""
+    """Join open lines that meet end to end; if several meet one, it is joined to the first drawn."""
     done, ways = [line for line in lines if line.closed], [line.points_mm for line in lines if not line.closed]
     if not ways:
         return done
@@ -80,7 +80,7 @@ def joined(lines: Sequence[DrawnLine]) -> list[DrawnLine]:
 
 
 def _chain(number: int, ways: Sequence[Floats], near: Sequence[list[int]], waiting: NDArray[np.bool_]) -> Floats:
-    """Return the points of all lines that follow one another from a line on, and let them wait no longer.
+    """Return the points of a line and of all lines that continue it, which then no longer wait.
 
     End 2 n is the first point of line n, and 2 n + 1 its last one.
     """
@@ -89,7 +89,7 @@ def _chain(number: int, ways: Sequence[Floats], near: Sequence[list[int]], waiti
     ends = {False: 2 * number, True: 2 * number + 1}  # The chain's own ends, by whether they are its last one
     at_last = True  # The end at which the chain grows
     while True:
-        # A line that begins or ends where the chain begins turns it round.
+        # A line at the chain's beginning makes it grow in the other direction.
         ahead, behind = (
             next((end for end in near[ends[at]] if waiting[end // 2]), None) for at in (at_last, not at_last)
         )
@@ -110,7 +110,7 @@ def _chain(number: int, ways: Sequence[Floats], near: Sequence[list[int]], waiti
 
 
 def forks(lines: Sequence[DrawnLine]) -> list[Gap]:
-    """Return the places where more than two open lines meet, none of which is clearly the next one."""
+    """Return the places at which more than two open lines meet, so that the next line is not clear."""
     ways = [line.points_mm for line in lines if not line.closed]
     if not ways:
         return []
@@ -130,12 +130,12 @@ def gaps(lines: Sequence[DrawnLine]) -> list[Gap]:
         return []
     places_mm = _ends_mm(ways)
     away_mm, other = map(np.asarray, KDTree(places_mm).query(places_mm, k=2))
-    found = dict[frozenset[int], Gap]()
+    by_ends = dict[frozenset[int], Gap]()
     for end, (sizes_mm, others) in enumerate(zip(away_mm, other, strict=True)):
         nearest, size_mm = (others[1], sizes_mm[1]) if others[0] == end else (others[0], sizes_mm[0])
         if size_mm > MEETS_MM:
-            found.setdefault(frozenset((end, int(nearest))), Gap(places_mm[end], float(size_mm), 1))
-    return sorted(found.values(), key=lambda gap: gap.size_mm)
+            by_ends.setdefault(frozenset((end, int(nearest))), Gap(places_mm[end], float(size_mm), 1))
+    return sorted(by_ends.values(), key=lambda gap: gap.size_mm)
 
 
 def _ends_mm(ways: Sequence[Floats]) -> Floats:

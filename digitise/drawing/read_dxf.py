@@ -1,4 +1,4 @@
-"""Lines of a DXF drawing: polylines, lines, arcs, splines and ellipses of the layers asked for, in millimetres."""
+"""Lines of a DXF drawing: polylines, lines, arcs, splines and ellipses of the requested layers, in millimetres."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -16,19 +16,19 @@ from sealtwin.core.records import Floats
 DrawnUnit = Literal["mm", "cm", "m", "inch", "foot"]
 MM: dict[DrawnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
 STATED: dict[int, DrawnUnit] = {1: "inch", 2: "foot", 4: "mm", 5: "cm", 6: "m"}
-"""Units by the number that a drawing states, of those that a sample may be drawn in; 0 states none."""
-METRIC = 1  # What $MEASUREMENT has in a metric drawing; 0 in one in inches
+"""Accepted units by their code, $INSUNITS; code 0 means unspecified."""
+METRIC = 1  # $MEASUREMENT of a metric drawing; 0 is one in inches
 DRAWN = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "SPLINE", "ELLIPSE"}
 LARGEST_BYTES = 50_000_000
 MOST_POINTS = 100_000  # Largest number of points on one layer, fifty times a traced crack's
 FARTHEST_MM = 1e6  # Largest coordinate: a kilometre from the drawing's origin
 SAG_MM = 0.02  # Largest distance of a curve from its chords, and of a level line from level: a fifth of a photo's pixel
 MOST_NAMED = 8  # Most layers that a note lists
-DEEPEST = 16  # Most blocks inside one another that are looked into
+DEEPEST = 16  # Deepest nesting of blocks that is searched
 
 
 class Drawing:
-    """A drawing, whose layers are read when they are asked for, whatever the case of their names."""
+    """A drawing. Its layers are read on demand; upper and lower case of their names are the same."""
 
     def __init__(self, file: Path, document: Any, unit: DrawnUnit, unit_source: str) -> None:
         self.file, self.unit_source = file, unit_source
@@ -52,9 +52,9 @@ class Drawing:
         return MM[self.unit]
 
     def lines(self, layer: str) -> list[DrawnLine]:
-        """Return the lines of a layer that are shown, seen from above; those that meet end to end are one.
+        """Return the visible lines of a layer in plan view; those that meet end to end are joined.
 
-        Raises InputError for one that is not level, or far from the drawing's origin, and for too many points.
+        Raises InputError for a line that is not level or far from the drawing's origin, and for too many points.
         """
         key = layer.upper()
         if key not in self._lines:
@@ -64,7 +64,7 @@ class Drawing:
         return self._lines[key]
 
     def pieces(self, layer: str) -> list[DrawnLine]:
-        """Return the lines of a layer before those that meet were joined."""
+        """Return the lines of a layer before they are joined."""
         self.lines(layer)
         return self._pieces[layer.upper()]
 
@@ -75,16 +75,16 @@ class Drawing:
             raise InputError(
                 f"{self.file}, layer {' and '.join(layers)}: the lines are not level: z is "
                 f"{min(heights_mm) / self.per_unit_mm:.4g} to {max(heights_mm) / self.per_unit_mm:.4g} {self.unit}, "
-                f"{rise_mm:.3g} mm apart. A drawing is read as seen from above: lay it into the XY plane."
+                f"{rise_mm:.3g} mm apart. A drawing is read in plan view: lay it into the XY plane."
             )
 
     def left_out(self, layer: str) -> str:
-        """Return what the layer has beside lines that are shown, in words; nothing if it has nothing else."""
+        """List what the layer has other than visible lines; empty if there is nothing."""
         self.lines(layer)
         return ", ".join(f"{what} ({count})" for what, count in self._left_out[layer.upper()].items())
 
     def with_lines(self) -> list[str]:
-        """Return the names of the layers that have lines, shown or not."""
+        """Return the names of the layers that have lines, visible or not."""
         return [
             self._spelled[key]
             for key, entities in self._entities.items()
@@ -92,7 +92,7 @@ class Drawing:
         ]
 
     def not_read(self) -> list[str]:
-        """Return a note of the layers that nobody asked for; none if there are none."""
+        """Return a note of the layers that were not read; empty if all were."""
         others = [name for key, name in self._spelled.items() if key not in self._lines]
         if not others:
             return []
@@ -100,7 +100,7 @@ class Drawing:
         return [f"{self.file.name}: layers that were not read: {', '.join(others[:MOST_NAMED])}{more}"]
 
     def size(self, points_mm: Floats) -> str:
-        """Return the extent of points in words, in the drawing's unit, and in mm if that is another one."""
+        """Return the extent of points in words, in the drawing's unit, and in mm if the unit differs."""
         x, y = np.ptp(points_mm, axis=0)
         in_mm = f"{x:.4g} x {y:.4g} mm"
         drawn = f"{x / self.per_unit_mm:.4g} x {y / self.per_unit_mm:.4g} {self.unit}"
@@ -119,7 +119,7 @@ class Drawing:
         points = 0
         for entity in self._entities.get(key, ()):
             if not _is_line(entity):
-                # What a block has on this layer is counted below, wherever the block itself lies.
+                # A block's own lines on this layer are counted below, whichever layer the block is on.
                 left_out.update([] if entity.dxftype() == "INSERT" else [_kind(entity)])
             elif hidden or entity.dxf.get("invisible", 0):
                 left_out[hidden or "invisible lines"] += 1
@@ -147,21 +147,21 @@ class Drawing:
         return rings
 
     def _hidden(self, layer: str) -> str:
-        """Return why nothing of a layer is shown; nothing for one that is."""
-        known = self._document.layers
-        if layer not in known:
+        """Return the reason why a layer is hidden; empty if it is visible."""
+        layers = self._document.layers
+        if layer not in layers:
             return ""
-        found = known.get(layer)
-        if found.is_off():
+        entry = layers.get(layer)
+        if entry.is_off():
             return "lines on a layer that is switched off"
-        return "lines on a layer that is frozen" if found.is_frozen() else ""
+        return "lines on a layer that is frozen" if entry.is_frozen() else ""
 
     def _points_mm(self, entity: Any, layer: str) -> Floats:
         """Return a line's points in mm, (n, 3)."""
         kind = f"{entity.dxftype()} #{entity.dxf.get('handle', '?')}"
         try:
             points = np.array([tuple(point) for point in _flattened(entity, SAG_MM / self.per_unit_mm)], dtype=float)
-        except Exception as fault:  # ezdxf raises whatever its parsing of a damaged line stumbles over.
+        except Exception as fault:  # ezdxf raises many types of errors for a damaged line.
             raise InputError(
                 f"{self.file}, layer {layer}: its {kind} cannot be read ({str(fault) or type(fault).__name__:.80}). "
                 "Draw it as a polyline."
@@ -183,7 +183,7 @@ class Drawing:
                 if entity.dxftype() == "INSERT":
                     name, own = str(entity.dxf.get("name", "")), str(entity.dxf.get("layer", "0")).upper()
                     by_layer = self._in_block(name, ())
-                    # What a block has on layer 0 is on the layer that the block is inserted on.
+                    # A block's lines on layer 0 belong to the layer on which the block is inserted.
                     if count := by_layer[key] * (key != "0") + by_layer["0"] * (key == own):
                         left_out[f'lines in the block "{name}", which is to be exploded'] += count
         for layout in self._document.layouts:
@@ -212,9 +212,9 @@ class Drawing:
 
 
 def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
-    """Open a drawing; a unit that is ``given`` is taken in place of the drawing's own.
+    """Open a drawing; a ``given`` unit replaces the drawing's own.
 
-    Raises InputError if the file is missing, too large or no DXF, or if nobody states the unit.
+    Raises InputError if the file is missing, too large or no DXF, or if the unit is neither stated nor given.
     """
     if not path.is_file():
         raise InputError(f"{path}: no such drawing.")
@@ -223,13 +223,13 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
     if path.stat().st_size > LARGEST_BYTES:
         raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; save the crack's layers alone.")
     try:
-        # Its recovering reader would take 53.Q3 for 53, and nobody would know.
+        # ezdxf's recovering reader would silently read 53.Q3 as 53.
         document = ezdxf.filemanagement.readfile(path)
         number, system = document.units, document.header.get("$MEASUREMENT", None)
         drawing = Drawing(path, document, *_unit(path, given, number, system))
     except InputError:
         raise
-    except Exception as fault:  # ezdxf raises whatever its parsing of a damaged drawing stumbles over.
+    except Exception as fault:  # ezdxf raises many types of errors for a damaged drawing.
         raise InputError(
             f"{path}: no readable DXF ({str(fault) or type(fault).__name__:.80}). Save it again as DXF R2010 or newer."
         ) from fault
@@ -237,15 +237,15 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
 
 
 def _unit(path: Path, given: DrawnUnit | None, number: int, system: Any) -> tuple[DrawnUnit, str]:
-    """Return the unit, and where it comes from."""
+    """Return the unit and its source."""
     stated = STATED.get(number)
-    said = stated or ("no unit" if number == 0 else f"unit {number} of $INSUNITS, in which no sample is drawn")
+    unit = stated or ("no unit" if number == 0 else f"unit {number} of $INSUNITS, which is not accepted")
     if given is not None:
-        return given, f"by --units; the drawing states {said}" if given != stated else "by --units and by the drawing"
+        return given, f"by --units; the drawing states {unit}" if given != stated else "by --units and by the drawing"
     if stated is None:
-        raise InputError(f"{path}: the drawing states {said}; give --units.")
+        raise InputError(f"{path}: the drawing states {unit}; give --units.")
     doubt = ""
-    # The other way round it is the default of many programs, and no sign of anything.
+    # The reverse is the default of many programs, and means nothing.
     if system == METRIC and stated in ("inch", "foot"):
         doubt = ", though its $MEASUREMENT is metric: if it was drawn in mm, give --units mm"
     return stated, f"by the drawing{doubt}"
@@ -262,7 +262,7 @@ def _kind(entity: Any) -> str:
 
 
 def _has_width(entity: Any) -> bool:
-    """Return True for a polyline that is drawn with a pen of some width, which may stand for the crack's."""
+    """Return True for a polyline with a pen width, which may be meant as the crack's width."""
     if entity.dxftype() == "LWPOLYLINE":
         return bool(entity.dxf.get("const_width", 0)) or any(begin or end for begin, end in entity.get_points("se"))
     if entity.dxftype() != "POLYLINE":
@@ -285,9 +285,11 @@ def _is_frame(vertex: Any) -> bool:
 
 
 def _line(points_mm: Floats) -> DrawnLine | None:
-    """Return a polyline without repeated points; None for one of no length."""
-    kept = [0, *(1 + np.flatnonzero(np.linalg.norm(np.diff(points_mm, axis=0), axis=1) > 0))] if len(points_mm) else []
-    points_mm = points_mm[kept]
+    """Return a polyline without repeated points; None if its length is zero."""
+    distinct = (
+        [0, *(1 + np.flatnonzero(np.linalg.norm(np.diff(points_mm, axis=0), axis=1) > 0))] if len(points_mm) else []
+    )
+    points_mm = points_mm[distinct]
     if len(points_mm) < 2:
         return None
     closed = closes(points_mm)

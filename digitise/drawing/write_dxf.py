@@ -19,7 +19,7 @@ LAYERS = {
     "FACE": 8,
     "NOZZLE_PATH": 30,
 }
-"""Colour of each layer, by CAD's own numbers."""
+"""AutoCAD colour index of each layer."""
 
 
 def dxf_text(outline: Outline, trajectory: Trajectory | None) -> str:

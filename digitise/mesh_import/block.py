@@ -14,23 +14,37 @@ from digitise.mesh_import.repair import RepairedSurface
 from sealtwin.core.errors import ShapeError
 from sealtwin.core.records import Floats
 
-SAMPLES, TRIES = 20_000, 300  # Upward points, and planes through three: all miss a face once in 10^17 meshes
-STEEPEST_DEG = 45.0  # Largest slope of an upward facet, a face or a floor: steeper is a wall, or another axis is up
-ROUGHEST_MM = 1.0  # Largest distance of grain and warp from the plane of a face: coarse asphalt has 1 mm
-REFINEMENTS = 2  # Least-squares refinements of the plane: a third turns that of a rough scan by under 0.0001 degrees
-LEAST_SHARE = 0.5  # Least share of the upward surface in one plane that makes it a face
-LEVEL_RAD = 1e-6  # Slope of a level face, 0.2 µm over 160 mm: turning it would only cost exact coordinates
-BELOW_MM = 0.05  # Depth under the face of the mouth: walls at 11 degrees have moved by a hundredth of a millimetre
-BELOW_ROUGHNESS = 4.0  # The same in RMS of a rough face: all but 60 in a million of its points are higher
-LEVELS = 8  # Sections, from the face to the underside, in which a side must be in material
-LINES = 400  # Lines across each section, one for every 0.4 mm of the paper's sample
-ROUGH, DEEP = 5.0, 20.0  # Distances behind most others, in their median one, that are a side's roughness, and a crack
-OPENING_MM = 1.0  # Distance behind most others that means a crack in every side, however rough it is
-ROUNDING_MM = 1e-6  # The same that is rounding of a plane side
-MOST_OPENING = 0.5  # Largest share of a side's lines that may meet a crack
-MOST_OFF = 0.25  # Largest share of the body's extent outside the block: dams, chamfers and rough sides stay below
-TRIM_MM = 0.01  # Depth cut off a side that is not perfectly plane, so that the cut is in material and leaves no slivers
-CUT_TOLERANCE = 1e-7  # Largest share of a body's volume that a cut in two may lose
+
+@dataclass(frozen=True)
+class BlockSearch:
+    """Limits of the search for a sample's face and sides.
+
+    Each line states what its value rests on. Most fields only accept or refuse a mesh: stricter ones refuse rougher
+    samples, looser ones take another part of the mesh for the block.
+    """
+
+    samples: int = 20_000  # Random points on the upward surface
+    tries: int = 300  # Planes through three of them: all miss a face once in 10^17 meshes
+    steepest_deg: float = 45.0  # Largest slope of a face or a floor: steeper is a wall, or another axis points up
+    roughest_mm: float = 1.0  # Largest distance of grain and warp from the face's plane: coarse asphalt has 1 mm
+    refinements: int = 2  # Least-squares fits of the plane: a third turns a rough scan's by under 0.0001 degrees
+    least_share: float = 0.5  # Least share of the upward surface in one plane that makes it a face
+    level_rad: float = 1e-6  # Slope of a level face, 0.2 µm over 160 mm: turning it would only cost exact coordinates
+    below_mm: float = 0.05  # Depth of the mouth under the face: walls at 11 degrees move by 0.01 mm over it
+    below_roughness: float = 4.0  # The same in RMS of a rough face: all but 60 in a million of its points are higher
+    levels: int = 8  # Sections, from the face to the underside, in which a side must be in material
+    lines: int = 400  # Lines across each section, one for every 0.4 mm of the paper's sample
+    rough: float = 5.0  # Distance behind the median that is a side's roughness, in median deviations
+    deep: float = 20.0  # Distance behind the median that is a crack, in median deviations
+    opening_mm: float = 1.0  # Distance behind the median that is a crack in every side, however rough
+    rounding_mm: float = 1e-6  # Distance behind the median that is rounding of a plane side
+    most_opening: float = 0.5  # Largest share of a side's lines that may meet a crack
+    most_off: float = 0.25  # Largest share of the body's extent outside the block: dams, chamfers, rough sides are less
+    trim_mm: float = 0.01  # Depth cut off a side that is not plane, so that the cut is in material without slivers
+    cut_tolerance: float = 1e-7  # Largest share of a body's volume that a cut in two may lose
+
+
+SEARCH = BlockSearch()
 
 
 @dataclass(frozen=True)
@@ -49,7 +63,7 @@ class FacePlane:
     @property
     def below_mm(self) -> float:
         """Depth under the face at which the mouth is cut."""
-        return max(BELOW_MM, BELOW_ROUGHNESS * self.roughness_mm)
+        return max(SEARCH.below_mm, SEARCH.below_roughness * self.roughness_mm)
 
     def height_mm(self, points_mm: Floats) -> Floats:
         """Return the height of the plane at each x and y, (n,)."""
@@ -61,7 +75,7 @@ class FacePlane:
         """Transform (4, 4) that turns the plane level by the smallest rotation, and moves it to z = 0."""
         x, y, z = self.normal
         turn = np.eye(3)
-        if np.hypot(x, y) > LEVEL_RAD:
+        if np.hypot(x, y) > SEARCH.level_rad:
             # Rodrigues' formula from the normal to the z axis.
             across = -x * y / (1 + z)
             turn = np.array([[z + y * y / (1 + z), across, -x], [across, z + x * x / (1 + z), -y], [x, y, z]])
@@ -75,48 +89,48 @@ def find_face(surface: RepairedSurface) -> FacePlane:
     """Find the plane of most of the upward surface by random samples (Fischler and Bolles 1981) and least squares."""
     points_mm = _upward_points(surface)
     rng = np.random.default_rng(0)
-    a, b, c = points_mm[rng.integers(len(points_mm), size=(3, TRIES))]
+    a, b, c = points_mm[rng.integers(len(points_mm), size=(3, SEARCH.tries))]
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
     normal *= (np.sign(normal[:, 2]) / np.where(length > 0, length, 1.0))[:, None]
-    upright = normal[:, 2] >= np.cos(np.radians(STEEPEST_DEG))
+    upright = normal[:, 2] >= np.cos(np.radians(SEARCH.steepest_deg))
     if not upright.any():
         raise _no_face(0.0)
     planes = zip(a[upright], normal[upright], strict=True)
-    place_mm, up = max(planes, key=lambda plane: (np.abs((points_mm - plane[0]) @ plane[1]) < ROUGHEST_MM).sum())
-    reach_mm, away_mm = ROUGHEST_MM, points_mm @ up
-    for _ in range(REFINEMENTS):
-        held = points_mm[np.abs((points_mm - place_mm) @ up) <= reach_mm]
-        place_mm = held.mean(axis=0)
-        up = np.linalg.svd(held - place_mm, full_matrices=False)[2][2]
+    place_mm, up = max(planes, key=lambda plane: (np.abs((points_mm - plane[0]) @ plane[1]) < SEARCH.roughest_mm).sum())
+    reach_mm, away_mm = SEARCH.roughest_mm, points_mm @ up
+    for _ in range(SEARCH.refinements):
+        near_mm = points_mm[np.abs((points_mm - place_mm) @ up) <= reach_mm]
+        place_mm = near_mm.mean(axis=0)
+        up = np.linalg.svd(near_mm - place_mm, full_matrices=False)[2][2]
         up *= np.sign(up[2])
-        away_mm = (held - place_mm) @ up
-        # The median is the face's own roughness even with the edge of a crack among the points.
-        reach_mm = min(ROUGHEST_MM, max(4.5 * float(np.median(np.abs(away_mm))), 1e-9))
-    if (share := float((np.abs((points_mm - place_mm) @ up) <= ROUGHEST_MM).mean())) < LEAST_SHARE:
+        away_mm = (near_mm - place_mm) @ up
+        # The median is the face's roughness even if the points include the edge of a crack.
+        reach_mm = min(SEARCH.roughest_mm, max(4.5 * float(np.median(np.abs(away_mm))), 1e-9))
+    if (share := float((np.abs((points_mm - place_mm) @ up) <= SEARCH.roughest_mm).mean())) < SEARCH.least_share:
         raise _no_face(share)
     return FacePlane(up, place_mm, float(np.sqrt(np.mean(away_mm**2))))
 
 
 def _upward_points(surface: RepairedSurface) -> Floats:
-    """Return random points, uniform over the area of all upward facets, (SAMPLES, 3)."""
+    """Return random points, uniform over the area of all upward facets, (n, 3)."""
     corners_mm = surface.vertices_mm[surface.faces]
     across = normals(corners_mm)
     area = np.linalg.norm(across, axis=1)
-    area[across[:, 2] < np.cos(np.radians(STEEPEST_DEG)) * area] = 0.0
+    area[across[:, 2] < np.cos(np.radians(SEARCH.steepest_deg)) * area] = 0.0
     if not area.any():
         raise _no_face(0.0)
     rng = np.random.default_rng(0)
-    chosen = np.searchsorted(np.cumsum(area), rng.uniform(0, area.sum(), SAMPLES), side="right")
+    chosen = np.searchsorted(np.cumsum(area), rng.uniform(0, area.sum(), SEARCH.samples), side="right")
     a, b, c = corners_mm[chosen.clip(max=len(area) - 1)].transpose(1, 0, 2)
-    u, v = np.sort(rng.uniform(size=(2, SAMPLES, 1)), axis=0)
+    u, v = np.sort(rng.uniform(size=(2, SEARCH.samples, 1)), axis=0)
     return u * a + (v - u) * b + (1 - v) * c
 
 
 def _no_face(share: float) -> ShapeError:
     return ShapeError(
         f"Mesh has no plane face on its upper side: {share:.0%} of the upward surface is in one plane, "
-        f"{LEAST_SHARE:.0%} are needed.",
+        f"{SEARCH.least_share:.0%} are needed.",
         "Check mesh.up, the axis that points out of the cracked face, and crop the mesh to the sample.",
         "face",
     )
@@ -138,25 +152,25 @@ class Block:
 
 
 def cut_block(body: Manifold, below_mm: float) -> Block:
-    """Cut the largest block, upright from ``below_mm`` under the face, out of a body whose face is level at z = 0."""
-    found = list(filter(None, (_block_at(body, yaw_deg, below_mm) for yaw_deg in _directions_deg(body, below_mm))))
-    if not found:
+    """Cut the largest block out of a body with a level face at z = 0; sides are upright from ``below_mm`` under it."""
+    blocks = list(filter(None, (_block_at(body, yaw_deg, below_mm) for yaw_deg in _directions_deg(body, below_mm))))
+    if not blocks:
         raise ShapeError(
             "Mesh is no block with four upright sides below its face.",
             "Check mesh.up, the axis that points out of the cracked face, or cut a block round the crack in the "
             "program that made it.",
             "sides",
         )
-    # Equal areas prefer the body as it is, whose coordinates stay exact.
-    return max(found, key=lambda block: round(block.size_mm[0] * block.size_mm[1]))
+    # Of equal areas the body itself, not turned, comes first: its coordinates stay exact.
+    return max(blocks, key=lambda block: round(block.size_mm[0] * block.size_mm[1]))
 
 
 def parted(body: Manifold, cutter: Manifold) -> tuple[Manifold, Manifold]:
     """Return the parts of a body inside and outside the cutter. Raises InputError if they do not add up to the body."""
     inside, outside = body.split(cutter)
     whole_mm3 = body.volume()
-    # A boolean on triangles lower than its rounding may move others.
-    if abs(inside.volume() + outside.volume() - whole_mm3) > CUT_TOLERANCE * whole_mm3:
+    # A boolean may move triangles if others are lower than its rounding.
+    if abs(inside.volume() + outside.volume() - whole_mm3) > SEARCH.cut_tolerance * whole_mm3:
         raise ShapeError(
             "Mesh cannot be cut without loss: it crosses itself, or has triangles without height.",
             "Mend it in the program that made it.",
@@ -179,7 +193,7 @@ def _directions_deg(body: Manifold, below_mm: float) -> list[float]:
 def _block_at(body: Manifold, yaw_deg: float, below_mm: float) -> Block | None:
     turned = body.rotate((0.0, 0.0, -yaw_deg)) if yaw_deg else body
     bottom_mm, top_mm = turned.bounding_box()[2], turned.bounding_box()[5]
-    levels = np.linspace(-below_mm, 0.9 * bottom_mm, LEVELS)
+    levels = np.linspace(-below_mm, 0.9 * bottom_mm, SEARCH.levels)
     sections = [edges for edges in (_edges(turned, level) for level in levels) if len(edges)]
     across_x, across_y = (_sides(sections, axis) if sections else None for axis in (0, 1))
     if across_x is None or across_y is None:
@@ -209,15 +223,15 @@ def _edges(body: Manifold, level_mm: float) -> Floats:
 
 
 def _sides(sections: list[Floats], axis: int) -> tuple[float, float, float] | None:
-    """Return both sides along an axis and the largest excess beyond them; None if there are no such sides."""
+    """Return both sides along an axis and the largest excess beyond them; None unless there are two."""
     every = np.concatenate(sections)
-    lines = np.linspace(every[..., 1 - axis].min(), every[..., 1 - axis].max(), LINES + 2)[1:-1]
+    lines = np.linspace(every[..., 1 - axis].min(), every[..., 1 - axis].max(), SEARCH.lines + 2)[1:-1]
     met = [_first_and_last(edges, axis, lines) for edges in sections]
     low, high = _side([first for first, _ in met]), _side([-last for _, last in met])
     if low is None or high is None:
         return None
     off = max(low - every[..., axis].min(), every[..., axis].max() + high)
-    return (low, -high, off) if off <= MOST_OFF * np.ptp(every[..., axis]) else None
+    return (low, -high, off) if off <= SEARCH.most_off * np.ptp(every[..., axis]) else None
 
 
 def _first_and_last(edges: Floats, axis: int, lines: Floats) -> tuple[Floats, Floats]:
@@ -225,43 +239,45 @@ def _first_and_last(edges: Floats, axis: int, lines: Floats) -> tuple[Floats, Fl
     start, end = edges[:, 0], edges[:, 1]
     low, high = np.sort(edges[..., 1 - axis], axis=1).T
     step = lines[1] - lines[0]
-    from_line = np.clip(np.ceil((low - lines[0]) / step), 0, LINES).astype(int)
-    count = np.maximum(np.clip(np.floor((high - lines[0]) / step), -1, LINES - 1).astype(int) - from_line + 1, 0)
+    from_line = np.clip(np.ceil((low - lines[0]) / step), 0, SEARCH.lines).astype(int)
+    count = np.maximum(np.clip(np.floor((high - lines[0]) / step), -1, SEARCH.lines - 1).astype(int) - from_line + 1, 0)
     edge = np.repeat(np.arange(len(edges)), count)
     line = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + from_line[edge]
     rise = (end - start)[edge, 1 - axis]
-    # An edge along the line is represented by the ends of its neighbours.
+    # An edge along the line counts by the ends of its neighbours.
     share = np.divide(lines[line] - start[edge, 1 - axis], rise, out=np.zeros_like(rise), where=rise != 0)
     place = start[edge, axis] + share * (end - start)[edge, axis]
-    first, last = np.full(LINES, np.inf), np.full(LINES, -np.inf)
+    first, last = np.full(SEARCH.lines, np.inf), np.full(SEARCH.lines, -np.inf)
     np.minimum.at(first, line, place)
     np.maximum.at(last, line, place)
     return first, last
 
 
 def _side(met: list[Floats]) -> float | None:
-    """Return the coordinate beyond which, on every level, all lines but those into a crack have met material."""
-    held, plane = [], True
+    """Return the coordinate beyond which all lines on every level have met material, except those into a crack."""
+    outermost, plane = [], True
     for places in met:
         usual = float(np.median(places))
         if not np.isfinite(usual):
             return None
         scatter = float(np.median(np.abs(places - usual)[np.isfinite(places)]))
-        kept = places[~_into_crack(places - usual, scatter)]
-        if len(kept) < (1 - MOST_OPENING) * LINES:
+        on_side = places[~_into_crack(places - usual, scatter)]
+        if len(on_side) < (1 - SEARCH.most_opening) * SEARCH.lines:
             return None
-        held.append(float(kept.max()))
-        plane &= usual == held[-1] == held[0]
-    return max(held) + (0.0 if plane else TRIM_MM)
+        outermost.append(float(on_side.max()))
+        plane &= usual == outermost[-1] == outermost[0]
+    return max(outermost) + (0.0 if plane else SEARCH.trim_mm)
 
 
 def _into_crack(off_mm: Floats, scatter_mm: float) -> NDArray[np.bool_]:
-    """Return True for each line into a crack: those beside one another beyond the side's roughness, if any is deep.
+    """Return True for each line into a crack: neighbouring ones beyond the side's roughness, if any of them is deep.
 
     An oblique crack recedes from the side slowly at first, and a thin one is deep nowhere: its first lines are as near
     as the chips of a rough edge.
     """
-    beyond = off_mm > ROUGH * scatter_mm + ROUNDING_MM
+    rough_mm = SEARCH.rough * scatter_mm
+    beyond = off_mm > rough_mm + SEARCH.rounding_mm
     number = np.cumsum(np.diff(beyond, prepend=False))
-    deep = np.bincount(number, off_mm > ROUGH * scatter_mm + min(OPENING_MM, DEEP * scatter_mm + ROUNDING_MM)) > 0
+    opening_mm = min(SEARCH.opening_mm, SEARCH.deep * scatter_mm + SEARCH.rounding_mm)
+    deep = np.bincount(number, off_mm > rough_mm + opening_mm) > 0
     return beyond & deep[number]

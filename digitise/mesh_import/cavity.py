@@ -1,4 +1,4 @@
-"""The crack in a block: its cavity with one long mouth, a picture of it for reports, its outline, and a given path."""
+"""The crack in a block: cavity, mouth, picture for reports, outline, and a given path."""
 
 import re
 from dataclasses import dataclass, replace
@@ -15,38 +15,53 @@ from digitise.geometry.mesh_topology import normals
 from digitise.geometry.polyline import at_arc_length, resampled, signed_area
 from digitise.geometry.region import box_region, prism
 from digitise.mesh_import.block import Block, parted
+from digitise.mesh_import.cavity_sections import covered
 from digitise.mesh_import.mouth_line import MouthLine
 from digitise.photo import Photo
 from digitise.scale.view import View
 from digitise.settings import MeshUnit
 from digitise.solid.float_mesh import corners_mm
 from sealtwin.core.arc_length import arc_length, arc_length_at
-from sealtwin.core.coverage import coverage
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.plain_files import read_text
 from sealtwin.core.records import Floats, Outline
 
-RIVAL = 0.5  # Share of the largest opening's area from which on a second one is ambiguous
-WORTH_SAYING_MM2 = 1.0  # Area of a pit that earns a warning; smaller ones are pores
-SLICE_MM = 1e-3  # Depth below its flat top at which a piece of the cavity is sliced
-UNDER_MM = 1.0  # Depth below the underside that is searched for a crack through it
-ACROSS_PX = 40  # Pixels over the crack's width: a given path then enters the mouth within a fortieth of it
-LARGEST_PX = 12_000_000  # Largest picture, that of a phone
-LEAST_ACROSS_PX = 10  # Least pixels over the crack's width: fewer would part a thin mouth
-ROUND_MM = 15.0  # Width of face shown around the crack, with space for the overlay's legend
-BORDER_MM = 8.0  # Width shown beside the face, with space for the overlay's text at open ends
-FACET_MM, FACETS = 1.0, 50_000  # Size of the pieces in which long facets are drawn, each in one shade; and their most
-SPECK_MM2 = 1e-6  # Area below which a facet is rounding at a cut, and would be drawn as a line
-FACE_GREY, DEEPEST_GREY, BESIDE_GREY = 205.0, 40.0, 245
+
+@dataclass(frozen=True)
+class CavityLimits:
+    """Limits of the choice of an opening, sizes of the picture, and limits of a given path.
+
+    Each line states what its value rests on. Areas and shares accept or refuse a mesh or a path. Sizes of the picture
+    change its look, and how precisely a given path enters the mouth.
+    """
+
+    rival: float = 0.5  # Share of the largest opening's area from which a second one makes the choice ambiguous
+    pit_mm2: float = 1.0  # Area of another opening that gives a warning; smaller ones are pores
+    slice_mm: float = 1e-3  # Depth below its flat top at which a piece of the cavity is sliced
+    under_mm: float = 1.0  # Depth below the underside that is searched for a crack through it
+    across_px: int = 40  # Pixels over the crack's width: a given path enters the mouth within a fortieth of it
+    largest_px: int = 12_000_000  # Largest picture, that of a phone
+    least_across_px: int = 10  # Least pixels over the crack's width: fewer would part a thin mouth
+    round_mm: float = 15.0  # Width of face shown around the crack, with space for the overlay's legend
+    border_mm: float = 8.0  # Width shown outside the face, with space for the overlay's text at open ends
+    facet_mm: float = 1.0  # Size of the pieces in which long facets are drawn, each in one shade
+    facets: int = 50_000  # Most pieces
+    speck_mm2: float = 1e-6  # Area below which a facet is rounding at a cut, and would be drawn as a line
+    face_grey: float = 205.0  # Grey of the face
+    deepest_grey: float = 40.0  # Grey of the deepest place
+    beside_grey: int = 245  # Grey outside the sample
+    largest_bytes: int = 5_000_000  # Largest path file, of fifty thousand points; a path has some hundred
+    most_beside: float = 0.05  # Largest share of a given line, between entry and exit, that may be beside the crack
+    whole: float = 0.9  # Least share of the mouth that a line along the whole crack covers: oblique ends take some
+    spacing_mm: float = 0.25  # Spacing of a given line's points: that of the centreline at 0.1 mm/px
+
+
+LIMITS = CavityLimits()
 LIGHT = np.array([-0.4, 0.45, 0.8])  # Direction of the light, from the upper left
-LARGEST_BYTES = 5_000_000  # Largest path file, of fifty thousand points; a path has some hundred
 SEPARATORS = re.compile(r"[;,\s]+")
 DECIMAL_COMMAS = re.compile(r"\s*[-+]?\d+,\d+(\s*;|\s+[-+]?\d+,\d)")
-"""The first of two numbers in a line whose separator is no comma, or is one more than there are numbers."""
-HEADERS = (("x_mm", "y_mm"), ("x", "y"))  # Optional first line; without it, a line's first two numbers count
-MOST_BESIDE = 0.05  # Largest share of a given line, between its entry and its exit, that may be beside the crack
-WHOLE = 0.9  # Least share of the mouth's area that a line along the whole crack covers: oblique ends take some of it
-SPACING_MM = 0.25  # Spacing of a given line's points: that of the centreline at 0.1 mm/px
+"""A number with a decimal comma, followed by a semicolon or by another such number."""
+HEADERS = (("x_mm", "y_mm"), ("x", "y"))  # Optional first line; without it, x and y are a line's first two numbers
 
 
 @dataclass(frozen=True)
@@ -68,24 +83,24 @@ class Cavity:
 
 
 def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cavity:
-    """Return the cavity below the opening, ``below_mm`` under the face, with most path points, or the largest."""
+    """Return the cavity below an opening, ``below_mm`` under the face, with most points of the path, or the largest."""
     face = box_region(block.face_mm)
     openings = (face - block.body.slice(-below_mm)).decompose()
     mouth, warnings = _chosen(openings, on_path_mm)
     bottom_mm = block.body.bounding_box()[2]
-    shaft = face.extrude(-below_mm - bottom_mm + UNDER_MM).translate((0.0, 0.0, bottom_mm - UNDER_MM))
+    shaft = face.extrude(-below_mm - bottom_mm + LIMITS.under_mm).translate((0.0, 0.0, bottom_mm - LIMITS.under_mm))
     _, rooms = parted(shaft, block.body)
     by_volume = sorted(rooms.decompose(), key=lambda room: -room.volume())
-    below = next((room for room in by_volume if (room.slice(-below_mm - SLICE_MM) ^ mouth).area() > 0), None)
+    below = next((room for room in by_volume if (room.slice(-below_mm - LIMITS.slice_mm) ^ mouth).area() > 0), None)
     if below is None:
-        raise ShapeError("The crack's mouth leads nowhere.", "Check the mesh round it.", "mouth")
+        raise ShapeError("There is no cavity below the crack's mouth.", "Check the mesh around it.", "mouth")
     if below.bounding_box()[2] < bottom_mm:
         raise ShapeError(
             "The crack passes through the underside of the mesh, so nothing would stay in it.",
             "Close it below, or check mesh.up, the axis that points out of the cracked face.",
             "through",
         )
-    # Walls that open upward are beyond the mouth; at 63 degrees from upright they are a face.
+    # Walls that open upward reach beyond the mouth, up to 63 degrees from upright; flatter ones are a face.
     rim = mouth.offset(2 * below_mm, JoinType.Round) ^ face
     above = prism(rim, -below_mm, 0.0) - block.body
     return Cavity(below + above, mouth, below_mm, warnings)
@@ -93,7 +108,7 @@ def find_cavity(block: Block, below_mm: float, on_path_mm: Floats | None) -> Cav
 
 def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[CrossSection, tuple[str, ...]]:
     openings = sorted(openings, key=lambda opening: -opening.area())
-    if not openings or openings[0].area() < WORTH_SAYING_MM2:
+    if not openings or openings[0].area() < LIMITS.pit_mm2:
         raise ShapeError(
             "No crack opens in the face.", "Check mesh.up, the axis that points out of the cracked face.", "mouth"
         )
@@ -105,7 +120,7 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
                 "The path is in no opening of the face.", "It is read as x and y in mm, in the mesh's axes.", "path"
             )
         chosen = int(np.argmax(passed))
-    elif len(openings) > 1 and areas_mm2[1] > RIVAL * areas_mm2[0]:
+    elif len(openings) > 1 and areas_mm2[1] > LIMITS.rival * areas_mm2[0]:
         (x0, y0), (x1, y1) = (np.reshape(opening.bounds(), (2, 2)).mean(axis=0) for opening in openings[:2])
         raise ShapeError(
             f"Two openings compete, {areas_mm2[0]:.0f} mm² round ({x0:.0f}, {y0:.0f}) and {areas_mm2[1]:.0f} mm² round "
@@ -113,7 +128,7 @@ def _chosen(openings: list[CrossSection], on_path_mm: Floats | None) -> tuple[Cr
             "Choose with mesh.path.",
             "rivals",
         )
-    pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= WORTH_SAYING_MM2]
+    pits = [area for i, area in enumerate(areas_mm2) if i != chosen and area >= LIMITS.pit_mm2]
     if not pits:
         return openings[chosen], ()
     return openings[chosen], (
@@ -129,14 +144,17 @@ def _points_inside(region: CrossSection, points_mm: Floats) -> int:
 
 
 def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Photo:
-    """Draw the crack's mouth dark on a bright face, each pixel by its covered share; its image is a shaded one."""
+    """Draw the crack's mouth dark on a bright face, by the covered share of each pixel; ``image`` is a shaded view."""
     low, high = np.reshape(cavity.mouth.bounds(), (2, 2))
-    low, high = np.maximum(low - ROUND_MM, -BORDER_MM), np.minimum(high + ROUND_MM, np.add(block.size_mm, BORDER_MM))
+    low, high = (
+        np.maximum(low - LIMITS.round_mm, -LIMITS.border_mm),
+        np.minimum(high + LIMITS.round_mm, np.add(block.size_mm, LIMITS.border_mm)),
+    )
     rings = [np.asarray(ring, dtype=float) for ring in cavity.mouth.to_polygons()]
     # The width of a long strip is twice its area over its rim.
     width_mm = 2 * cavity.mouth.area() / sum(arc_length(ring[[*range(len(ring)), 0]])[-1] for ring in rings)
-    mm_per_px = max(width_mm / ACROSS_PX, float(np.sqrt(np.prod(high - low) / LARGEST_PX)))
-    if width_mm < LEAST_ACROSS_PX * mm_per_px:
+    mm_per_px = max(width_mm / LIMITS.across_px, float(np.sqrt(np.prod(high - low) / LIMITS.largest_px)))
+    if width_mm < LIMITS.least_across_px * mm_per_px:
         raise ShapeError(
             f"The crack is {width_mm:.3f} mm wide and spreads over {high[0] - low[0]:.0f} x "
             f"{high[1] - low[1]:.0f} mm: too narrow to be followed.",
@@ -145,42 +163,41 @@ def photograph(block: Block, cavity: Cavity, file: Path, units: MeshUnit) -> Pho
         )
     view = View(np.array([[mm_per_px, 0.0, low[0]], [0.0, -mm_per_px, high[1]], [0.0, 0.0, 1.0]]))
     width_px, height_px = (int(count) for count in np.ceil((high - low) / mm_per_px) + 1)
-    covered = np.zeros((height_px, width_px), dtype=np.float32)
-    for ring in rings:
-        # Islands run clockwise.
-        covered += np.sign(signed_area(ring)) * coverage(view.to_px(ring), (width_px, height_px))
+    in_mouth = covered(cavity.mouth, view.to_px, (width_px, height_px)).astype(np.float32)
     return Photo(
         file=file,
         image=_shaded(block.body, view, (height_px, width_px), cavity.depth_mm),
-        brightness=1.0 - np.clip(covered, 0, 1),
+        brightness=1.0 - in_mouth,
         view=view,
         face_mm=block.face_mm,
         mm_per_px=mm_per_px,
         scale_source=f"mesh in {units}: {file.name}",
         scale_residual_mm=None,
-        drawn=covered > 0.5,
+        drawn=in_mouth > 0.5,
         warnings=cavity.warnings,
     )
 
 
 def _shaded(body: Manifold, view: View, shape: tuple[int, int], depth_mm: float) -> NDArray[np.uint8]:
     """Draw the upward facets from the lowest to the highest, the darker the deeper, (height, width, 3)."""
-    facets = corners_mm(body.refine_to_length(max(FACET_MM, float(np.sqrt(body.surface_area() / FACETS)))))
-    facets = facets[normals(facets)[:, 2] > SPECK_MM2]
+    size_mm = max(LIMITS.facet_mm, float(np.sqrt(body.surface_area() / LIMITS.facets)))
+    facets = corners_mm(body.refine_to_length(size_mm))
+    facets = facets[normals(facets)[:, 2] > LIMITS.speck_mm2]
     across, height_mm = normals(facets), facets[:, :, 2].mean(axis=1)
     order = np.argsort(height_mm)
     depth = np.clip(-height_mm / depth_mm, 0, 1)
     lit = np.clip(across @ LIGHT / np.linalg.norm(across, axis=1) / LIGHT[2], 0.3, 1.1)
-    grey = np.clip((FACE_GREY + depth * (DEEPEST_GREY - FACE_GREY)) * lit, 0, 255).round().astype(int).tolist()
+    shade = (LIMITS.face_grey + depth * (LIMITS.deepest_grey - LIMITS.face_grey)) * lit
+    grey = np.clip(shade, 0, 255).round().astype(int).tolist()
     fixed = np.rint(view.to_px(facets[:, :, :2].reshape(-1, 2)) * 16).astype(np.int32).reshape(-1, 3, 2)
-    picture = np.full(shape, BESIDE_GREY, dtype=np.uint8)
+    picture = np.full(shape, LIMITS.beside_grey, dtype=np.uint8)
     for number in order.tolist():
         cv2.fillConvexPoly(picture, fixed[number], (grey[number],), cv2.LINE_8, 4)
     return np.repeat(picture[:, :, None], 3, axis=2)
 
 
 def outline_of(line: MouthLine, cavity: Cavity, photo: Photo) -> Outline:
-    """Return the outline of the crack along a line through its mouth, whose rim is the outline's ring."""
+    """Return the outline of the crack along a line through its mouth; its ring is the rim of the mouth."""
     ring, *islands = sorted(map(np.asarray, cavity.mouth.to_polygons()), key=signed_area, reverse=True)
     return Outline(
         **photo.in_both_units(
@@ -200,12 +217,12 @@ def read_path(path: Path) -> Floats:
     """Read points in mm, (n, 2), from lines of x, y and perhaps z. Raises InputError with file and line."""
     if not path.is_file():
         raise InputError(
-            f"{path}: no such path file; what mesh.path names is looked for beside its trial file. It may be left out."
+            f"{path}: no such path file; mesh.path is relative to its trial file. Correct it, or remove it."
         )
-    if path.stat().st_size > LARGEST_BYTES:
-        raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB; a path has some hundred lines.")
+    if path.stat().st_size > LIMITS.largest_bytes:
+        raise InputError(f"{path}: larger than {LIMITS.largest_bytes / 1e6:g} MB; a path has some hundred lines.")
     try:
-        lines = read_text(path, LARGEST_BYTES).splitlines()
+        lines = read_text(path, LIMITS.largest_bytes).splitlines()
     except UnicodeDecodeError:
         raise InputError(f"{path}: no text; a path is x and y in mm, a line for each point.") from None
     if comma := next((line for line in lines if DECIMAL_COMMAS.match(line)), None):
@@ -222,13 +239,15 @@ def read_path(path: Path) -> Floats:
             except (ValueError, IndexError):
                 x = y = np.nan
             if not np.isfinite([x, y]).all():
-                found = " ".join(words)[:60]
-                raise InputError(f"{path}, line {number}: expected x and y in mm, two finite numbers, found {found!r}.")
+                content = " ".join(words)[:60]
+                raise InputError(
+                    f"{path}, line {number}: expected x and y in mm, two finite numbers, found {content!r}."
+                )
             points.append((x, y))
     places_mm = np.array(points).reshape(-1, 2)
     places_mm = places_mm[np.append(True, np.any(np.diff(places_mm, axis=0) != 0, axis=1))[: len(places_mm)]]
     if len(places_mm) < 2:
-        raise InputError(f"{path}: {len(places_mm)} different points; a path needs two and more.")
+        raise InputError(f"{path}: {len(places_mm)} different points; a path needs two or more.")
     return places_mm
 
 
@@ -236,9 +255,9 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
     """Return the outline with the given line as its centreline, and a note of its distance from the middle."""
     line_mm = in_mouth(photo, line_mm)
     beside = 1 - float(_covered(photo, line_mm).mean())
-    if beside > MOST_BESIDE:
+    if beside > LIMITS.most_beside:
         raise ShapeError(
-            f"The given path is beside the crack on {beside:.0%} of its length (at most {MOST_BESIDE:.0%}).",
+            f"The given path is outside the crack on {beside:.0%} of its length (at most {LIMITS.most_beside:.0%}).",
             "It is read as x and y in mm, in the mesh's own axes turned upright.",
             "path",
         )
@@ -252,7 +271,7 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
         path_source="line",
     )
     followed = given.mean_width_mm * given.length_mm / (np.asarray(photo.drawn).sum() * photo.mm_per_px**2)
-    if followed < WHOLE:
+    if followed < LIMITS.whole:
         doubt = (
             f"the given path, {given.length_mm:.1f} mm long, follows {100 * followed:.0f} % of the crack's mouth: "
             'volume_ml = "cavity" would give all of the sealant there; give volume_ml, or a path along the whole crack'
@@ -266,7 +285,7 @@ def along(outline: Outline, photo: Photo, line_mm: Floats) -> tuple[Outline, str
 
 def in_mouth(photo: Photo, line_mm: Floats) -> Floats:
     """Return the line between its first and last place in the crack's mouth, evenly spaced."""
-    even_mm = resampled(line_mm, SPACING_MM)
+    even_mm = resampled(line_mm, LIMITS.spacing_mm)
     inside = np.flatnonzero(_covered(photo, even_mm))
     if len(inside) < 2:
         raise ShapeError("The given path is not in the crack.", "It is read as x and y in mm.", "path")

@@ -1,9 +1,11 @@
 """Depth of a modelled cavity along its crack, and the area of its sections below every level, whatever its walls.
 
-The cavity is cut level by level. Of each cut, a cell belongs to the place along the crack whose line from wall to wall
-passes nearest to it. So sections add up to the cavity, at oblique ends and in sharp bends too, where planes square to
-the centreline miss some of it or meet other parts of the crack.
+The cavity is cut level by level. Each cell of a cut belongs to the place along the crack with the nearest line from
+wall to wall. So sections add up to the cavity, also at oblique ends and in sharp bends, where planes square to the
+centreline miss some of it or meet other parts of the crack.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 from manifold3d import CrossSection, Manifold
@@ -18,26 +20,26 @@ from sealtwin.core.records import Floats, Outline, Sections
 STATION_MM = 1.0  # Spacing of sections: that of the nozzle's waypoints
 MOST_STATIONS = 400  # Most sections: more would take minutes on a long crack
 FROM_END = 0.01  # Distance of the first and last cut of the floor from the crack's ends, in spacings of sections
-LEVELS = 48  # Layers of the cavity, each as its middle is: at 16 mm a step in the floor is placed within 0.2 mm
+LEVELS = 48  # Layers of the cavity, each cut at its middle: at 16 mm depth a step in the floor is placed within 0.2 mm
 ACROSS, MOST_CELLS = 24, 2_000_000  # Cells across the crack's width, and most in all
 MOST_LINES = 4000  # Most lines from wall to wall
-SLOW = 1e-2  # Least square of the pace of a line's points along the crack: at an inner corner they stand
+SLOW = 1e-2  # Least squared pace of a line's points along the crack: at an inner corner they do not move
 APART = 0.12  # Widths from every line from wall to wall beyond which the mouth is another part of the crack
-BESIDE = 1.0  # Widths beside each wall up to which lines from wall to wall are continued, for undercut walls
+BESIDE = 1.0  # Widths by which lines from wall to wall are continued beyond each wall, for undercut walls
 
 
 def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
-    """Return the sections of the cavity along the outline, without side cracks and what is beyond its ends."""
+    """Return the sections of the cavity along the outline, without side cracks and parts beyond its ends."""
     length_mm = outline.length_mm
     s_mm = np.linspace(0.0, length_mm, int(np.clip(np.ceil(length_mm / STATION_MM), 8, MOST_STATIONS)) + 1)
     *low_mm, bottom_mm = np.asarray(cavity.bounding_box())[[0, 1, 2]].tolist()
     size_mm = np.asarray(cavity.bounding_box())[[3, 4]] - low_mm
     cell_mm = max(outline.mean_width_mm / ACROSS, float(np.sqrt(np.prod(size_mm) / MOST_CELLS)))
     origin_mm = np.array(low_mm) - cell_mm
-    shape = tuple(int(np.ceil(side / cell_mm)) + 3 for side in size_mm)
+    width, height = (int(np.ceil(side / cell_mm)) + 3 for side in size_mm)
     levels_mm = np.linspace(bottom_mm, 0.0, LEVELS + 1)
     layers = [
-        _covered(cavity.slice(float(middle)), origin_mm, cell_mm, (shape[0], shape[1]))
+        covered(cavity.slice(float(middle)), lambda ring_mm: (ring_mm - origin_mm) / cell_mm, (width, height))
         for middle in (levels_mm[1:] + levels_mm[:-1]) / 2
     ]
     rows, columns = np.nonzero(np.max(layers, axis=0))
@@ -62,17 +64,17 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
     return Sections(s_mm, _depths_mm(cavity, outline, s_mm), below_mm2[:, -1], levels_mm, below_mm2)
 
 
-def _covered(region: CrossSection, origin_mm: Floats, cell_mm: float, shape: tuple[int, int]) -> Floats:
-    """Return the share of each cell in a region, (rows, columns)."""
-    covered = np.zeros(shape[::-1])
+def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: tuple[int, int]) -> Floats:
+    """Return the share of each cell in a region, (rows, columns), by the map of its points to cells."""
+    share = np.zeros(shape[::-1])
     for ring in map(np.asarray, region.to_polygons()):
         # Islands run clockwise.
-        covered += np.sign(signed_area(ring)) * coverage((ring - origin_mm) / cell_mm, shape)
-    return np.clip(covered, 0.0, 1.0)
+        share += np.sign(signed_area(ring)) * coverage(to_cells(ring), shape)
+    return np.clip(share, 0.0, 1.0)
 
 
 def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the arc length that each cell belongs to, (n,), and whether it is of the main crack."""
+    """Return the arc length of each cell, (n,), and True for cells of the main crack."""
     fine_mm = np.linspace(0.0, outline.length_mm, min(MOST_LINES, int(outline.length_mm / step_mm) + 2))
     walls_mm = np.hstack([outline.left_wall_mm, outline.right_wall_mm])
     left_mm, right_mm = np.hsplit(at_arc_length(walls_mm, outline.s_mm, fine_mm), 2)
@@ -83,12 +85,12 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
     in_mouth = points_in_poly(cells_mm, outline.outline_mm)
     nearest_line = np.zeros(len(cells_mm), dtype=int)
     at_mm, main = np.empty(len(cells_mm)), np.zeros(len(cells_mm), dtype=bool)
-    # Beside the mouth, under its edge, lines are continued; in it, those of a bend's other leg would be nearer.
+    # Outside the mouth, under its edge, lines are continued; inside, those of a bend's other leg would be nearer.
     for these, columns in ((in_mouth, within), (~in_mouth, np.ones_like(within))):
         if these.any():
             lines_mm = places_mm[:, columns].reshape(-1, 2)
             away_mm, near = KDTree(lines_mm).query(cells_mm[these])
-            # From the nearest line on, by the pace at which lines pass there.
+            # Interpolated from the nearest line by the pace of the lines there.
             pace = paces[:, columns].reshape(-1, 2)[near]
             onward_mm = ((cells_mm[these] - lines_mm[near]) * pace).sum(axis=1) / np.maximum(
                 (pace**2).sum(axis=1), SLOW
@@ -105,7 +107,7 @@ def _places(cells_mm: Floats, outline: Outline, step_mm: float) -> tuple[Floats,
         across_mm = left_mm[end] - right_mm[end]
         inward = np.array([across_mm[1], -across_mm[0]]) * (1 if end == 0 else -1)
         inward_mm = (cells_mm - left_mm[end]) @ inward / max(float(np.linalg.norm(across_mm)), step_mm)
-        # A cell in half is of either side.
+        # A cell that is cut in half belongs to both sides.
         main &= ~(in_mouth & (nearest_line == np.arange(len(fine_mm))[end]) & (inward_mm < -step_mm / 2))
     return at_mm, main
 

@@ -11,7 +11,7 @@ from manifold3d import Manifold
 from digitise.geometry.mesh_topology import connected, examine_mesh, neighbours, normals
 from digitise.geometry.polyline import Box, depth_inside
 from digitise.geometry.region import box_region, prism
-from digitise.mesh_import.block import STEEPEST_DEG, Block, FacePlane, cut_block, find_face
+from digitise.mesh_import.block import SEARCH, Block, FacePlane, cut_block, find_face
 from digitise.mesh_import.cavity import (
     Cavity,
     along,
@@ -31,7 +31,7 @@ from digitise.solid.float_mesh import corners_mm, tidy
 from sealtwin.core.errors import InputError, ShapeError
 from sealtwin.core.mesh_file import FileUnit, Triangles, read_mesh
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
-from sealtwin.core.solid_figures import MeshOrigin, Repair, SolidFigures
+from sealtwin.core.solid_figures import MeshOrigin, SolidFigures
 
 MM: dict[FileUnit, float] = {"micron": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "foot": 304.8}
 UPRIGHT = {  # Rotations, by rows, that turn the axis out of the face to z
@@ -44,9 +44,9 @@ UPRIGHT = {  # Rotations, by rows, that turn the axis out of the face to z
 }
 LEAST_MM, MOST_MM = 10.0, 1000.0  # Limits of a sample's longest side; beyond them the unit is wrong
 MOST_LISTED = 4  # Most bodies that a sentence lists
-WORTH_SAYING_MM = 0.01  # Step of a file's numbers from which on it is said: a tenth of a fine photo's pixel
-MOST_OF_WIDTH = 0.25  # Largest step in widths of the crack: each wall is off by up to half of it
-CLEAR_MM = 0.01  # Distance of a dam's edge from the block's vertices: nearer to a dam in the mesh it would fold
+NOTED_STEP_MM = 0.01  # Step of a file's numbers that gives a note: a tenth of a fine photo's pixel
+MOST_OF_WIDTH = 0.25  # Largest step of a file's numbers in widths of the crack: each wall is off by up to half of it
+CLEAR_MM = 0.01  # Least distance of a dam's edge from the block's vertices: nearer, the mesh would fold
 
 
 def upright(settings: MeshInput) -> Floats:
@@ -57,7 +57,7 @@ def upright(settings: MeshInput) -> Floats:
 
 
 def moved(points_mm: Floats, placed: Floats) -> Floats:
-    """Map points (n, 3) through a (4, 4) transform; without a rotation only the step is rounded."""
+    """Map points (n, 3) through a (4, 4) transform; without a rotation only the translation rounds them."""
     turn, step = placed[:3, :3], placed[:3, 3]
     return (points_mm if np.array_equal(turn, np.eye(3)) else points_mm @ turn.T) + step
 
@@ -83,12 +83,12 @@ def upright_mm(read: Triangles, settings: MeshInput) -> Floats:
 
 
 def notes_on_unit(read: Triangles, settings: MeshInput, path: Path) -> list[str]:
-    """Return a note on an unusual unit. Raises InputError if the file itself states another one."""
+    """Return a note on an unusual unit. Raises InputError if the file states another unit."""
     if read.unit in (None, settings.units):
         return []
     if path.suffix.lower() == ".glb":
-        # Many programs write millimetres all the same, so this is no proof.
-        return [f"{path.name}: glTF counts in metres; its numbers are taken as {settings.units}, as units says"]
+        # Many programs write millimetres anyway, so this proves nothing.
+        return [f"{path.name}: glTF is in metres; its numbers are read as {settings.units}, as units states"]
     raise InputError(f"{path}: its unit is {read.unit}, but units is {settings.units}. Correct units.")
 
 
@@ -99,14 +99,14 @@ class ImportedSample:
     outline: Outline
     solid: Solid
     photo: Photo  # Top view of the mesh
-    notes: tuple[str, ...]  # Findings of the import, in sentences
+    notes: tuple[str, ...]  # Notes of the import, one sentence each
 
 
 def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     """Read, repair and level the mesh, find the crack in its face, and trace it in a top view.
 
     Coordinates are mm, z = 0 on the face, its lower left corner the origin. Raises InputError if the file cannot be
-    read, encloses no block, or has no single crack.
+    read, encloses no block, or does not show exactly one crack.
     """
     path, facts = folder / settings.file, list[str]()
     try:
@@ -120,10 +120,9 @@ def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
 
 
 def _imported(settings: MeshInput, folder: Path, path: Path, facts: list[str]) -> ImportedSample:
-    """Import a mesh; facts that may be the cause of a refusal are added to ``facts``, in sentences."""
-    block, plane, repairs, triangles, step_mm, notes = _read_block(settings, path, facts)
-    placed = block.placed @ plane.to_level
-    line_mm = None
+    """Import a mesh; sentences that may explain a refusal are added to ``facts``."""
+    block, plane, origin, step_mm, notes = _read_block(settings, path, facts)
+    placed, line_mm = block.placed @ plane.to_level, None
     if settings.path is not None:
         given_mm = read_path(folder / settings.path)
         line_mm = moved(np.column_stack([given_mm, plane.height_mm(given_mm)]), placed)[:, :2]
@@ -133,32 +132,25 @@ def _imported(settings: MeshInput, folder: Path, path: Path, facts: list[str]) -
     line = line_of_mouth(cavity.mouth, block.face_mm, between_mm)
     outline = outline_of(line, cavity, photo)
     if step_mm > MOST_OF_WIDTH * outline.mean_width_mm:
-        raise ShapeError(f"The crack is about {outline.mean_width_mm:.2g} mm wide, too little for the file's numbers.")
+        raise ShapeError(
+            f"The crack is about {outline.mean_width_mm:.2g} mm wide, too narrow for the steps of the file's numbers."
+        )
     if line_mm is not None:
         outline, note = along(outline, photo, line_mm)
         notes.append(note)
     notes += _notes_on_place(plane, block, placed)
-    origin = MeshOrigin(
-        file=path.name,
-        triangles_read=triangles,
-        sample_from_file=tuple(map(tuple, (placed @ upright(settings)).tolist())),
-        face_tilt_deg=plane.tilt_deg,
-        face_roughness_mm=plane.roughness_mm,
-        mouth_seen_below_face_mm=plane.below_mm,
-        repairs=repairs,
-    )
     solid = _solid(block, cavity, outline, settings.dam_height_mm, origin)
     return ImportedSample(outline, solid, photo, tuple(notes))
 
 
 def _read_block(
     settings: MeshInput, path: Path, facts: list[str]
-) -> tuple[Block, FacePlane, tuple[Repair, ...], int, float, list[str]]:
-    """Return block, face, repairs, number of triangles read, the step of the file's numbers in mm, and notes."""
+) -> tuple[Block, FacePlane, MeshOrigin, float, list[str]]:
+    """Return block, face, the block's origin, the step of the file's numbers in mm, and notes."""
     mesh = read_mesh(path)
     triangles, notes = len(mesh.faces), notes_on_unit(mesh, settings, path)
     step_mm = MM[settings.units] * _step_of(mesh.vertices)
-    if step_mm > WORTH_SAYING_MM:
+    if step_mm > NOTED_STEP_MM:
         notes.append(f"{path.name} is in single precision: {_step_in_words(step_mm)}")
         facts.append(f"In single precision, {_step_in_words(step_mm)}.")
     surface = one_surface(upright_mm(mesh, settings), mesh.faces)
@@ -169,10 +161,20 @@ def _read_block(
     body, repairs = bounded_body(closed(surface, settings.base_mm))
     del surface
     if len(bodies := body.decompose()) > 1:
-        found = _listed(bodies, np.linalg.inv(plane.to_level @ upright(settings)).astype(float))
-        notes.append(f"{path.name}: {found}")
-        facts.append(f"In it, {found}. If one of them is the sample, save it alone.")
-    return cut_block(body, plane.below_mm), plane, repairs, triangles, step_mm, notes
+        listed = _listed(bodies, np.linalg.inv(plane.to_level @ upright(settings)).astype(float))
+        notes.append(f"{path.name}: {listed}")
+        facts.append(f"The mesh has {listed}. If one of them is the sample, save it alone.")
+    block = cut_block(body, plane.below_mm)
+    origin = MeshOrigin(
+        file=path.name,
+        triangles_read=triangles,
+        sample_from_file=tuple(map(tuple, (block.placed @ plane.to_level @ upright(settings)).tolist())),
+        face_tilt_deg=plane.tilt_deg,
+        face_roughness_mm=plane.roughness_mm,
+        mouth_seen_below_face_mm=plane.below_mm,
+        repairs=repairs,
+    )
+    return block, plane, origin, step_mm, notes
 
 
 def _step_of(vertices: Floats) -> float:
@@ -186,7 +188,7 @@ def _step_of(vertices: Floats) -> float:
 
 
 def _step_in_words(step_mm: float) -> str:
-    """Return what a step means for a mesh, and what to do about it."""
+    """Describe the step of a mesh's numbers and its remedy."""
     return (
         f"its numbers have steps of {step_mm:.2g} mm so far from its origin. Move the mesh to the origin in the "
         "program that made it, and save it again"
@@ -194,7 +196,7 @@ def _step_in_words(step_mm: float) -> str:
 
 
 def _listed(bodies: Sequence[Manifold], to_file: Floats) -> str:
-    """Return separate bodies in words, the largest first."""
+    """List separate bodies in words, the largest first."""
     boxes = [np.reshape(body.bounding_box(), (2, 3)) for body in sorted(bodies, key=lambda body: -body.volume())]
     each = [
         "{:.4g} x {:.4g} x {:.4g} mm".format(*(high - low))
@@ -221,7 +223,7 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]
             "opens there, check up, the axis that points out of the cracked face"
         )
     if block.trimmed_mm > 0:
-        notes.append(f"up to {block.trimmed_mm:.2f} mm beside the block's sides were cut off: dams, edges, roughness")
+        notes.append(f"up to {block.trimmed_mm:.2f} mm outside the block's sides were cut off: dams, edges, roughness")
     return notes
 
 
@@ -232,26 +234,26 @@ def label_imported(vertices_mm: Floats, faces: Integers, block_mm: Box, below_mm
     """
     corners = vertices_mm[faces]
     normal = normals(corners)
-    flat = normal[:, 2] > np.cos(np.radians(STEEPEST_DEG)) * np.linalg.norm(normal, axis=1)
+    flat = normal[:, 2] > np.cos(np.radians(SEARCH.steepest_deg)) * np.linalg.norm(normal, axis=1)
     label = np.where(flat, FaceLabel.FLOOR, FaceLabel.WALL).astype(np.int64)
-    known = flat & (np.abs(corners[:, :, 2]) <= below_mm).all(axis=1)
-    label[known] = FaceLabel.TOP
-    known |= label_sides(label, corners, block_mm)
+    labelled = flat & (np.abs(corners[:, :, 2]) <= below_mm).all(axis=1)
+    label[labelled] = FaceLabel.TOP
+    labelled |= label_sides(label, corners, block_mm)
     beyond = depth_inside(corners.mean(axis=1)[:, :2], block_mm) < -NEAR_MM
     label[beyond] = FaceLabel.OUTSIDE
-    known |= beyond
+    labelled |= beyond
     one, other, _ = neighbours(faces)
-    both = ~known[one] & ~known[other]
+    both = ~labelled[one] & ~labelled[other]
     _, patch = connected(len(faces), one[both], other[both])
     lowest_mm = np.full(patch.max() + 1, np.inf)
     np.minimum.at(lowest_mm, patch, corners[:, :, 2].min(axis=1))
-    label[~known & (lowest_mm[patch] >= -below_mm)] = FaceLabel.TOP
-    label[~known & (lowest_mm[patch] <= lowest_mm.min() + NEAR_MM)] = FaceLabel.OUTSIDE
+    label[~labelled & (lowest_mm[patch] >= -below_mm)] = FaceLabel.TOP
+    label[~labelled & (lowest_mm[patch] <= lowest_mm.min() + NEAR_MM)] = FaceLabel.OUTSIDE
     return label
 
 
 def _solid(block: Block, cavity: Cavity, outline: Outline, dam_height_mm: float, origin: MeshOrigin) -> Solid:
-    """Return the block with a dam, ``dam_height_mm`` above the face, at each place where its crack leaves it."""
+    """Return the block with dams, ``dam_height_mm`` above the face, over the openings of its crack in the sides."""
     plates = _plates(block, cavity)
     bottom_mm = float(block.body.bounding_box()[2])
     body = block.body

@@ -13,14 +13,14 @@ from sealtwin.core.records import FACING, Floats
 from sealtwin.core.solid_figures import EndKind
 
 ACROSS = 20  # Steps along the rim in the length of one width
-WAYS_ON = ((0.6, 0.4, True), (1.0, 1.0, False))  # Widths before a blunt end, over how many, and whether by the walls
-AHEAD = 2.0  # Widths ahead of a path within which the crack ends; of a longer rest the path is a part, cut there
-OPENS, POINTED = 0.15, 0.15  # Growth of the circles from a sharp tip on, at most, and their radius in it, in widths
+WAYS_ON = ((0.6, 0.4, True), (1.0, 1.0, False))  # Distance from a blunt end, length, in widths; True to use the walls
+AHEAD = 2.0  # Widths ahead of a path within which the crack ends; a path with more crack ahead is cut there
+OPENS, POINTED = 0.15, 0.15  # Largest growth of circles from a sharp tip on, and their largest radius in it, in widths
 
 
 @dataclass(frozen=True)
 class MouthEnd:
-    """Places at which the rim, walked counter-clockwise, arrives at an end of the crack and goes on from it."""
+    """Places at which the rim, walked counter-clockwise, arrives at an end of the crack and leaves it."""
 
     kind: EndKind
     arrives: Place
@@ -35,7 +35,7 @@ def end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box, 
     if whole:
         s_mm = arc_length(path_mm)
         to_rim_mm = np.asarray(KDTree(dense(ring_mm, width_mm / ACROSS)).query(path_mm)[0])
-        # Into the corner of a blunt end, circles that fit shrink fast, and into a sharp tip slowly.
+        # Circles that fit shrink fast into the corner of a blunt end, and slowly into a sharp tip.
         grows_mm = np.interp(s_mm + width_mm / 2, s_mm, to_rim_mm) - to_rim_mm
         begin = int(np.argmax(grows_mm < OPENS * width_mm / 2))
         sharp = begin == 0 and to_rim_mm[0] < POINTED * width_mm
@@ -61,10 +61,10 @@ def end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box, 
 
 
 def straight_on(ring_mm: Floats, end: MouthEnd, lines_mm: Floats, width_mm: float) -> list[MouthEnd]:
-    """Return places in which the centreline, straight on, may meet the rim at a blunt end; any other end as it is.
+    """Return the places at which the centreline, continued straight, may meet a blunt end; other ends unchanged.
 
     ``lines_mm``, (n, 6), are centreline, left and right wall from this end on. In a bend the line is best continued
-    from near its end, square to the lines from wall to wall, and before a slanted front from farther off, as it runs.
+    from near its end, square to the lines from wall to wall, and before a slanted front from farther off, along itself.
     """
     if not end.blunt:
         return [end]
@@ -83,13 +83,13 @@ def straight_on(ring_mm: Floats, end: MouthEnd, lines_mm: Floats, width_mm: floa
 
 
 def are_square(lines_mm: Floats) -> NDArray[np.bool_]:
-    """Return True for each station whose walls face each other square to the centreline; lines as ``straight_on``."""
+    """Return True for each station with walls facing each other square to the centreline; lines as ``straight_on``."""
     along, across_mm = np.gradient(lines_mm[:, :2], axis=0), lines_mm[:, 2:4] - lines_mm[:, 4:]
     square_mm2 = np.abs(along[:, 0] * across_mm[:, 1] - along[:, 1] * across_mm[:, 0])
     return square_mm2 >= FACING * np.linalg.norm(along, axis=1) * np.linalg.norm(across_mm, axis=1)
 
 
 def ahead_of(path_mm: Floats, over_mm: float) -> Floats:
-    """Return the direction before the first point of a path, by a stretch of it."""
+    """Return the direction before the first point of a path, from a stretch of it."""
     back = int(np.searchsorted(arc_length(path_mm), over_mm))
     return unit(path_mm[0] - path_mm[min(back, len(path_mm) - 1)])

@@ -2,7 +2,7 @@
 
 Places on both walls that face each other (``wall_pairs``) have their middle on the centreline. In a slot of constant
 width it is the line that the slot was drawn along, in bends with mitred corners too: round an inner corner the pairs
-turn, and the middle advances at half the pace of the outer wall. So it does before an oblique end.
+turn, and the middle advances at half the pace of the outer wall. Before an oblique end it does the same.
 """
 
 from collections.abc import Sequence
@@ -26,22 +26,36 @@ from sealtwin.core.errors import ShapeError
 from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
-MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow
-SMOOTH = 0.0025  # Widths by which the rim is simplified: scans have corners without number
-MOST_CELLS, MOST_STEPS = 4_000_000, 4000  # Most cells of the raster for the rough path, and most steps along a wall
-COVERED = 0.01  # Least share of a cell in the crack, above the rounding of a row of cells
-STATIONS = 16  # Stations of the outline in the length of one width
-SMOOTHING, RETURNS = 0.25, 4  # Sigma of the centreline in widths, and corrections: bends over 1.5 widths stay
-FRONT, PARTING = 4.0, 1.0  # Most widths of a front along each wall, and gain of their distance for each mm of both
-FORK = 0.75  # Length of a side crack over that of the followed arm beside it from which on the way is a choice
-UNSWEPT = 0.1  # Largest share of the area between both walls that is passed twice or not at all
-CLEAR = 0.1  # Widths by which a side crack begins beyond the largest circle in the main one: a path is off by a third
-MOST_LISTED = 4  # Most side arms whose lengths a warning lists
-CIRCLES = 16  # Circles nearest to a place on the rim that may hold it
-DEEP, DEEPEST, BEND_DEG = 0.75, 2.0, 60.0
-"""A room beside the main crack is a side crack if it is deeper than 0.75 times the width of its mouth. At a bend over
-60 degrees, whose outer corner is such a room too, it must be deeper than twice that, as no corner is in bends up to 150
-degrees."""
+
+@dataclass(frozen=True)
+class LineLimits:
+    """Limits of the line along a mouth; lengths are in widths of the crack if they have no unit.
+
+    Each line states what its value rests on. Steps and smoothing set how closely the line follows the walls. The other
+    fields decide what is a front, a side crack or a fork, and which mouths are refused.
+    """
+
+    min_slenderness: float = 3.0  # Length over width: shorter, there is no direction to follow
+    smooth: float = 0.0025  # Tolerance of the simplified rim: scans have corners without number
+    most_cells: int = 4_000_000  # Most cells of the raster for the rough path
+    most_steps: int = 4000  # Most steps along a wall
+    covered: float = 0.01  # Least share of a cell in the crack, above the rounding of a row of cells
+    stations: int = 16  # Stations of the outline in the length of one width
+    smoothing: float = 0.25  # Sigma of the centreline: bends over 1.5 widths stay
+    returns: int = 4  # Corrections of the smoothed centreline
+    front: float = 4.0  # Largest length of a front along each wall
+    parting: float = 1.0  # Gain of the walls' distance for each mm of both, above which they still part
+    fork: float = 0.75  # Length of a side crack over that of the arm beside it from which a warning names the fork
+    unswept: float = 0.1  # Largest share of the area between both walls that is passed twice or not at all
+    clear: float = 0.1  # Gap between a side crack and the largest circle in the main one: a path is off by a third
+    most_listed: int = 4  # Most side arms whose lengths a warning lists
+    circles: int = 16  # Circles nearest to a place on the rim that may contain it
+    deep: float = 0.75  # Depth of a room, over the width of its mouth, that makes it a side crack
+    deepest: float = 2.0  # The same at a bend over ``bend_deg``: an outer corner is shallower up to 150 degrees
+    bend_deg: float = 60.0  # Bend whose outer corner is a room too
+
+
+LIMITS = LineLimits()
 
 
 @dataclass(frozen=True)
@@ -59,17 +73,18 @@ class MouthLine:
 def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None = None) -> MouthLine:
     """Return the line along the longest way through the mouth, or on the way between two places, (2, 2).
 
-    At an open end it ends where it meets the edge of the face, at a closed one where, straight on, it meets the rim. A
-    crack that goes on past the given places is cut there, square to the line. Islands count as crack, and side cracks
-    do not. Raises InputError for a mouth too short to have a direction, or whose walls face each other along no line.
+    An open end is on the edge of the face; a closed one is the point at which the line, continued straight, meets the
+    rim. A crack that continues past the given places is cut there, square to the line. Islands count as crack, side
+    cracks do not. Raises InputError if the mouth is too short to have a direction, or if its walls do not face each
+    other along one line.
     """
     ring_mm = _outer_ring(mouth)
     path_mm, width_mm = _rough_path(ring_mm, between_mm)
-    ring_mm = _outer_ring(mouth.simplify(SMOOTH * width_mm))
-    if arc_length(path_mm)[-1] < (MIN_SLENDERNESS - 1) * width_mm:
+    ring_mm = _outer_ring(mouth.simplify(LIMITS.smooth * width_mm))
+    if arc_length(path_mm)[-1] < (LIMITS.min_slenderness - 1) * width_mm:
         raise ShapeError(
             f"The opening in the face is no crack: it is about {arc_length(path_mm)[-1] + width_mm:.1f} mm long and "
-            f"{width_mm:.1f} mm wide; a crack is at least {MIN_SLENDERNESS:g} times as long as wide."
+            f"{width_mm:.1f} mm wide; a crack is at least {LIMITS.min_slenderness:g} times as long as wide."
         )
     rooms = _side_rooms(ring_mm, path_mm, width_mm)
     ends = [end_before(ring_mm, way_mm, width_mm, face_mm, between_mm is None) for way_mm in (path_mm, path_mm[::-1])]
@@ -77,7 +92,7 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
     if any(end.blunt for end in ends):
         ways_mm = lines_mm, lines_mm[::-1]
         choices = [straight_on(ring_mm, end, way_mm, width_mm) for end, way_mm in zip(ends, ways_mm, strict=True)]
-        # A front that is left beside its middle makes the line longer.
+        # A line that meets a front off its middle is longer.
         lines_mm = min(
             (_lines(ring_mm, pair, rooms, width_mm, face_mm) for pair in product(*choices)),
             key=lambda lines_mm: arc_length(lines_mm[:, :2])[-1],
@@ -96,13 +111,13 @@ def line_of_mouth(mouth: CrossSection, face_mm: Box, between_mm: Floats | None =
 
 
 def _off_path(side_lines_mm: Sequence[Floats]) -> tuple[str, ...]:
-    """Return a warning of the side arms, which the solid has and the path does not pass."""
+    """Return a warning about side arms, which the solid includes and the path does not pass."""
     if not side_lines_mm:
         return ()
     longest_mm = sorted((float(arc_length(line_mm)[-1]) for line_mm in side_lines_mm), reverse=True)
-    listed = ", ".join(f"{length_mm:.0f}" for length_mm in longest_mm[:MOST_LISTED])
+    listed = ", ".join(f"{length_mm:.0f}" for length_mm in longest_mm[: LIMITS.most_listed])
     which = f"side arms of {listed} mm are" if len(longest_mm) > 1 else f"a side arm of {listed} mm is"
-    more = f" ({len(longest_mm)} in all)" if len(longest_mm) > MOST_LISTED else ""
+    more = f" ({len(longest_mm)} in all)" if len(longest_mm) > LIMITS.most_listed else ""
     return (
         f"{which} not on the path{more}: the cavity includes what is off the path, and all of its sealant is given "
         "along the path; path.volume_ml sets another volume",
@@ -115,7 +130,7 @@ def _doubts(centre_mm: Floats, side_lines_mm: Sequence[Floats]) -> tuple[str, ..
     for line_mm in side_lines_mm:
         from_mm = float(s_mm[np.argmin(np.linalg.norm(centre_mm - line_mm[0], axis=1))])
         side_mm, arm_mm = float(arc_length(line_mm)[-1]), min(from_mm, float(s_mm[-1]) - from_mm)
-        if side_mm > FORK * arm_mm:
+        if side_mm > LIMITS.fork * arm_mm:
             doubts.append(
                 f"the crack forks at s = {from_mm:.0f} mm: a side crack of {side_mm:.0f} mm is about as long as the "
                 f"{arm_mm:.0f} mm that were followed there; mesh.path chooses another way"
@@ -128,12 +143,12 @@ def _outer_ring(mouth: CrossSection) -> Floats:
 
 
 def _require_swept(centre_mm: Floats, left_mm: Floats, right_mm: Floats) -> None:
-    """Raise InputError if the lines from wall to wall, on their way along the crack, leave out or repeat part of it."""
+    """Raise InputError if the lines from wall to wall, on their way along the crack, omit or repeat part of it."""
     between_mm2 = signed_area(np.concatenate([right_mm, left_mm[::-1]]))
     ahead_mm, across_mm = np.diff(centre_mm, axis=0), left_mm - right_mm
     across_mm = (across_mm[1:] + across_mm[:-1]) / 2
     swept_mm2 = float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
-    if abs(swept_mm2 - between_mm2) > UNSWEPT * between_mm2:
+    if abs(swept_mm2 - between_mm2) > LIMITS.unswept * between_mm2:
         raise ShapeError(
             f"The crack's walls do not face each other along one line: it passes {swept_mm2:.0f} of the "
             f"{between_mm2:.0f} mm² between them.",
@@ -147,7 +162,7 @@ def _lines(ring_mm: Floats, ends: Sequence[MouthEnd], rooms: Sequence[Floats], w
     first, last = ends
     right_mm = stretch(ring_mm, first.leaves, last.arrives)
     left_mm = stretch(ring_mm, last.leaves, first.arrives)[::-1]
-    step_mm = max(width_mm / ACROSS, max(arc_length(wall)[-1] for wall in (left_mm, right_mm)) / MOST_STEPS)
+    step_mm = max(width_mm / ACROSS, max(arc_length(wall)[-1] for wall in (left_mm, right_mm)) / LIMITS.most_steps)
     left_mm, right_mm = (_without(wall, rooms, step_mm) for wall in (left_mm, right_mm))
     fronts, ways = [], (slice(None), slice(None, None, -1))
     for end, way in zip(ends, ways, strict=True):
@@ -163,21 +178,21 @@ def _lines(ring_mm: Floats, ends: Sequence[MouthEnd], rooms: Sequence[Floats], w
         elif end.kind == "closed":
             lines_mm[way][0] = np.tile(lines_mm[way][0, :2], 3)
     lines_mm = _even(lines_mm, width_mm)
-    lines_mm[1:-1, :2] = smoothed(lines_mm[:, :2], SMOOTHING * STATIONS, RETURNS)[1:-1]
+    lines_mm[1:-1, :2] = smoothed(lines_mm[:, :2], LIMITS.smoothing * LIMITS.stations, LIMITS.returns)[1:-1]
     return _even(lines_mm, width_mm)
 
 
 def _even(lines_mm: Floats, width_mm: float) -> Floats:
     """Return lines, the first of which is the centreline, at even stations."""
     s_mm = arc_length(lines_mm[:, :2])
-    stations_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] * STATIONS / width_mm)))
+    stations_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] * LIMITS.stations / width_mm)))
     return at_arc_length(lines_mm, s_mm, stations_mm)
 
 
 def _from_edge(lines_mm: Floats, face_mm: Box) -> Floats:
-    """Return lines whose first part, before an oblique open end, is half a width from the wall that is longer there.
+    """Return lines with a first part, before an oblique open end, at half a width from the longer wall.
 
-    The middle between both corners of an oblique opening is off this line by as much as the walls are rough there.
+    The middle between the corners of an oblique opening is off this line by the roughness of the walls.
     """
     facing_from = int(np.argmax(are_square(lines_mm)))
     if facing_from == 0:
@@ -199,18 +214,18 @@ def _from_edge(lines_mm: Floats, face_mm: Box) -> Floats:
 def _front(left_mm: Floats, right_mm: Floats, width_mm: float, end: MouthEnd) -> tuple[Floats, Floats, Floats]:
     """Return pairs across the front of a blunt end, (k, 4), and both walls from there on.
 
-    At a blunt end both walls begin in one place and leave it at one pace, until they no longer part.
+    At a blunt end both walls begin at one place and leave it at the same pace until they no longer part.
     """
     if not end.blunt:
         return np.empty((0, 4)), left_mm, right_mm
     arcs_mm = [arc_length(wall) for wall in (left_mm, right_mm)]
-    at_mm = np.arange(0.0, min(FRONT * width_mm, arcs_mm[0][-1] / 2, arcs_mm[1][-1] / 2), width_mm / ACROSS / 4)
+    at_mm = np.arange(0.0, min(LIMITS.front * width_mm, arcs_mm[0][-1] / 2, arcs_mm[1][-1] / 2), width_mm / ACROSS / 4)
     pairs_mm = np.hstack(
         [at_arc_length(wall, arc_mm, at_mm) for wall, arc_mm in zip((left_mm, right_mm), arcs_mm, strict=True)]
     )
     apart_mm = np.linalg.norm(pairs_mm[:, :2] - pairs_mm[:, 2:], axis=1)
     window = ACROSS
-    parting = apart_mm[window:] - apart_mm[:-window] > PARTING * (at_mm[window:] - at_mm[:-window])
+    parting = apart_mm[window:] - apart_mm[:-window] > LIMITS.parting * (at_mm[window:] - at_mm[:-window])
     last = int(np.argmin(parting)) if not parting.all() else len(parting) - 1
     last += int(np.argmax(apart_mm[last : last + window + 1] > 0.999 * apart_mm[last : last + window + 1].max()))
     left_mm, right_mm = (
@@ -226,21 +241,21 @@ def _rough_path(ring_mm: Floats, between_mm: Floats | None) -> tuple[Floats, flo
     # The width of a long strip is twice its area over its rim.
     cell_mm = 2 * signed_area(ring_mm) / rim_mm / ACROSS
     size_mm = np.ptp(ring_mm, axis=0)
-    cell_mm = max(cell_mm, float(np.sqrt(np.prod(size_mm) / MOST_CELLS)))
+    cell_mm = max(cell_mm, float(np.sqrt(np.prod(size_mm) / LIMITS.most_cells)))
     origin_mm = ring_mm.min(axis=0) - 2 * cell_mm
     width, height = (int(np.ceil(side / cell_mm)) + 5 for side in size_mm)
-    # A cell that is covered at all counts, so that no neck parts the crack.
-    region = coverage((ring_mm - origin_mm) / cell_mm, (width, height)) > COVERED
+    # Every cell with some cover counts, so that no neck parts the crack.
+    region = coverage((ring_mm - origin_mm) / cell_mm, (width, height)) > LIMITS.covered
     to_rim = medial_axis.radius(region)
     if between_mm is None:
         way = medial_axis.longest_line(region)
-        # Rightward, as a painted crack is followed.
+        # From left to right, as a painted crack.
         way = way if way[0, 1] <= way[-1, 1] else way[::-1]
     else:
         way = along_middle(region, (between_mm - origin_mm) / cell_mm)
     usual = max(2 * float(np.median(to_rim[tuple(way.T)])) - 1, 1.0) if len(way) else 1.0
     path_mm = resampled(origin_mm + cell_mm * way[:, ::-1].astype(float), usual / ACROSS * 2 * cell_mm)
-    # A cell at the rim has its middle outside.
+    # A cell at the rim has its centre outside.
     inside = np.flatnonzero(points_in_poly(path_mm, ring_mm))
     if len(inside) < 2:
         return path_mm[:1], usual * cell_mm
@@ -251,16 +266,16 @@ def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Float
     """Return the rims of the side cracks, each from one lip of its mouth to the other.
 
     The main crack is what circles along the path cover, each as large as fits into the mouth. The rest of the rim is in
-    stretches, each around a room beside it.
+    stretches, each around a room at its side.
     """
     rim_mm = dense(ring_mm, width_mm / ACROSS)
-    radius_mm = KDTree(rim_mm).query(path_mm)[0] + CLEAR * width_mm
-    away_mm, circle = KDTree(path_mm).query(rim_mm, k=min(CIRCLES, len(path_mm)))
+    radius_mm = KDTree(rim_mm).query(path_mm)[0] + LIMITS.clear * width_mm
+    away_mm, circle = KDTree(path_mm).query(rim_mm, k=min(LIMITS.circles, len(path_mm)))
     circle = np.asarray(circle, dtype=int)
     beyond_mm = away_mm - radius_mm[circle]
     holds = beyond_mm.argmin(axis=1)[:, None]
     deep_mm = beyond_mm.min(axis=1)
-    # Begin on the main crack, so that no stretch is in two parts.
+    # Begin on the main crack, so that no stretch is split in two.
     start = int(np.argmin(deep_mm))
     nearest = np.roll(np.take_along_axis(circle, holds, axis=1)[:, 0], -start)
     rim_mm, deep_mm = np.roll(rim_mm, -start, axis=0), np.roll(deep_mm, -start)
@@ -268,7 +283,7 @@ def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Float
     s_mm, rooms = arc_length(path_mm), []
     for begin, end in bounds.tolist():
         room_mm, at_lips = rim_mm[begin:end], s_mm[nearest[[begin, end - 1]]]
-        # What is beside an end belongs to that end.
+        # A room next to an end belongs to that end.
         if end - begin < 3 or at_lips.min() < width_mm / 2 or at_lips.max() > s_mm[-1] - width_mm / 2:
             continue
         mouth_mm = max(float(np.linalg.norm(room_mm[0] - room_mm[-1])), width_mm / ACROSS)
@@ -279,7 +294,7 @@ def _side_rooms(ring_mm: Floats, path_mm: Floats, width_mm: float) -> list[Float
         stretch = np.array([first_mm - width_mm, first_mm, last_mm, last_mm + width_mm])
         before, _, after = np.diff(at_arc_length(path_mm, s_mm, stretch), axis=0)
         turn_deg = np.degrees(np.arccos(np.clip(unit(before) @ unit(after), -1, 1)))
-        if reach_mm > (DEEPEST if turn_deg > BEND_DEG else DEEP) * mouth_mm:
+        if reach_mm > (LIMITS.deepest if turn_deg > LIMITS.bend_deg else LIMITS.deep) * mouth_mm:
             rooms.append(room_mm)
     return rooms
 

@@ -15,14 +15,14 @@ from sealtwin.core.records import Floats, Integers
 from sealtwin.core.solid_figures import Repair
 
 WELD_MM = mesh_topology.MIN_EDGE_MM / 2  # Vertices within are one, as corners of a triangle soup; longer edges stay
-SHEET = 0.5  # Share of its area from which on a surface's area vector, nil for a closed one, means a sheet
+SHEET = 0.5  # Area vector over area that means a sheet; that of a closed surface is zero
 NEEDLE_MM = 1e-7  # Height below which a triangle is a line: a thousandth of float32's step at 160 mm
 MOST_ROUNDS = 50  # Most rounds of merging needles, one for each needle in a stack
-NEARLY_CLOSED = 0.01  # Share of open area up to which the enclosed volume is known, to about as much
-LOOSE = 0.01  # Share of the largest body's volume below which a loose piece is no part of a sample
+NEARLY_CLOSED = 0.01  # Largest share of open area for which a volume is computed, with about that error
+LOOSE = 0.01  # Share of the largest body's volume below which a loose piece is dropped
 MOST_OPEN = 0.01  # Largest share of open edges that are small damage; more means that the scan missed some surface
 RIM_SPAN = 0.5  # Share of the mesh's extent along x and along y from which on an opening is the rim of a scan
-FLAT = 1e-3  # Share of the mesh's height within which an opening is flat and at the bottom, as a missing underside is
+FLAT = 1e-3  # Share of the mesh's height within which an opening is flat and at the bottom, as of a missing underside
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class RepairedSurface:
 
     @property
     def volume_mm3(self) -> float:
-        """Enclosed volume; NaN unless the surface nearly closes, which makes its area vector nearly nil."""
+        """Enclosed volume; NaN unless the surface nearly closes, which makes its area vector nearly zero."""
         if not len(self.faces):
             return np.nan
         area = mesh_topology.normals(self.vertices_mm[self.faces])
@@ -53,14 +53,14 @@ class RepairedSurface:
         return replace(after, repairs=(*self.repairs, Repair(what, count, None if np.isnan(change) else change)))
 
     def turned(self, what: str, turn: NDArray[np.bool_]) -> "RepairedSurface":
-        """Return the surface with those faces turned over, which leaves the enclosed volume as it is."""
+        """Return the surface with some faces turned over; the enclosed volume does not change."""
         faces = np.where(turn[:, None], self.faces[:, ::-1], self.faces)
         repair = (Repair(what, int(turn.sum()), None),) if turn.any() else ()
         return replace(self, faces=faces, repairs=(*self.repairs, *repair))
 
 
 def one_surface(vertices_mm: Floats, faces: Integers) -> RepairedSurface:
-    """Join vertices, drop degenerate faces, and turn all faces out of their body; holes stay open."""
+    """Join vertices, drop degenerate faces, and turn all faces outward; holes stay open."""
     surface = _without_repeats(_joined(RepairedSurface(vertices_mm, faces)))
     if not len(surface.faces):
         raise InputError(f"Mesh has no face with corners more than {WELD_MM:g} mm apart. Check its units.")
@@ -68,7 +68,7 @@ def one_surface(vertices_mm: Floats, faces: Integers) -> RepairedSurface:
 
 
 def without_needles(surface: RepairedSurface) -> RepairedSurface:
-    """Merge each triangle without height with the neighbour along its longest edge, which its third corner then splits.
+    """Merge each triangle without height with the neighbour at its longest edge, which its third corner then splits.
 
     Manifold (3.5.4) removes such triangles on reading and may move neighbours: a block of 127,039 mm³ lost 226 mm³.
     """
@@ -88,28 +88,28 @@ def without_needles(surface: RepairedSurface) -> RepairedSurface:
         at = np.minimum(np.searchsorted(key, q * vertex_count + p, sorter=order), len(key) - 1)
         neighbour, place = np.divmod(order[at], 3)
         d = faces[neighbour, (place + 2) % 3]
-        found = (key[order[at]] == q * vertex_count + p) & (b != d)
-        found &= ~np.isin(b * vertex_count + d, key) & ~np.isin(d * vertex_count + b, key)
-        # One merger for each face in a round; the rest follow in the next.
-        involved = np.column_stack([needles, neighbour])[found]
+        mergeable = (key[order[at]] == q * vertex_count + p) & (b != d)
+        mergeable &= ~np.isin(b * vertex_count + d, key) & ~np.isin(d * vertex_count + b, key)
+        # Each face is merged once in a round; the rest follow in the next.
+        involved = np.column_stack([needles, neighbour])[mergeable]
         _, first = np.unique(involved, return_index=True)
         alone = np.isin(np.arange(involved.size), first).reshape(-1, 2).all(axis=1)
         if not alone.any():
             break
         one, other = involved[alone].T
-        p, q, b, d = (corner[found][alone] for corner in (p, q, b, d))
+        p, q, b, d = (corner[mergeable][alone] for corner in (p, q, b, d))
         faces[one], faces[other] = np.column_stack([b, p, d]), np.column_stack([d, q, b])
     return replace(surface, faces=faces)
 
 
 def _joined(surface: RepairedSurface) -> RepairedSurface:
-    # Most formats write a vertex once for each of its faces, and joining those is no repair.
+    # Most formats write a vertex once for each of its faces; joining these is not a repair.
     alike = mesh_topology.equal_rows(surface.vertices_mm)
     places_mm = surface.vertices_mm[alike.first]
     surface = replace(surface, vertices_mm=places_mm, faces=alike.group[surface.faces])
-    kept = representatives(places_mm, WELD_MM)
-    joined = int((kept != np.arange(len(kept))).sum())
-    return surface.mended(f"vertices joined to others within {WELD_MM:g} mm", joined, kept[surface.faces])
+    representative = representatives(places_mm, WELD_MM)
+    joined = int((representative != np.arange(len(representative))).sum())
+    return surface.mended(f"vertices joined to others within {WELD_MM:g} mm", joined, representative[surface.faces])
 
 
 def _without_repeats(surface: RepairedSurface) -> RepairedSurface:
@@ -168,7 +168,7 @@ def _by_body(values: Floats, body: Integers, bodies: int) -> Floats:
 
 
 def bounded_body(surface: RepairedSurface) -> tuple[Manifold, tuple[Repair, ...]]:
-    """Return the enclosed body and all repairs: overlapping bodies united, hollows filled, crumbs left out."""
+    """Return the enclosed body and all repairs: overlapping bodies united, hollows filled, crumbs removed."""
     sound = without_needles(surface)
     body = Manifold(Mesh64(sound.vertices_mm, sound.faces.astype(np.uint64)))
     if body.status() != Error.NoError:
@@ -206,7 +206,7 @@ class Openings:
 
 
 def find_openings(surface: RepairedSurface) -> Openings:
-    """Return the rings of open edges, with the longest ring as wide as the mesh apart."""
+    """Return the rings of open edges; the longest ring that is as wide as the mesh is kept separate."""
     rings = _rings(mesh_topology.open_edges(surface.faces))
     place_mm = surface.vertices_mm
     used_mm = place_mm[np.unique(surface.faces)]
@@ -287,12 +287,12 @@ def closed(surface: RepairedSurface, base_mm: float | None) -> RepairedSurface:
         )
     if base_mm is not None:
         sides = "has sides down to a flat underside, which is closed" if openings.underside else "is closed below"
-        raise InputError(f"base_mm is {base_mm:g}, but the mesh {sides}. Leave base_mm out.")
+        raise InputError(f"base_mm is {base_mm:g}, but the mesh {sides}. Remove base_mm.")
     return surface
 
 
 def _rings(edges: Integers) -> list[Integers]:
-    """Return closed walks along the edges, longest first; dead ends are left out."""
+    """Return closed walks along the edges, longest first; dead ends are omitted."""
     onward: dict[int, list[int]] = {}
     for start, end in edges.tolist():
         onward.setdefault(start, []).append(end)

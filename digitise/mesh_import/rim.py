@@ -1,6 +1,6 @@
 """Places on the rim of a crack's mouth: a ring of corners, counter-clockwise, with a place for each share of an edge.
 
-A place is the number of an edge, which is that of its first corner, plus the share of the edge before it.
+A place is the number of an edge, counted by its first corner, plus the share of the edge up to it.
 """
 
 import numpy as np

@@ -17,7 +17,7 @@ def facing(left_mm: Floats, right_mm: Floats) -> Integers:
     left_step, right_step = (
         np.concatenate([[0.0], np.linalg.norm(np.diff(wall, axis=0), axis=1)]) for wall in (left_mm, right_mm)
     )
-    # Costs and distances of the last two anti-diagonals, by the number of the left point, after a dummy in front.
+    # Costs and distances on the last two anti-diagonals, by the number of the left point plus one.
     cost, before = np.full((2, count + 1), np.inf)
     across, across_before = np.zeros((2, count + 1))
     came_by = np.zeros((count + other - 1, count), dtype=np.int8)

@@ -19,7 +19,7 @@ FORMATS: tuple[Format, ...] = get_args(Format)
 InCell = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate in mm of the robot: no arm reaches ten metres
 Angle = Annotated[float, Field(ge=-360, le=360)]
 SPEL_POINTS = 1000  # Number of points in an Epson controller's point file, P0 to P999
-THINNEST_MM = 5.0  # Least RMS spread of taught points beside their line: below it, 0.2 mm tip the face by 2°
+THINNEST_MM = 5.0  # Least RMS spread of taught points off their line: below it, an error of 0.2 mm tips the face by 2°
 
 
 class Taught(Settings):
@@ -50,7 +50,7 @@ class Motion(Settings):
     """Limits of the arm's motion."""
 
     largest_speed_mm_s: float = Field(gt=0.01, le=5000)
-    """Largest speed of the tip. It has no default, since only the cell's owner knows it."""
+    """Largest speed of the tip. Required, since it depends on the cell."""
     acceleration_mm_s2: float = Field(gt=1, le=50_000)
     """Acceleration of the tip in programs, and the limit for ramps and bends of the path."""
     approach_speed_mm_s: float = Field(default=20.0, gt=0.1, le=250)
@@ -60,7 +60,7 @@ class Motion(Settings):
     """Height of the tip above the face before and after the path: five times that of the dams at open ends."""
     largest_tilt_deg: float = Field(default=5.0, gt=0, le=30)
     """Largest angle between nozzle and the face's normal: at 5 degrees, 3 mm above the face, the jet meets it 0.26 mm
-    beside the path."""
+    off the path."""
     most_waypoints: int = Field(default=SPEL_POINTS - 2, ge=3, le=100_000)
     """Waypoints that the controller stores. An Epson point file has a thousand, two of them above the path's ends."""
 
@@ -73,7 +73,7 @@ class Plunger(Settings):
     mm3_per_mm: float | None = Field(default=None, gt=1e-4, le=1e5)
     """Sealant for a millimetre of the axis, if the plunger is geared: weigh the sealant of 10 mm."""
     travel_mm: float = Field(gt=0.1, le=1000)
-    """Travel left to the plunger; a path that needs more is refused."""
+    """Remaining travel of the plunger; a path that needs more is refused."""
     largest_speed_mm_s: float = Field(gt=0.001, le=500)
     """Largest speed of the plunger."""
 
@@ -103,15 +103,15 @@ class Spel(Settings):
     axis_start_mm: InCell | None = None
     """Coordinate of the axis z, s or t with the plunger ready to give."""
     axis_gives: Literal["+", "-"] = "-"
-    """Direction of that axis that presses the plunger: down, for the paper's z."""
+    """Direction of the axis, + or -, that presses the plunger: down, for the paper's z."""
     hand: Literal["right", "left"] = "right"
     """Posture of the arm; the elbow of a SCARA is on the other side."""
     u_deg: Angle = 0.0
     """Angle of the tool about the vertical, constant along the path: a nozzle is round."""
     vw_deg: tuple[Angle, Angle] | None = None
-    """Angles V and W of a six-axis arm with the nozzle down; left out for a SCARA."""
+    """Angles V and W of a six-axis arm with the nozzle down; omit them for a SCARA."""
     tool: int = Field(default=0, ge=0, le=15)
-    """Number of the tool whose tip is the nozzle's; 0 is the bare flange."""
+    """Number of the tool with the nozzle's tip; 0 is the bare flange."""
     local: int = Field(default=0, ge=0, le=15)
     """Number of the local frame that robot_mm was read in; 0 is the robot's own."""
     first_point: int = Field(default=0, ge=0, lt=SPEL_POINTS)
@@ -124,7 +124,9 @@ class Spel(Settings):
         if (self.dispenser == "output") != (self.axis_start_mm is None):
             raise ValueError("axis_start_mm and a dispenser of z, s or t go together: give both or neither")
         if self.motion == "curve" and self.dispenser in ("s", "t"):
-            raise ValueError(f'dispenser = "{self.dispenser}" with motion = "curve": a Curve has no added axis; "move"')
+            raise ValueError(
+                f'dispenser = "{self.dispenser}" with motion = "curve": a Curve has no added axis; take "move"'
+            )
         return self
 
 
@@ -141,8 +143,8 @@ class Urscript(Settings):
     """Settings of an arm of Universal Robots."""
 
     blend_mm: float = Field(default=0.4, gt=0.01, le=20)
-    """Radius in which the arm rounds each waypoint: below half the spacing, which is 1 mm by default. With none it
-    would stop at each."""
+    """Radius of the blend at each waypoint: less than half the spacing, which is 1 mm by default. Without a blend the
+    arm would stop at each."""
     dispenser: Literal["analog", "digital"]
     """analog: a standard analog output in proportion to the flow; digital: a standard output on and off."""
     port: int = Field(ge=0, le=7)
@@ -150,7 +152,7 @@ class Urscript(Settings):
     full_flow_mm3_s: float | None = Field(default=None, gt=1e-3, le=1e6)
     """Flow at the output's full level, for dispenser = "analog"."""
     tool_turn_deg: Angle = 0.0
-    """Angle of the tool about the nozzle, from the robot's x axis, for a camera or a cable beside it."""
+    """Angle of the tool about the nozzle, from the robot's x axis, for a camera or a cable at its side."""
     rotation_vector_rad: tuple[Angle, Angle, Angle] | None = None
     """Tool orientation in place of tool_turn_deg: rx, ry, rz on the pendant with the nozzle square to the face."""
 
@@ -161,7 +163,7 @@ class Urscript(Settings):
         if self.dispenser == "analog" and self.port > 1:
             raise ValueError(f"port is {self.port}: a standard analog output is 0 or 1")
         if self.rotation_vector_rad is not None and self.tool_turn_deg:
-            raise ValueError("tool_turn_deg beside rotation_vector_rad: the vector sets the tool's turn already")
+            raise ValueError("give tool_turn_deg or rotation_vector_rad, not both: the vector sets the tool's turn")
         return self
 
 
@@ -183,7 +185,7 @@ class RobotCell(Settings):
     motion: Motion
     plunger: Plunger | None = None
     pump: Pump | None = None
-    """Weighings of the pump, so that programs ask for what gives the path's flow; without them it is taken to obey."""
+    """Weighings of the pump, from which programs request the flow that gives the path's. Default: the pump is exact."""
     spel: Spel | None = None
     gcode: Gcode | None = None
     urscript: Urscript | None = None
@@ -195,17 +197,17 @@ class RobotCell(Settings):
 
     @property
     def steady_settings(self) -> list[str]:
-        """Settings, as the file has them, by which a program of its formats keeps one speed or one flow."""
-        spel, urscript, found = self.spel, self.urscript, list[str]()
+        """Settings, as written in the file, that keep a program at one speed or one flow."""
+        spel, urscript, settings = self.spel, self.urscript, list[str]()
         if "spel" in self.formats and spel is not None:
-            found += ['spel.motion = "curve"'] * (spel.motion == "curve")
-            found += ['spel.dispenser = "output"'] * (spel.dispenser == "output")
+            settings += ['spel.motion = "curve"'] * (spel.motion == "curve")
+            settings += ['spel.dispenser = "output"'] * (spel.dispenser == "output")
         if "urscript" in self.formats and urscript is not None and urscript.dispenser == "digital":
-            found.append('urscript.dispenser = "digital"')
-        return found
+            settings.append('urscript.dispenser = "digital"')
+        return settings
 
     def missing_for(self, kind: Format) -> str | None:
-        """Return the table that a format needs and the cell does not have."""
+        """Return the table that a format needs and the cell does not have; None if it has all."""
         if kind in ("spel", "gcode", "urscript") and getattr(self, kind) is None:
             return kind
         presses = kind == "gcode" or (kind == "spel" and self.spel is not None and self.spel.dispenser != "output")
@@ -227,7 +229,7 @@ class RobotFrame:
     origin_mm: Floats  # (3,): the sample's origin in the robot's frame
     taught_mm: Floats  # (n, 2): the fitted points on the face
     residual_mm: Floats  # (n,): distance of the robot's points from the fitted ones
-    scale: float  # Ratio of the robot's distances to the sample's: 1 but for touch errors
+    scale: float  # Ratio of the robot's distances to the sample's: 1 without touch errors
 
     @property
     def normal(self) -> Floats:

@@ -1,4 +1,4 @@
-"""A pump by a scale: what it gives for what a program asks, and what to ask for the flow that a path wants."""
+"""A weighed pump: the flow that it gives for a requested flow, and the request that gives a path's flow."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -20,35 +20,34 @@ BOUNDS = {
 }
 NEEDED = ("asked_mm3_s", "weighed_g", "time_s")
 ROWS = (4, 500)
-LEAST_FLOWS = 2  # Different flows asked for, of which a line is made
-MISTYPED = 5.0  # Flow given over flow asked, either way, from which one of them is in another unit
-LEAST_REPEATS = 2  # Weighings beyond one of each flow: from them the scatter is told
+LEAST_FLOWS = 2  # Different requested flows, through which a line is drawn
+MISTYPED = 5.0  # Ratio of given to requested flow, or its inverse, that means a wrong unit
+LEAST_REPEATS = 2  # Weighings beyond one of each flow: they show the scatter
 T_95 = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
-"""Student's factor of a 95 % interval for one degree of freedom, and more."""
-DOUBTFUL = 0.1  # Relative half-width of the interval of a flow that earns a warning: the bar of all that is measured
+"""Student's factor of a 95 % interval for 1 to 10 degrees of freedom."""
+DOUBTFUL = 0.1  # Relative half-width of a flow's interval that gives a warning, as for all that is measured
 WORTHLESS = 0.5
-"""Half-width that is refused: the crack would get anything from half of its sealant to half as much again, from a bare
-floor to sealant beside the crack."""
+"""Half-width that is refused: the crack would get 50 to 150 % of its sealant, from a bare floor to an overflow."""
 ROUNDING = 1e-9  # Relative scatter of equal weighings
-ALIKE = 1e-6  # Relative difference of two numbers that one person wrote as the same
+ALIKE = 1e-6  # Relative difference of two numbers that are meant as equal
 
 
 class Pump(Settings):
     """Weighings of a pump, and the sealant that was weighed."""
 
     file: Path
-    """CSV of asked_mm3_s, weighed_g, time_s and, where it was timed, delay_s, beside the cell file or absolute: the
-    flow that was asked for, what a cup caught of steady flow in that time, and the time from asking to the first
-    sealant. Two weighings or more of each of two flows or more."""
+    """CSV of asked_mm3_s, weighed_g, time_s and, if it was timed, delay_s; its path is relative to the cell file, or
+    absolute. They are the requested flow, the mass that a cup caught of steady flow in that time, and the time from the
+    request to the first sealant. Give two or more weighings of each of two or more flows."""
     density_kg_m3: float = Field(ge=100, le=2e4)
     """Density of the sealant."""
     density_error_kg_m3: float = Field(default=0.0, ge=0, le=2e4)
-    """Its standard uncertainty, which all flows share."""
+    """Standard uncertainty of the density, common to all flows."""
 
 
 @dataclass(frozen=True)
 class PumpTable:
-    """The flow that a pump gives over the flow that it is asked for, linear between weighings."""
+    """Flow that a pump gives by the requested flow, linear between weighings."""
 
     name: str  # Of the file, for refusals
     asked_mm3_s: Floats  # (n,), increasing
@@ -57,7 +56,7 @@ class PumpTable:
     scatter: float  # Relative standard deviation of one weighing
     freedom: int  # Degrees of freedom of that
     count: Floats  # (n,): weighings of each flow
-    bend: float  # Relative error that the straight lines between flows leave, at worst
+    bend: float  # Largest relative error of the straight lines between flows
     density_error: float  # Relative
 
     @property
@@ -66,7 +65,7 @@ class PumpTable:
         return float(self.given_mm3_s[0]), float(self.given_mm3_s[-1])
 
     def asked_for(self, wanted_mm3_s: Floats) -> Floats:
-        """Return what to ask for; 0 for 0. Raises InputError outside of the flows that were weighed."""
+        """Return the request for each flow; 0 for 0. Raises InputError outside the weighed range."""
         flows = wanted_mm3_s[wanted_mm3_s > 0]
         low, high = self.range_mm3_s
         if len(flows) and (flows.min() < low * (1 - ALIKE) or flows.max() > high * (1 + ALIKE)):
@@ -78,70 +77,73 @@ class PumpTable:
         return np.where(wanted_mm3_s > 0, np.interp(wanted_mm3_s, self.given_mm3_s, self.asked_mm3_s), 0.0)
 
     def delay_at(self, wanted_mm3_s: float) -> float:
-        """Return the time from asking to the first sealant at a flow."""
+        """Return the time from the request to the first sealant at a flow."""
         return float(np.interp(wanted_mm3_s, self.given_mm3_s, self.delay_s))
 
     def error_95(self, wanted_mm3_s: float) -> float:
-        """Return the relative half-width of the 95 % interval of the flow that is given where that one is wanted."""
+        """Return the relative half-width of the 95 % interval of the given flow, for a wanted flow."""
         place = float(np.interp(wanted_mm3_s, self.given_mm3_s, np.arange(len(self.count))))
         low = min(int(place), len(self.count) - 2)
         share = place - low
-        # Between two flows both means count, each by its share.
+        # Between two flows both means count by their shares.
         mean = np.hypot((1 - share) / np.sqrt(self.count[low]), share / np.sqrt(self.count[low + 1])) * self.scatter
         factor = T_95[self.freedom - 1] if self.freedom <= len(T_95) else 1.96 * (1 + 1.2 / self.freedom)
         bend = 4 * share * (1 - share) * self.bend
         return float(np.hypot(np.hypot(factor * mean, 1.96 * self.density_error), bend))
 
     def doubts(self, wanted_mm3_s: Floats) -> tuple[float | None, tuple[str, ...]]:
-        """Return the largest relative half-width of flows that are wanted, and a warning if it is large.
+        """Return the largest relative half-width of the wanted flows, and a warning if it is large.
 
-        Weighings that repeat each other to the last digit show no scatter, and give None and a warning. Raises
-        InputError if the flow is hardly known.
+        None, with a warning, if weighings agree to the last digit and so show no scatter. Raises InputError if the flow
+        is too uncertain.
         """
         if self.scatter < ROUNDING:
             return None, (
-                f"{self.name}: weighings of one flow repeat each other to the last digit and show no scatter, so that "
-                "nothing is said of how well the path's flow is known: weigh for longer or on a finer scale",
+                f"{self.name}: weighings of one flow agree to the last digit and show no scatter, so the uncertainty "
+                "of the path's flow is unknown: weigh for longer or on a finer scale",
             )
         flows = wanted_mm3_s[wanted_mm3_s > 0]
         half = max(self.error_95(float(flows.min())), self.error_95(float(flows.max())))
-        said = (
+        scatter = (
             f"{self.name}: one weighing is {self.scatter:.0%} off its mean (standard deviation), so that the path's "
             f"flow is known to {half:.0%} (95 %)"
         )
         if half > WORTHLESS:
-            raise InputError(f"{said}; {WORTHLESS:.0%} are allowed. Weigh more often, for longer, or mend the pump.")
-        return half, (f"{said}: weigh more often or for longer",) if half > DOUBTFUL else ()
+            raise InputError(
+                f"{scatter}; {WORTHLESS:.0%} are allowed. Weigh more often, for longer, or repair the pump."
+            )
+        return half, (f"{scatter}: weigh more often or for longer",) if half > DOUBTFUL else ()
 
 
 def read_pump(pump: Pump, folder: Path) -> PumpTable:
-    """Read the weighings, which lie in ``folder`` unless absolute. Raises InputError, naming file and row."""
+    """Read the weighings; their path is relative to ``folder`` or absolute. Raises InputError with file and row."""
     path = folder / pump.file
     columns = read_columns(path, BOUNDS, NEEDED, ROWS)
-    asked = np.array(columns["asked_mm3_s"])
+    asked_mm3_s = np.array(columns["asked_mm3_s"])
     flow = 1e6 * np.array(columns["weighed_g"]) / pump.density_kg_m3 / np.array(columns["time_s"])
-    delay = np.array(columns.get("delay_s", [0.0] * len(asked)))
-    flows = np.unique(asked)
-    groups = [asked == one for one in flows]
-    freedom = len(asked) - len(flows)
+    delay = np.array(columns.get("delay_s", [0.0] * len(asked_mm3_s)))
+    flows = np.unique(asked_mm3_s)
+    groups = [asked_mm3_s == one for one in flows]
+    freedom = len(asked_mm3_s) - len(flows)
     if len(flows) < LEAST_FLOWS or freedom < LEAST_REPEATS:
         raise InputError(
-            f"{path}: {len(asked)} weighings of {len(flows)} flows; at least {LEAST_FLOWS} flows are needed, and "
+            f"{path}: {len(asked_mm3_s)} weighings of {len(flows)} flows; at least {LEAST_FLOWS} flows are needed, and "
             f"{LEAST_REPEATS} weighings that repeat one, since a single one shows no scatter."
         )
     given = np.array([flow[group].mean() for group in groups])
     times = float(np.median(given / flows))
     if not 1 / MISTYPED < times < MISTYPED:
         raise InputError(
-            f"{path}: by its weighings the pump gives {times:.3g} times the flow that it is asked for, and no pump is "
+            f"{path}: by its weighings the pump gives {times:.3g} times the requested flow, and no pump is "
             f"off by a factor of {MISTYPED:g}. Check the units: asked_mm3_s in mm³/s, weighed_g in g, time_s in "
             "seconds and not minutes, density_kg_m3 of the cell's pump in kg/m³."
         )
     for (asked_before, before), (asked_after, after) in pairwise(zip(flows.tolist(), given.tolist(), strict=True)):
         if after <= before:
             raise InputError(
-                f"{path}: asked for {asked_after:g} mm³/s the pump gave {after:.4g}, no more than the {before:.4g} at "
-                f"{asked_before:g}: no flow between tells what to ask. Weigh again, or leave out what it cannot give."
+                f"{path}: at a request of {asked_after:g} mm³/s the pump gave {after:.4g}, no more than the "
+                f"{before:.4g} at {asked_before:g}: a flow between has no request. Weigh again, or omit the flow "
+                "that it cannot give."
             )
     relative = np.concatenate([flow[group] / mean - 1 for group, mean in zip(groups, given, strict=True)])
     return PumpTable(
@@ -157,9 +159,11 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     )
 
 
-def _bend(asked: Floats, given: Floats) -> float:
-    """Return the largest relative distance of a curve from its chords: a quarter of what one flow is off its own."""
-    if len(asked) < 3:
+def _bend(requested: Floats, given: Floats) -> float:
+    """Return the largest relative distance of a curve from its chords: a quarter of a flow's from its own chord."""
+    if len(requested) < 3:
         return 0.0
-    chord = given[:-2] + (given[2:] - given[:-2]) * (asked[1:-1] - asked[:-2]) / (asked[2:] - asked[:-2])
+    chord = given[:-2] + (given[2:] - given[:-2]) * (requested[1:-1] - requested[:-2]) / (
+        requested[2:] - requested[:-2]
+    )
     return float((np.abs(given[1:-1] - chord) / given[1:-1]).max()) / 4

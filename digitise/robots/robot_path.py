@@ -1,4 +1,4 @@
-"""The nozzle's path in the robot's frame, checked against the limits of its cell; its tables, and a program's words."""
+"""The nozzle's path in the robot's frame, checked against the limits of its cell; its tables, and text for programs."""
 
 import math
 import re
@@ -16,26 +16,28 @@ from sealtwin.core.record_files import TRAJECTORY_COLUMNS
 from sealtwin.core.records import Floats, Trajectory
 
 ROUNDING = 1e-6  # Rounding of trajectory.csv, which has six decimals
-MUCH_GROWTH = 2.0  # Growth of a touch error that earns a warning: 0.2 mm, a good touch by hand, become more than 0.4
+MUCH_GROWTH = 2.0  # Growth of a touch error that gives a warning: 0.2 mm, a good touch by hand, becomes more than 0.4
 
-Limit = tuple[bool, str]  # True if a limit of the cell is exceeded, and the sentence that then says so
-NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:_+=/-]")  # These mean something to some controller: GRBL executes ?, ! and ~
+Limit = tuple[bool, str]  # True if a limit of the cell is exceeded, and the sentence for that case
+NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:_+=/-]")  # Signs with a meaning to some controller: GRBL executes ?, ! and ~
 LONGEST = 120
 
 
 @dataclass(frozen=True)
 class RobotPath:
-    """Content of every robot's file."""
+    """The nozzle's path in the robot's frame, from which every format is written."""
 
-    trajectory: Trajectory  # Trajectory with the robot's positions, and the flow that the pump is asked for
+    trajectory: Trajectory  # Trajectory with the robot's positions, and the flow requested from the pump
     frame: RobotFrame
     cell: RobotCell
     cell_file: str  # Name of the cell file, for refusals
     warnings: tuple[str, ...]
     wanted_mm3: float = 0.0  # Sealant that the path is to give
-    hold_s: float = 0.0  # Time for which the pump is asked before the nozzle begins to move along the crack
-    weighed: bool = False  # A pump's table says what to ask for, which then is not the flow that is wanted
-    head: tuple[str, ...] = ()  # Lines for a program's head: with a user's words, they enter it by ``comments`` only
+    hold_s: float = 0.0  # Time from the request to the pump to the nozzle's start along the crack
+    weighed: bool = False  # True if the trajectory has the request to a weighed pump, not the wanted flow
+    head: tuple[
+        str, ...
+    ] = ()  # Lines for a program's head; they contain a user's words and enter it by ``comments`` only
 
     @property
     def tilt_deg(self) -> float:
@@ -44,7 +46,7 @@ class RobotPath:
 
     @property
     def held_mm3(self) -> float:
-        """Sealant that is asked for while the nozzle waits for the first of it."""
+        """Sealant requested while the nozzle waits for the first of it."""
         return float(self.trajectory.flow_mm3_s[self.trajectory.giving.start]) * self.hold_s
 
     @property
@@ -56,8 +58,8 @@ class RobotPath:
 
     def require(self, *limits: Limit) -> None:
         """Raise InputError with the sentences of all limits that are exceeded, each after the cell file's name."""
-        if found := [f"{self.cell_file}: {fault}" for exceeded, fault in limits if exceeded]:
-            raise InputError("\n".join(found))
+        if faults := [f"{self.cell_file}: {fault}" for exceeded, fault in limits if exceeded]:
+            raise InputError("\n".join(faults))
 
     def reach_limit(self, what: str, places_mm: Floats) -> Limit:
         """Return the limit of the reach box for the places of ``what``, (n, 3) in the robot's frame."""
@@ -73,17 +75,17 @@ class RobotPath:
 
     @property
     def tilt_limit(self) -> Limit:
-        """Limit of the face's tilt for an arm whose nozzle is always vertical."""
-        found = f"the face is tilted by {self.tilt_deg:.1f} degrees and the nozzle stays vertical"
-        return self.motion_limit("largest_tilt_deg", self.tilt_deg, found, "Level the sample and teach it again.")
+        """Limit of the face's tilt for an arm with a nozzle that is always vertical."""
+        fault = f"the face is tilted by {self.tilt_deg:.1f} degrees and the nozzle stays vertical"
+        return self.motion_limit("largest_tilt_deg", self.tilt_deg, fault, "Level the sample and teach it again.")
 
-    def motion_limit(self, key: str, value: float, found: str, remedy: str, rounding: float = 0.0) -> Limit:
-        """Return the limit that the cell's [motion] sets by ``key``, for a value that ``found`` states."""
+    def motion_limit(self, key: str, value: float, fault: str, remedy: str, rounding: float = 0.0) -> Limit:
+        """Return the limit that the cell's [motion] sets by ``key``, for a value that ``fault`` states."""
         allowed = getattr(self.cell.motion, key)
-        return value > allowed * (1 + rounding), f"{found}; motion.{key} allows {allowed:g}. {remedy}"
+        return value > allowed * (1 + rounding), f"{fault}; motion.{key} allows {allowed:g}. {remedy}"
 
     def level_flow_mm3_s(self, dispenser: str, remedy: str) -> float:
-        """Return the only flow besides 0. Raises InputError if there are more, since ``dispenser`` gives but one."""
+        """Return the only flow besides 0. Raises InputError if there are more, since ``dispenser`` gives only one."""
         flow = self.trajectory.flow_mm3_s[:-1]
         flow = flow[flow > 0]
         if flow.max() > flow.min() * (1 + 10 * ROUNDING):
@@ -118,9 +120,9 @@ class RobotPath:
 
 
 def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: PumpTable | None = None) -> RobotPath:
-    """Transform a path from the sample's frame into the robot's. Raises InputError, with all limits that it exceeds.
+    """Transform a path from the sample's frame into the robot's. Raises InputError with all exceeded limits.
 
-    With a ``pump`` that was weighed, the flow becomes what to ask it for.
+    With a weighed ``pump``, the flow becomes the request to it.
     """
     _check_rows(trajectory)
     sample_mm, robot_mm = (np.array([getattr(at, of) for at in cell.taught]) for of in ("sample_mm", "robot_mm"))
@@ -131,8 +133,8 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
         first_mm3_s = float(trajectory.flow_mm3_s[trajectory.giving.start])
         hold_s = pump.delay_at(first_mm3_s)
         if hold_s > 0 and cell.spel is not None and cell.spel.dispenser != "output":
-            said = f"the pump's delay of {hold_s:.2g} s is not in a SPEL+ program whose axis presses the plunger"
-            warnings = (*warnings, f"{said}; digitise with a path.lead_in_mm, and start the plunger by hand")
+            delay = f"the pump's delay of {hold_s:.2g} s is not in a SPEL+ program whose axis presses the plunger"
+            warnings = (*warnings, f"{delay}; digitise with a path.lead_in_mm, and start the plunger by hand")
         placed = replace(placed, flow_mm3_s=pump.asked_for(trajectory.flow_mm3_s))
         warnings = (*warnings, *pump.doubts(trajectory.flow_mm3_s)[1])
     path = RobotPath(placed, frame, cell, cell_file, warnings, trajectory.dispensed_mm3, hold_s, pump is not None)
@@ -141,10 +143,10 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
 
 
 def _check_rows(trajectory: Trajectory) -> None:
-    """Raise InputError for a trajectory.csv that is no path, since it may have been edited."""
+    """Raise InputError unless trajectory.csv, which may have been edited, is a path."""
     values = np.column_stack([trajectory.t_s, trajectory.position_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s])
     if len(values) < 2 or not np.isfinite(values).all() or not (np.diff(trajectory.t_s) > 0).all():
-        raise InputError("trajectory.csv: needs two rows or more, numbers in all, and t_s that grows. Digitise again.")
+        raise InputError("trajectory.csv: needs two or more rows, finite numbers, and increasing t_s. Digitise again.")
     if not (trajectory.flow_mm3_s >= 0).all() or not trajectory.given_mm3.sum() > 0:
         raise InputError(
             "trajectory.csv: flow_mm3_s must not be negative, and not 0 everywhere. Digitise again; a path without "
@@ -163,7 +165,7 @@ def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
     enough_mm = math.ceil(100 * trajectory.length_mm / max(motion.most_waypoints - 4, 1)) / 100
     fastest_mm_s, approach_mm_s = trajectory.speed_mm_s.max(), motion.approach_speed_mm_s
     speed_mm_s, lasts_s = trajectory.speed_mm_s[:-1], np.diff(trajectory.t_s)
-    # A mean speed belongs to the middle of its time.
+    # A mean speed applies at the middle of its time.
     along = np.append(0.0, np.abs(np.diff(speed_mm_s)) / ((lasts_s[1:] + lasts_s[:-1]) / 2)).max()
     across = np.append(0.0, np.maximum(speed_mm_s[1:], speed_mm_s[:-1]) ** 2 / radii_mm(trajectory.position_mm))
     bend = int(across.argmax())
@@ -221,15 +223,15 @@ def points_text(path: RobotPath) -> str:
 
 
 def table_text(path: RobotPath) -> str:
-    """Return the columns of trajectory.csv with the robot's x, y and z; each row holds until the next.
+    """Return the columns of trajectory.csv with the robot's x, y and z; each row applies until the next.
 
-    Where a pump was weighed, the last is not the flow that is wanted, and is called ``asked_mm3_s``.
+    If a pump was weighed, the last column is the requested flow, ``asked_mm3_s``.
     """
     it = path.trajectory
     columns = (*TRAJECTORY_COLUMNS[:-1], "asked_mm3_s") if path.weighed else TRAJECTORY_COLUMNS
     rows = np.column_stack([it.t_s, it.position_mm, it.s_mm, it.speed_mm_s, it.flow_mm3_s])
     if path.hold_s > 0:
-        # The nozzle waits where it begins to give, and asks already.
+        # The nozzle waits at its first giving waypoint, with the pump already on.
         first = it.giving.start
         waiting = rows[first].copy()
         waiting[list(TRAJECTORY_COLUMNS).index("speed_mm_s")] = 0.0

@@ -108,8 +108,8 @@ def _along_moves(path: RobotPath, settings: Spel, places: Places, number: int) -
             lines.append(f"  {'On' if is_on else 'Off'} {settings.output_bit}")
             # Only once: a path gives without a pause.
             lines += _wait(path) if row == trajectory.giving.start else []
-        if (asked := decimal(float(speed_mm_s[row]), 3)) != speed:
-            speed = asked
+        if (wanted := decimal(float(speed_mm_s[row]), 3)) != speed:
+            speed = wanted
             lines.append(f"  SpeedS {speed}")
         onward = "" if row + 1 == last else _blend(path) if row + 1 == trajectory.giving.start else " CP"
         lines.append(f"  Move P{number + row + 1}{onward}")
@@ -117,30 +117,30 @@ def _along_moves(path: RobotPath, settings: Spel, places: Places, number: int) -
 
 
 def _blend(path: RobotPath) -> str:
-    """Write that a motion goes over into the next one, unless the nozzle waits in between."""
+    """Write the suffix that blends a motion into the next one, unless the nozzle waits between them."""
     return "" if path.hold_s > 0 else " CP"
 
 
 def _wait(path: RobotPath) -> list[str]:
-    """Write the pause in which the first sealant comes."""
+    """Write the pause for the first sealant."""
     return [f"  Wait {decimal(path.hold_s, 3)}"] if path.hold_s > 0 else []
 
 
 def _for_curve(path: RobotPath, crack: Places) -> Places:
-    """Return as many evenly spaced points as a Curve takes. Raises InputError if so few leave the path."""
+    """Return as many evenly spaced points as a Curve takes. Raises InputError if these are too few for the path."""
     count = int(np.clip(len(crack), FEWEST_IN_CURVE, MOST_IN_CURVE))
     if count == len(crack):
         return crack
     s_mm = arc_length(crack[:, :3])
     stations = np.linspace(0.0, s_mm[-1], count)
-    kept = at_arc_length(crack, s_mm, stations)
-    off_mm = np.linalg.norm(at_arc_length(kept, stations, s_mm)[:, :3] - crack[:, :3], axis=1).max()
+    thinned = at_arc_length(crack, s_mm, stations)
+    off_mm = np.linalg.norm(at_arc_length(thinned, stations, s_mm)[:, :3] - crack[:, :3], axis=1).max()
     fault = (
-        f"a Curve of SPEL+ takes {MOST_IN_CURVE} points, the path has {len(crack)} over the crack, and so few leave "
-        f'it by {off_mm:.2f} mm; {THINNED_MM:g} are allowed. Set spel.motion = "move".'
+        f"a Curve of SPEL+ takes {MOST_IN_CURVE} points, the path has {len(crack)} over the crack, and so few deviate "
+        f'from it by {off_mm:.2f} mm; {THINNED_MM:g} are allowed. Set spel.motion = "move".'
     )
     path.require((off_mm > THINNED_MM, fault))
-    return kept
+    return thinned
 
 
 def _evenness_limits(path: RobotPath, speed_mm_s: Floats) -> list[Limit]:
@@ -161,14 +161,14 @@ def _evenness_limits(path: RobotPath, speed_mm_s: Floats) -> list[Limit]:
 def _speed_limits(path: RobotPath, speed_mm_s: Floats) -> list[Limit]:
     """Return the limits of the arm's speed, which exceeds the nozzle's if its z presses the plunger too."""
     fastest_mm_s = speed_mm_s.max()
-    found = f"along the path and down with the plunger the arm moves at {fastest_mm_s:.4g} mm/s"
+    fault = f"along the path and down with the plunger the arm moves at {fastest_mm_s:.4g} mm/s"
     return [
         (
             speed_mm_s.min() < SLOWEST_MM_S,
             f"SpeedS takes {SLOWEST_MM_S:g} mm/s or more, and the path has {speed_mm_s.min():.3g}. Digitise with a "
             "higher path.speed_mm_s, or a coarser path.spacing_mm on a ramp.",
         ),
-        path.motion_limit("largest_speed_mm_s", fastest_mm_s, found, "Digitise with a lower path.speed_mm_s.", EVEN),
+        path.motion_limit("largest_speed_mm_s", fastest_mm_s, fault, "Digitise with a lower path.speed_mm_s.", EVEN),
     ]
 
 

@@ -1,7 +1,7 @@
 """URScript program for an arm of Universal Robots.
 
 Functions are those of The URScript Programming Language, modules motion and interfaces: poses and blend radii in metres
-and radians, outputs from 0 to 1 or Boolean. A call after a blended move is made as the blend begins.
+and radians, outputs from 0 to 1 or Boolean. A call after a blended move runs when the blend begins.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ def urscript_text(path: RobotPath) -> str:
         _tool_limit(path, turn),
         path.reach_limit("the way to the path or from it", over_mm),
     )
-    # A given vector stays as the pendant shows it: the same turn has others.
+    # A given vector is written as the pendant shows it; other vectors mean the same turn.
     rotation = [decimal(angle, 6) for angle in settings.rotation_vector_rad or turn.as_rotvec()]
     trajectory, motion = path.trajectory, path.cell.motion
     accelerate, approach = _metres(motion.acceleration_mm_s2), _metres(motion.approach_speed_mm_s)
@@ -43,7 +43,7 @@ def urscript_text(path: RobotPath) -> str:
     radii_mm = [settings.blend_mm] * (len(outputs) - 1) + [0.0]
     begins = trajectory.giving.start
     if path.hold_s > 0 and begins > 0:
-        # It stops where it waits.
+        # The arm waits at this waypoint, so it must stop there.
         radii_mm[begins - 1] = 0.0
     rows = zip(outputs, [off, *outputs], trajectory.position_mm[1:], trajectory.speed_mm_s, radii_mm, strict=False)
     for row, (output, before, place_mm, speed_mm_s, radius_mm) in enumerate(rows):
@@ -78,7 +78,7 @@ def _notes(path: RobotPath, settings: Urscript) -> list[str]:
     )
     return [
         "Units: m, rad, m/s. Poses in the base frame, and the active TCP must be the tip of the nozzle.",
-        f"To the place above the path by movej at {JOINT_SPEED_RAD_S} rad/s, the way that the arm finds: start near.",
+        f"To the place above the path by movej at {JOINT_SPEED_RAD_S} rad/s, on the arm's own way: start near.",
         dispenser,
     ]
 
@@ -107,8 +107,8 @@ def _tool(frame: RobotFrame, settings: Urscript) -> Rotation:
 def _tool_limit(path: RobotPath, turn: Rotation) -> Limit:
     along = turn.apply([0.0, 0.0, 1.0])
     off_deg = float(np.degrees(np.arccos(np.clip(-along @ path.frame.normal, -1, 1))))
-    found = f"urscript.rotation_vector_rad holds the nozzle {off_deg:.1f} degrees off the face's normal"
-    return path.motion_limit("largest_tilt_deg", off_deg, found, "Teach it again, or leave it out.")
+    fault = f"urscript.rotation_vector_rad puts the nozzle {off_deg:.1f} degrees off the face's normal"
+    return path.motion_limit("largest_tilt_deg", off_deg, fault, "Teach it again, or remove it.")
 
 
 def _metres(mm: float) -> str:

@@ -1,4 +1,4 @@
-"""Corners of a black square, where its edges meet, to a few hundredths of a pixel: blur rounds off the corners."""
+"""Corners of a black square to a few hundredths of a pixel, from its edges: blur rounds the corners themselves off."""
 
 import cv2
 import numpy as np
@@ -7,7 +7,7 @@ from digitise.geometry.polyline import meeting, unit
 from digitise.image.raster import Map, sampled
 from sealtwin.core.records import Floats
 
-REACH = (0.7, 0.35)  # Range to either side of an edge in each pass, in modules; the first mends a rough detection
+REACH = (0.7, 0.35)  # Range to either side of an edge in each pass, in modules; the first corrects a rough detection
 ACROSS, ALONG = 33, 48  # Samples of an edge; more do not move it
 STRAY_PX = 0.3  # Distance from the edge beyond which a sample is an outlier, moved by dirt or a shadow
 
@@ -64,24 +64,24 @@ def quadrilateral(lines: list[Floats]) -> Floats:
 
 
 def refined_corners(brightness: Map, corners_px: Floats, module_px: float) -> Floats | None:
-    """Refine corners known to half a module, in linear light, (4, 2); None where an edge is hidden."""
+    """Refine corners that are within half a module, in linear light, (4, 2); None if an edge is hidden."""
     for reach in REACH:
         edges = [_edge(brightness, corners_px, side, reach * module_px) for side in range(4)]
-        found = [edge for edge in edges if edge is not None]
-        if len(found) < 4:
+        lines = [edge for edge in edges if edge is not None]
+        if len(lines) < 4:
             return None
-        corners_px = quadrilateral(found)
+        corners_px = quadrilateral(lines)
     return corners_px
 
 
 def _edge(brightness: Map, corners_px: Floats, side: int, reach_px: float) -> Floats | None:
-    """Return the line, a point and a direction, of mean light between black and white; None where too little shows."""
+    """Return the line, a point and a direction, of mean light between black and white; None if too little shows."""
     # Near the corners, blur mixes two edges.
     offset = np.linspace(-reach_px, reach_px, ACROSS)
     foot, outward, light = light_across(brightness, corners_px, side, np.linspace(0.1, 0.9, ALONG), offset)
     light = light.astype(float)
     black = np.median(light[:, : ACROSS // 5])
-    # Row by row, since light falls off along the edge, which shows in white only.
+    # Row by row, since light falls off along the edge, which is visible in white only.
     white = np.median(light[:, -(ACROSS // 5) :], axis=1)
     passed = light > (0.5 * (black + white))[:, None]
     after = passed.argmax(axis=1)

@@ -1,4 +1,4 @@
-"""The scale by the size of the sample's face and its four corners, found by its edges or given."""
+"""The scale by the size of the sample's face and its four corners, from its edges or given."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from sealtwin.core.records import Floats
 WORK_PX = 800  # Longer side of the copy on which the face is searched; its edges are refined on the photo itself
 MIN_AREA = 0.1  # Smallest area of a face, over the photo's
 LEAST_MARGIN = 0.02  # Margin around a detected face over the photo's shorter side: what reaches the border is a board
-GAP_BRIGHTNESS = 0.8  # Most brightness of a gap between face and board over the darker of both; plain edges keep 0.9
+GAP_BRIGHTNESS = 0.8  # Largest brightness of a gap between face and board over the darker of both; plain edges have 0.9
 LEAST_FILLED = 0.7  # Smallest share of its quadrilateral that a face of unknown size fills, less its crack and pores
 MOST_SLENDER = 5.0  # Largest length over width of a face of unknown size; a straight crack is a longer rectangle
 LEAST_PART = 0.1  # Smallest part of a face that a crack divides, over the largest
@@ -27,7 +27,7 @@ ASPECT_TOLERANCE = 0.2  # Largest logarithm of the face's aspect over face_mm's;
 CLICKED_PX, FOUND_PX = 1.0, 0.5  # Standard deviation of a corner's coordinates, clicked or by edges with a soft shadow
 FACE_MM = 0.25  # Standard uncertainty of each side of the face: a caliper on mortar is good to 0.5 mm, at two sigma
 
-MOST_FORESHORTENED = 2.0  # That of a camera 60 degrees off square; corners listed in another order differ by more
+MOST_FORESHORTENED = 2.0  # Largest ratio of aspects, by a camera 60 degrees off square; a wrong order gives more
 
 
 def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tuple[Floats, float]:
@@ -36,19 +36,19 @@ def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tupl
     if rough is None:
         raise InputError(f"{file}: the face does not stand out from its surroundings; give face_corners_px.")
     corners, bend_px = _by_edges(brightness, rough)
-    found, expected = _aspect(corners), size_mm[0] / size_mm[1]
-    if not np.isfinite(found) or abs(np.log(found / expected)) > ASPECT_TOLERANCE:
+    aspect, expected = _aspect(corners), size_mm[0] / size_mm[1]
+    if not np.isfinite(aspect) or abs(np.log(aspect / expected)) > ASPECT_TOLERANCE:
         raise InputError(
-            f"{file}: the face found is {found:.2f} times as wide as high, that of face_mm {expected:.2f}: "
+            f"{file}: the face found is {aspect:.2f} times as wide as high, that of face_mm {expected:.2f}: "
             "check face_mm (width, height in the photo), or give face_corners_px."
         )
     return corners, bend_px
 
 
 def see_face(brightness: Map) -> Floats | None:
-    """Find the corners in px of a face of unknown size, (4, 2); None where no filled straight-sided one stands out.
+    """Find the corners in px of a face of unknown size, (4, 2); None if there is no filled one with straight sides.
 
-    Its shadow would be the longest dark line in the photo. All four edges must lie inside.
+    Its shadow would be the longest dark line in the photo. All four edges must be inside it.
     """
     rough = _rough_corners(brightness, LEAST_PART_UNMEASURED, LEAST_FILLED)
     if rough is None:
@@ -118,7 +118,7 @@ def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
     reach = max(6.0, 0.012 * max(soft.shape))
     offsets = np.arange(-reach, reach + 0.25, 0.5)
     foot, outward, light = light_across(soft, corners, side, np.linspace(0.04, 0.96, 200), offsets)
-    # Neighbours along the edge share the edge, but not their grain.
+    # Neighbouring rows share the edge, but not their grain.
     light = np.asarray(cv2.blur(light, (1, 9)), dtype=float)
     slope = _inner_slope(light) if _has_gap(light) else np.abs(np.gradient(light, axis=1))
     points = foot + (_peak(slope) * (offsets[1] - offsets[0]) + offsets[0])[:, None] * outward
@@ -126,7 +126,7 @@ def _edge_line(soft: Map, corners: Floats, side: int) -> tuple[Floats, Floats]:
 
 
 def _has_gap(light: Floats) -> bool:
-    """Return True where most rows of brightness have a minimum darker than both their ends, as no crack makes it."""
+    """Return True if most rows of brightness have a minimum darker than both ends, which a crack does not cause."""
     quarter = light.shape[1] // 4
     inner, outer = np.median(light[:, :quarter], axis=1), np.median(light[:, -quarter:], axis=1)
     return float(np.median(light.min(axis=1) / np.maximum(np.minimum(inner, outer), 1e-6))) < GAP_BRIGHTNESS
@@ -148,7 +148,7 @@ def _peak(rows: Floats) -> Floats:
 
 
 def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
-    """Fit the homography to four corners, found or given; raise InputError where no such face stands out."""
+    """Fit the homography to four corners, detected or given; raise InputError if there is no such face."""
     size_px, (width_mm, height_mm) = pixels.size_px, face_mm[2:]
     corners_px, bend_px, noise_px = given_corners(pixels, settings), None, CLICKED_PX
     if corners_px is None:
@@ -160,13 +160,13 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
     mm_per_px = float(fit.view.mm_per_px_at(places)[MIDDLE])
     middle_mm = fit.view.to_mm(places)[MIDDLE]
     _, tilt_deg = find_pose(fit, covariance, middle_mm, pixels.focal_px, settings.camera_distance_mm)
-    found = "corners given" if bend_px is None else "found by its edges"
+    source = "corners given" if bend_px is None else "found by its edges"
     # The scale is the geometric mean of both directions, to which each side contributes half.
     by_caliper = FACE_MM * np.hypot(0.5 / width_mm, 0.5 / height_mm)
     return Scale(
         view=fit.view,
         mm_per_px=mm_per_px,
-        scale_source=f"face of {width_mm:g} x {height_mm:g} mm, {found}",
+        scale_source=f"face of {width_mm:g} x {height_mm:g} mm, {source}",
         scale_residual_mm=None if bend_px is None else bend_px * mm_per_px,
         scale_uncertainty=float(np.hypot(fit.spread_of_scale(places, covariance), by_caliper)),
         camera_tilt_deg=tilt_deg,
@@ -175,7 +175,7 @@ def scale_by_face(pixels: Pixels, settings: PhotoInput, face_mm: Box) -> Scale:
 
 
 def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
-    """Return the user's corners of the face, (4, 2), or None; raise InputError where they cannot be a face's."""
+    """Return the user's corners of the face, (4, 2), or None; raise InputError if they cannot be a face's."""
     if settings.face_corners_px is None:
         return None
     corners_px, size_px, file = np.array(settings.face_corners_px, dtype=float), pixels.size_px, pixels.file
@@ -186,7 +186,7 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
                 f"{file}: face_corners_px has ({x:g}, {y:g}), {beyond:.3g} px outside the photo of {size_px[0]} x "
                 f"{size_px[1]} px; x runs right and y down, from 0."
             )
-    # Counter-clockwise, the way round them turns left at each.
+    # Counter-clockwise corners turn left at each.
     side = np.roll(corners_px, -1, axis=0) - corners_px
     after = np.roll(side, -1, axis=0)
     if not np.all(side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0] < 0):
@@ -197,11 +197,11 @@ def given_corners(pixels: Pixels, settings: PhotoInput) -> Floats | None:
         )
     if settings.face_mm is None:
         return corners_px
-    seen, expected = _aspect(corners_px), settings.face_mm[0] / settings.face_mm[1]
-    if max(seen / expected, expected / seen) > MOST_FORESHORTENED:
+    aspect, expected = _aspect(corners_px), settings.face_mm[0] / settings.face_mm[1]
+    if max(aspect / expected, expected / aspect) > MOST_FORESHORTENED:
         raise InputError(
-            f"{file}: the face of face_corners_px is {seen:.2f} times as wide as high, that of face_mm {expected:.2f}; "
-            "list lower left, lower right, upper right, upper left (px, y down), or correct face_mm (width, height in "
-            "the photo)."
+            f"{file}: the face of face_corners_px is {aspect:.2f} times as wide as high, that of face_mm "
+            f"{expected:.2f}; list lower left, lower right, upper right, upper left (px, y down), or correct face_mm "
+            "(width, height in the photo)."
         )
     return corners_px

@@ -68,7 +68,7 @@ class MarkerFrame:
 
 
 def draw_frame(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> MarkerFrame:
-    """Lay the frame out on a paper of ``PAPERS_MM``, either way up; raise InputError where it does not fit."""
+    """Lay the frame out on a paper of ``PAPERS_MM``, either way up; raise InputError if it does not fit."""
     band_mm = board.size_mm * (1 + 2 * WHITE)
     frame_mm = (face_mm[0] + 2 * band_mm, face_mm[1] + 2 * band_mm)
     needed_mm = (max(frame_mm[0], CAPTION_WIDTH_MM), frame_mm[1] + CAPTION_MM)
@@ -83,7 +83,7 @@ def draw_frame(face_mm: tuple[float, float], board: MarkerBoard, paper: str) -> 
             "portrait or landscape. Give a larger --paper or a smaller --size-mm."
         )
     origin_mm = np.array([(width_mm - face_mm[0]) / 2, height_mm - UNPRINTED_MM - band_mm - face_mm[1]])
-    # The line to cut along lies just inside the opening, so that it is cut away.
+    # The cutting line is just inside the opening, so that it is cut away.
     (left, low), (across, up) = origin_mm.tolist(), face_mm
     bars = [Bar(left, y, across, CUT_MM, CUT_GREY) for y in (low, low + up - CUT_MM)]
     bars += [Bar(x, low, CUT_MM, up, CUT_GREY) for x in (left, left + across - CUT_MM)]
@@ -109,7 +109,7 @@ def as_pdf(frame: MarkerFrame) -> bytes:
     content = BytesIO()
     with rc_context(PAGE_STYLE):
         file = PdfFile(content, {"Title": TITLE, "Creator": "sealtwin", "CreationDate": None})
-        # Written again over matplotlib's own catalog: figure.savefig passes no viewer preferences on.
+        # Replaces matplotlib's own catalog: figure.savefig does not pass viewer preferences on.
         wish = {"ViewerPreferences": {"PrintScaling": Name("None")}}
         file.writeObject(file.rootObject, {"Type": Name("Catalog"), "Pages": file.pagesObject, **wish})
         figure = _figure(frame)
@@ -148,7 +148,7 @@ def _figure(frame: MarkerFrame) -> "Figure":
 
 
 def board_around(face_mm: tuple[float, float], size_mm: float, dictionary: str, count: int) -> MarkerBoard:
-    """Place markers at the face's corners and, if ``count`` is 8, sides; raise InputError where they would touch."""
+    """Place markers at the face's corners and, if ``count`` is 8, sides; raise InputError if they would touch."""
     width, height = face_mm
     if not all(LEAST_FACE_MM <= side <= MOST_FACE_MM for side in face_mm):
         raise InputError(

@@ -1,6 +1,7 @@
-"""Printed markers in a photo, and the scale by them: wrong by their distance from the face over that of the camera."""
+"""Printed markers in a photo, and the scale by them: in error by their distance from the face over the camera's."""
 
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -17,101 +18,112 @@ from digitise.settings import Marker, MarkerBoard, PhotoInput
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
-RESIDUAL_MM = 0.1  # Largest RMS misfit of the markers, twenty times that of a flat board in a sharp photo
-RESIDUAL_PX = 0.5  # Largest RMS misfit in coarse photos, whose corners are found to a fraction of a pixel
-LENS_SIGMAS = 2.0  # Smallest distortion of a lens that is fitted, in standard deviations (decision 0030)
-BOARD_MM = 0.1  # Standard uncertainty of the longest distance between markers, measured on the frame by caliper
-CORNERS = 4  # Corners of a marker
-REACH = 0.04  # Range around their place by the markers in which the face's edges are searched, over its longer side
-LEAST_REACH_PX = 10.0
-STEP_PX = 0.5
-ROWS = 200  # Samples along each edge, some of which a crack spoils
-UNLIKE = 0.2  # Least relative difference in light beyond the face's edge: thrice the grain's, averaged along the edge
-STEEPEST_PX = 1.5  # Search range for the steepest light beyond the first unlike sample, wide as a narrow shadow
-STRAIGHT_PX = 1.0
-BENT_MM = 0.5  # Largest deviation of the edges found from a rectangle of the face's shape
-EDGE_PX = 1.0  # Standard uncertainty of a corner of the face in the photo
-SIGMAS = 3.0
-MOST = 0.05  # Largest offset over the camera's distance; more is a frame on the table beside a sample
+
+@dataclass(frozen=True)
+class MarkerLimits:
+    """Limits of the scale by markers, of the search for them, and of the check that they are level with the face.
+
+    Each line states what its value rests on. Standard uncertainties enter that of the scale. The other fields accept or
+    refuse a photo: stricter ones refuse sound boards in coarse photos, looser ones accept a wrong table.
+    """
+
+    residual_mm: float = 0.1  # Largest RMS misfit of the markers, twenty times that of a flat board in a sharp photo
+    residual_px: float = 0.5  # Largest RMS misfit in coarse photos, whose corners are good to a fraction of a pixel
+    lens_sigmas: float = 2.0  # Smallest distortion of a lens that is fitted, in standard deviations (decision 0030)
+    board_mm: float = 0.1  # Standard uncertainty of the longest distance between markers, by caliper on the frame
+    corners: int = 4  # Corners of a marker
+    reach: float = 0.04  # Range around their place by the markers in which the face's edges are searched, of its length
+    least_reach_px: float = 10.0  # Least such range
+    step_px: float = 0.5  # Spacing of samples across an edge
+    rows: int = 200  # Samples along each edge, some of which a crack spoils
+    unlike: float = 0.2  # Least relative difference in light beyond the edge: thrice the grain's, averaged along it
+    steepest_px: float = 1.5  # Range beyond the first unlike sample in which light is steepest: a narrow shadow's width
+    straight_px: float = 1.0  # Distance from an edge's line beyond which a point is an outlier
+    bent_mm: float = 0.5  # Largest deviation of the edges from a rectangle of the face's shape
+    edge_px: float = 1.0  # Standard uncertainty of a corner of the face in the photo
+    sigmas: float = 3.0  # Smallest difference in level that is reported, in standard deviations
+    most: float = 0.05  # Largest offset over the camera's distance; more is a frame on the table beside a sample
+    min_markers: int = 4  # Fewest markers for a scale
+    search_px: int = 1000  # Longer side of the first copy that is searched; each next one has twice that
+    least_apart: float = 0.05  # Distance of markers over a square's circumference; OpenCV's 0.125 loses 44 of 296
+    glance_px: int = 2000  # Longer side of the copy that is searched for markers of which no table is given
+    printed_mm: float = 16.0  # Side of the markers that 'sealtwin markers' prints by default
+    most_off: float = 0.01  # Largest difference of two scales that agree
+    most_named: int = 12  # Most missing markers that a message lists
+
+
+LIMITS = MarkerLimits()
 DICTIONARY = {
     "4x4_50": cv2.aruco.DICT_4X4_50,
     "5x5_100": cv2.aruco.DICT_5X5_100,
     "6x6_250": cv2.aruco.DICT_6X6_250,
     "apriltag_36h11": cv2.aruco.DICT_APRILTAG_36H11,
 }
-MIN_MARKERS = 4
-SEARCH_PX = 1000  # Longer side of the smallest copy on which markers are searched for; each next one has twice that
-LEAST_APART = 0.05  # Over a square's circumference; OpenCV's 0.125 loses 44 of 296 markers to the card around them
-GLANCE_PX = 2000  # Longer side of the copy on which markers are looked for that nobody mentioned
-PRINTED_MM = 16.0  # Side of the markers that 'sealtwin markers' prints unless told otherwise
-MOST_OFF = 0.01  # Largest difference of two scales that contradict each other in nothing
-MOST_NAMED = 12  # Largest number of missing markers that a message lists
 
 
 def scale_by_markers(pixels: Pixels, settings: PhotoInput, board: MarkerBoard, face_mm: Box | None) -> Scale:
-    """Fit the scale to the markers found. Raises InputError for too few, double or misplaced ones."""
+    """Fit the scale to the detected markers. Raises InputError if they are too few, double or misplaced."""
     size_px, file = pixels.size_px, pixels.file
-    found = find_markers(pixels.image, pixels.brightness, board, file)
-    known = [marker for marker in board.markers if marker.id in found]
-    seen_px = np.concatenate([found[marker.id] for marker in known])
-    true_mm = np.concatenate([corners_mm(board, marker) for marker in known])
+    corners_px = find_markers(pixels.image, pixels.brightness, board, file)
+    markers = [marker for marker in board.markers if marker.id in corners_px]
+    seen_px = np.concatenate([corners_px[marker.id] for marker in markers])
+    true_mm = np.concatenate([corners_mm(board, marker) for marker in markers])
     fit, covariance = fit_markers(seen_px, true_mm, size_px, settings.lens == "auto")
     view = fit.view
     miss_mm = np.linalg.norm(view.to_mm(seen_px) - true_mm, axis=1)
     residual_mm = float(np.sqrt(np.mean(miss_mm**2)))
     places = places_px(view, size_px, face_mm)
     mm_per_px = float(view.mm_per_px_at(places)[MIDDLE])
-    limit_mm = max(RESIDUAL_MM, RESIDUAL_PX * mm_per_px)
+    limit_mm = max(LIMITS.residual_mm, LIMITS.residual_px * mm_per_px)
     if residual_mm > limit_mm:
-        worst = known[int(np.argmax(miss_mm)) // CORNERS].id
+        worst = markers[int(np.argmax(miss_mm)) // LIMITS.corners].id
         raise InputError(
-            f"{file}: the markers are {residual_mm:.2f} mm from their places (at most {limit_mm:.2f}), most of all "
-            f"marker {worst}: check x_mm, y_mm and size_mm, and that all lie flat, level with what is measured"
+            f"{file}: markers misfit by {residual_mm:.2f} mm (limit {limit_mm:.2f}); worst: marker {worst}. "
+            f"Check x_mm, y_mm and size_mm, and that all lie flat, level with what is measured"
             f"{'; or let lens be auto' if settings.lens == 'none' else ''}."
         )
     if face_mm is not None and depth_inside(places, (0, 0, *size_px))[MIDDLE] < 0:
-        raise InputError(
-            f"{file}: by its markers, their opening, face_mm, lies outside the photo: check x_mm, y_mm and face_mm."
-        )
+        raise InputError(f"{file}: by its markers, face_mm is outside the photo: check x_mm, y_mm and face_mm.")
     middle_mm = view.to_mm(places)[MIDDLE]
     distance_mm, tilt_deg = find_pose(fit, covariance, middle_mm, pixels.focal_px, settings.camera_distance_mm)
     given_px = given_corners(pixels, settings)
     excess, doubts = check_level(pixels.brightness, view, face_mm, given_px, distance_mm, file)
-    missing = [str(marker.id) for marker in board.markers if marker.id not in found]
+    missing = [str(marker.id) for marker in board.markers if marker.id not in corners_px]
     lens = ", lens fitted" if view.lens else ""
-    span_mm = float(np.linalg.norm(np.ptp(true_mm, axis=0)))
+    span_mm, spread = float(np.linalg.norm(np.ptp(true_mm, axis=0))), fit.spread_of_scale(places, covariance)
     return Scale(
         view=view,
         mm_per_px=mm_per_px,
-        scale_source=f"{len(known)} {board.dictionary} markers of {board.size_mm:g} mm{lens}",
+        scale_source=f"{len(markers)} {board.dictionary} markers of {board.size_mm:g} mm{lens}",
         scale_residual_mm=residual_mm,
-        scale_uncertainty=float(np.linalg.norm([fit.spread_of_scale(places, covariance), BOARD_MM / span_mm, excess])),
+        scale_uncertainty=float(np.linalg.norm([spread, LIMITS.board_mm / span_mm, excess])),
         camera_tilt_deg=tilt_deg,
         face_mm=face_mm,
-        markers_px=tuple(found[marker.id] for marker in known),
+        markers_px=tuple(corners_px[marker.id] for marker in markers),
         warnings=((f"markers not found: {', '.join(missing)}",) if missing else ()) + doubts,
     )
 
 
 def fit_markers(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens_wanted: bool) -> tuple[Fit, Floats]:
-    """Fit a view to the corners of markers, with a lens where they show one; and the covariance of its parameters."""
+    """Fit a view to the corners of markers, with a lens if they show one; and return its covariance."""
     if lens_wanted:
         bent = fit_view(seen_px, true_mm, size_px, lens=True)
-        covariance = bent.covariance_by_group(CORNERS)
+        covariance = bent.covariance_by_group(LIMITS.corners)
         lens = bent.view.lens
         folds_outside = lens is None or lens.reach_px > np.linalg.norm(size_px) / 2
-        if folds_outside and abs(bent.parameters[-1]) > LENS_SIGMAS * np.sqrt(covariance[-1, -1]):
+        if folds_outside and abs(bent.parameters[-1]) > LIMITS.lens_sigmas * np.sqrt(covariance[-1, -1]):
             return bent, covariance
     plain = fit_view(seen_px, true_mm, size_px, lens=False)
-    return plain, plain.covariance_by_group(CORNERS)
+    return plain, plain.covariance_by_group(LIMITS.corners)
 
 
 def check_level(
     brightness: Map, view: View, face_mm: Box | None, given_px: Floats | None, distance_mm: float | None, file: Path
 ) -> tuple[float, tuple[str, ...]]:
-    """Compare the face's edges, found or given as corners, with their place by the markers.
+    """Compare the face's edges, detected or given as corners, with their place by the markers.
 
-    Returns the face's size in their plane over face_mm, less 1, or 0, and warnings. Raises InputError above ``MOST``.
+    Returns the face's size in their plane over face_mm, less 1, or 0, and warnings. Raises InputError if they are too
+    far from level.
     """
     corners_px = given_px
     if corners_px is None and face_mm is not None:
@@ -120,12 +132,12 @@ def check_level(
         return 0.0, (_rule(distance_mm, face_mm is None),)
     grown, bent_mm = _grown(view.to_mm(corners_px), rectangle(face_mm))
     px_mm = float(view.mm_per_px_at(corners_px).mean())
-    if given_px is None and bent_mm > max(BENT_MM, EDGE_PX * px_mm):
+    if given_px is None and bent_mm > max(LIMITS.bent_mm, LIMITS.edge_px * px_mm):
         return 0.0, (_rule(distance_mm, False),)
     width_mm, height_mm = face_mm[2:]
-    if abs(grown) <= SIGMAS * np.hypot(FACE_MM, EDGE_PX * px_mm) / np.hypot(width_mm, height_mm):
+    if abs(grown) <= LIMITS.sigmas * np.hypot(FACE_MM, LIMITS.edge_px * px_mm) / np.hypot(width_mm, height_mm):
         return 0.0, ()
-    seen = (
+    comparison = (
         f"by the markers, the face is {width_mm * (1 + grown):.1f} x {height_mm * (1 + grown):.1f} mm; face_mm is "
         f"{width_mm:g} x {height_mm:g}"
     )
@@ -133,77 +145,78 @@ def check_level(
     cause = f"markers {side} the face"
     if distance_mm is not None:
         cause = f"markers {abs(grown) * distance_mm:.1f} mm {side} the face, {distance_mm:.0f} mm from the camera,"
-    if abs(grown) > MOST:
+    if abs(grown) > LIMITS.most:
         raise InputError(
-            f"{file}: {seen}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} cause that."
+            f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} cause "
+            "that."
         )
-    return grown, (f"{seen}, {abs(grown):.1%} off, as {cause} would be",)
+    return grown, (f"{comparison}, {abs(grown):.1%} off, as {cause} would be",)
 
 
 def _rule(distance_mm: float | None, unmeasured: bool) -> str:
     cost = "0.4 % of every length at 250 mm from the camera"
     if distance_mm is not None:
         cost = f"{1 / distance_mm:.2%} of every length at {distance_mm:.0f} mm from the camera"
-    why = "without face_mm" if unmeasured else "since no edges stand out along the opening between them"
-    return f"the markers' level was not checked, {why}: each mm above or below what is measured costs {cost}"
+    why = "since face_mm is not given" if unmeasured else "since no edges stand out along the opening between them"
+    return f"the markers' level was not checked, {why}: each mm above or below the measured face is an error of {cost}"
 
 
 def _grown(seen_mm: Floats, true_mm: Floats) -> tuple[float, float]:
     """Fit a similarity: return its factor, less 1, and the largest distance of a corner from it, in mm."""
-    seen, true = (points - points.mean(axis=0) for points in (seen_mm, true_mm))
-    seen_z, true_z = (points[:, 0] + 1j * points[:, 1] for points in (seen, true))
+    measured, true = (points - points.mean(axis=0) for points in (seen_mm, true_mm))
+    seen_z, true_z = (points[:, 0] + 1j * points[:, 1] for points in (measured, true))
     factor = np.vdot(true_z, seen_z) / np.vdot(true_z, true_z)
     return float(abs(factor)) - 1, float(np.abs(seen_z - factor * true_z).max())
 
 
 def _face_near(brightness: Map, rough_px: Floats) -> Floats | None:
-    """Find the corners of a face whose place is known to ``REACH``, (4, 2); None where an edge does not stand out."""
+    """Find the corners of a face within ``LIMITS.reach`` of rough ones, (4, 2); None if an edge is not visible."""
     longest_px = float(np.linalg.norm(np.roll(rough_px, -1, axis=0) - rough_px, axis=1).max())
-    reach_px = max(LEAST_REACH_PX, REACH * longest_px)
+    reach_px = max(LIMITS.least_reach_px, LIMITS.reach * longest_px)
     edges = [edge for side in range(4) if (edge := _inner_edge(brightness, rough_px, side, reach_px)) is not None]
     return quadrilateral(edges) if len(edges) == 4 else None
 
 
 def _inner_edge(brightness: Map, rough_px: Floats, side: int, reach_px: float) -> Floats | None:
     """Fit a line, a point and a direction, where light first differs from the face's, going outward."""
-    offset = np.arange(-reach_px, reach_px + STEP_PX, STEP_PX)
-    share = np.linspace(0.06, 0.94, ROWS)
+    offset = np.arange(-reach_px, reach_px + LIMITS.step_px, LIMITS.step_px)
+    share = np.linspace(0.06, 0.94, LIMITS.rows)
     foot, outward, light = light_across(brightness, rough_px, side, share, offset, cv2.BORDER_CONSTANT)
-    # Neighbours along the edge share the edge, but not their grain.
+    # Neighbouring rows share the edge, but not their grain.
     light = np.asarray(cv2.blur(light, (3, 9)), dtype=float)
     count = len(offset)
     # Row by row, since stains and light vary along the edge.
     of_face = np.median(light[:, : count // 4], axis=1, keepdims=True)
-    unlike = np.abs(light - of_face) > UNLIKE * of_face
+    unlike = np.abs(light - of_face) > LIMITS.unlike * of_face
     lasting = unlike[:, :-2] & unlike[:, 1:-1] & unlike[:, 2:]
     lasting[:, : count // 8] = False
     first = lasting.argmax(axis=1)
     row = np.flatnonzero(first > 0)
-    if len(row) < ROWS // 2:
+    if len(row) < LIMITS.rows // 2:
         return None
     slope = np.abs(np.gradient(light, axis=1))
-    near = np.arange(-round(2 * STEEPEST_PX / STEP_PX), round(STEEPEST_PX / STEP_PX) + 1)
+    near = np.arange(-round(2 * LIMITS.steepest_px / LIMITS.step_px), round(LIMITS.steepest_px / LIMITS.step_px) + 1)
     column = np.clip(first[row][:, None] + near, 1, count - 2)
     peak = column[np.arange(len(row)), slope[row[:, None], column].argmax(axis=1)]
     across = offset[peak]
     aside = np.abs(across - np.median(across))
-    usual = aside <= max(2 * STRAIGHT_PX, 3 * float(np.median(aside)))
-    return fit_line_to_most(foot[row[usual]] + across[usual, None] * outward, STRAIGHT_PX)[0]
+    usual = aside <= max(2 * LIMITS.straight_px, 3 * float(np.median(aside)))
+    return fit_line_to_most(foot[row[usual]] + across[usual, None] * outward, LIMITS.straight_px)[0]
 
 
 def find_markers(image: NDArray[np.uint8], brightness: Map, board: MarkerBoard, file: Path) -> dict[int, Floats]:
-    """Find markers by id: corners in px, (4, 2), clockwise from the upper left; raise InputError if under four."""
+    """Find markers by id: corners in px, (4, 2), clockwise from the upper left; raise InputError below four."""
     expected = {marker.id for marker in board.markers}
-    found = _search(np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8), board, expected, file)
+    rough = _search(np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8), board, expected, file)
     cells = _dictionary(board).markerSize + 2
     refined = {
         number: refined_corners(brightness, quad, float(np.linalg.norm(quad[1] - quad[0])) / cells)
-        for number, quad in found.items()
+        for number, quad in rough.items()
     }
     clear = {number: quad for number, quad in refined.items() if quad is not None}
-    if len(clear) < MIN_MARKERS:
+    if len(clear) < LIMITS.min_markers:
         raise InputError(
-            f"{file}: found {len(clear)} of {len(expected)} markers of {board.dictionary}, need {MIN_MARKERS} "
+            f"{file}: found {len(clear)} of {len(expected)} markers of {board.dictionary}, need {LIMITS.min_markers} "
             f"(missing {_listed(expected - set(clear))}). Take a sharp photo that shows them, with white around each."
         )
     return clear
@@ -212,40 +225,42 @@ def find_markers(image: NDArray[np.uint8], brightness: Map, board: MarkerBoard, 
 def unused_markers(pixels: Pixels, mm_per_px: float, given: str) -> tuple[str, ...]:
     """Return a warning if the photo shows markers, and its scale was ``given`` in another way.
 
-    Their size is not known: it is stated by that scale, and the scale by the size that is printed by default.
+    Their size is unknown: the warning states it by that scale, and the scale by the size that is printed by default.
     """
-    small = _at_most(pixels.image, GLANCE_PX)
+    small = _at_most(pixels.image, LIMITS.glance_px)
     for dictionary in DICTIONARY:
         ids = _detector(cv2.aruco.getPredefinedDictionary(DICTIONARY[dictionary])).detectMarkers(small)[1]
         numbers = set() if ids is None else {int(number) for number in np.ravel(ids)}
-        if len(numbers) < MIN_MARKERS:
+        if len(numbers) < LIMITS.min_markers:
             continue
         places = tuple(Marker(id=number, x_mm=0, y_mm=0) for number in sorted(numbers))
         try:
-            board = MarkerBoard.model_validate({"dictionary": dictionary, "size_mm": PRINTED_MM, "markers": places})
-            found = find_markers(pixels.image, pixels.brightness, board, pixels.file)
+            content = {"dictionary": dictionary, "size_mm": LIMITS.printed_mm, "markers": places}
+            board = MarkerBoard.model_validate(content)
+            corners_px = find_markers(pixels.image, pixels.brightness, board, pixels.file)
         except InputError:
             continue
         side_px = float(
-            np.median([np.linalg.norm(quad - np.roll(quad, 1, axis=0), axis=1).mean() for quad in found.values()])
+            np.median([np.linalg.norm(quad - np.roll(quad, 1, axis=0), axis=1).mean() for quad in corners_px.values()])
         )
-        by_markers, off = PRINTED_MM / side_px, PRINTED_MM / side_px / mm_per_px - 1
-        seen = (
-            f"the photo shows {len(found)} markers of {dictionary}: if they are {PRINTED_MM:g} mm wide, as printed by "
-            f"default, the scale is {by_markers:.4g} mm/px, {abs(off):.1%} {'above' if off > 0 else 'below'} {given}"
+        by_markers, off = LIMITS.printed_mm / side_px, LIMITS.printed_mm / side_px / mm_per_px - 1
+        side = "above" if off > 0 else "below"
+        comparison = (
+            f"the photo shows {len(corners_px)} markers of {dictionary}: if they are {LIMITS.printed_mm:g} mm wide, as "
+            f"printed by default, the scale is {by_markers:.4g} mm/px, {abs(off):.1%} {side} {given}"
         )
-        if abs(off) <= MOST_OFF:
-            return (f"{seen}; [photo.markers] in its place would show the camera's tilt as well",)
+        if abs(off) <= LIMITS.most_off:
+            return (f"{comparison}; [photo.markers] in its place would show the camera's tilt as well",)
         return (
-            f"{seen}, by which they would be {side_px * mm_per_px:.1f} mm wide: measure one, and correct the scale or "
-            "give [photo.markers] in its place",
+            f"{comparison}, by which they would be {side_px * mm_per_px:.1f} mm wide: measure one, and correct the "
+            "scale or give [photo.markers] in its place",
         )
     return ()
 
 
 def _detector(dictionary: cv2.aruco.Dictionary) -> cv2.aruco.ArucoDetector:
     how = cv2.aruco.DetectorParameters()
-    how.minMarkerDistanceRate = LEAST_APART
+    how.minMarkerDistanceRate = LIMITS.least_apart
     return cv2.aruco.ArucoDetector(dictionary, how)
 
 
@@ -261,27 +276,29 @@ def _search(grey: NDArray[np.uint8], board: MarkerBoard, expected: set[int], fil
     """Find rough corners of the expected markers in ever larger copies of the photo, until all are found."""
     detector = _detector(_dictionary(board))
     longest = max(grey.shape)
-    found: dict[int, Floats] = {}
-    for side_px in [SEARCH_PX * 2**step for step in range(10) if SEARCH_PX * 2**step < longest] + [longest]:
+    corners_px: dict[int, Floats] = {}
+    for side_px in [LIMITS.search_px * 2**step for step in range(10) if LIMITS.search_px * 2**step < longest] + [
+        longest
+    ]:
         shrink = side_px / longest
         copy = grey if shrink == 1 else cv2.resize(grey, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
         corners, ids, _ = detector.detectMarkers(copy)
         numbers = [] if ids is None else [int(number) for number in np.ravel(ids)]
         quads = [(np.reshape(quad, (4, 2)).astype(float) + 0.5) / shrink - 0.5 for quad in corners]
-        seen = [(number, quad) for number, quad in zip(numbers, quads, strict=True) if number in expected]
+        candidates = [(number, quad) for number, quad in zip(numbers, quads, strict=True) if number in expected]
         # Squares much smaller or larger than the median are false detections in grain.
-        sides_px = [float(np.linalg.norm(quad[1] - quad[0])) for _, quad in seen]
-        usual_px = float(np.median(sides_px)) if seen else 0.0
-        alike = [marker for marker, px in zip(seen, sides_px, strict=True) if usual_px / 2 < px < 2 * usual_px]
+        sides_px = [float(np.linalg.norm(quad[1] - quad[0])) for _, quad in candidates]
+        usual_px = float(np.median(sides_px)) if candidates else 0.0
+        alike = [marker for marker, px in zip(candidates, sides_px, strict=True) if usual_px / 2 < px < 2 * usual_px]
         if twice := {number for number, times in Counter(number for number, _ in alike).items() if times > 1}:
             raise InputError(
                 f"{file}: marker {_listed(twice)} is in the photo more than once; cover the copy, or remove that "
                 "marker from [photo.markers]."
             )
-        found |= dict(alike)
-        if set(found) == expected:
+        corners_px |= dict(alike)
+        if set(corners_px) == expected:
             break
-    return found
+    return corners_px
 
 
 def corners_mm(board: MarkerBoard, marker: Marker) -> Floats:
@@ -305,5 +322,5 @@ def _dictionary(board: MarkerBoard) -> cv2.aruco.Dictionary:
 
 
 def _listed(numbers: set[int]) -> str:
-    listed = ", ".join(str(number) for number in sorted(numbers)[:MOST_NAMED])
-    return listed if len(numbers) <= MOST_NAMED else f"{listed} and {len(numbers) - MOST_NAMED} more"
+    listed = ", ".join(str(number) for number in sorted(numbers)[: LIMITS.most_named])
+    return listed if len(numbers) <= LIMITS.most_named else f"{listed} and {len(numbers) - LIMITS.most_named} more"

@@ -11,8 +11,8 @@ from digitise.geometry.polyline import Box, project
 from sealtwin.core.records import Floats
 
 MIDDLE = 12  # Index of the middle point of ``places_px``
-MOST_SPREAD_DEG = 1.0  # Largest standard deviation of a tilt that is reported; a level held to the phone is as good
-MOST_SPREAD_OF_DISTANCE = 0.1  # Largest relative standard deviation of a distance that is used: one digit
+MOST_SPREAD_DEG = 1.0  # Largest standard deviation of a reported tilt, that of a level on the phone
+MOST_SPREAD_OF_DISTANCE = 0.1  # Largest relative standard deviation of a distance that is used, for one digit
 
 
 @dataclass(frozen=True)
@@ -74,16 +74,16 @@ class View:
 
 @dataclass(frozen=True, kw_only=True)
 class Scale:
-    """The mapping between a photo and the face, and what is known about it."""
+    """The mapping between a photo and the face, its source and its uncertainty."""
 
     view: View  # The only mapping between pixels and millimetres
-    mm_per_px: float  # Scale at the centre of the face, or of the photo where the face is not known
+    mm_per_px: float  # Scale at the centre of the face, or of the photo if the face is not given
     scale_source: str
     scale_residual_mm: float | None = None
-    scale_uncertainty: float | None = None  # Relative standard uncertainty of a length; None where it is unknown
-    camera_tilt_deg: float | None = None  # Between the camera's axis and the face's normal, where the photo shows it
+    scale_uncertainty: float | None = None  # Relative standard uncertainty of a length; None if unknown
+    camera_tilt_deg: float | None = None  # Between the camera's axis and the face's normal, if the photo shows it
     face_mm: Box | None = None
-    markers_px: tuple[Floats, ...] = ()  # Corners of the markers found: they are not part of the sample
+    markers_px: tuple[Floats, ...] = ()  # Corners of the detected markers: they are not part of the sample
     warnings: tuple[str, ...] = ()
 
 
@@ -116,7 +116,7 @@ class Fit:
         return self.view_by(self.parameters)
 
     def view_by(self, parameters: Floats) -> View:
-        """Return the view that other parameters stand for."""
+        """Return the view with other parameters."""
         to_unit = np.diag([1 / self.unit_px, 1 / self.unit_px, 1.0]) @ _shift(-self.centre_px)
         to_mm = _shift(self.centre_mm) @ np.diag([self.unit_mm, self.unit_mm, 1.0])
         mm_from_px = to_mm @ np.linalg.inv(_homography(parameters)) @ to_unit
@@ -161,14 +161,14 @@ def fit_view(seen_px: Floats, true_mm: Floats, size_px: tuple[int, int], lens: b
     centre_px = (np.array(size_px) - 1) / 2
     centre_mm = true_mm.mean(axis=0)
     unit_px, unit_mm = float(np.abs(seen_px - centre_px).max()), float(np.abs(true_mm - centre_mm).max())
-    seen, true = (seen_px - centre_px) / unit_px, (true_mm - centre_mm) / unit_mm
-    start = np.asarray(cv2.findHomography(true, seen)[0], dtype=float)
+    measured, true = (seen_px - centre_px) / unit_px, (true_mm - centre_mm) / unit_mm
+    start = np.asarray(cv2.findHomography(true, measured)[0], dtype=float)
     parameters = (start / start[2, 2]).ravel()[:8]
 
     def misses(tried: Floats) -> Floats:
         straight = project(_homography(tried), true)
         bend = tried[8] if lens else 0.0
-        return (straight * (1 + bend * (straight**2).sum(axis=1, keepdims=True)) - seen).ravel()
+        return (straight * (1 + bend * (straight**2).sum(axis=1, keepdims=True)) - measured).ravel()
 
     solved = least_squares(misses, np.append(parameters, 0.0) if lens else parameters, method="lm")
     return Fit(centre_px, unit_px, centre_mm, unit_mm, solved.x, solved.fun, np.asarray(solved.jac))
@@ -187,7 +187,7 @@ def find_pose(
 ) -> tuple[float | None, float | None]:
     """Find the camera's distance from the middle of the face, mm, and the tilt of its axis to the normal, degrees.
 
-    They follow from the measured distance, the camera's own focal length, or else perspective (Zhang 2000); where the
+    They follow from the measured distance, the camera's own focal length, or else perspective (Zhang 2000). If the
     photo does not show them well enough, the tilt is None and the distance the measured one.
     """
 

@@ -36,12 +36,12 @@ from sealtwin.core.records import Floats, Integers, Outline, Solid
 from sealtwin.core.solid_figures import EndOfCrack, SolidFigures, Span, WeighedCavity
 
 JITTER_MM = 2e-4  # Step of the vertices' random shift after a failed build, which breaks a coincidence
-LEAST_CLOSED = 0.02  # Share of a crack along which a funnel's walls meet that is told: at closed tips they always do
-TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of its depths that is no matter of where its end is seen
+LEAST_CLOSED = 0.02  # Share of a crack with meeting funnel walls that gives a warning: at closed tips they always meet
+TABLE_SHORT_MM = 2.0  # Length of crack beyond its table of depths that gives a warning: less is the doubt of its end
 ATTEMPTS = 6
 CAVITY_TOLERANCE = 1e-3  # Relative difference allowed between the mesh's cavity and the integral of its sections
-FINER = 8  # Times as many sections before a refusal: those of a funnel change fast where walls meet
-LEAST_FLOOR = 0.5  # Share of the mouth's area that leaning walls must leave at the floor; less has left the sample
+FINER = 8  # Factor on the sections before a refusal: those of a funnel change fast near the meeting of walls
+LEAST_FLOOR = 0.5  # Least area of leaning walls' floor over the mouth's: less means that the crack leaves the sample
 SMALLEST_DEG = 0.1  # Least angle that a refusal proposes, and the step of what it proposes
 SMALLEST_CAVITY_MM3 = 1.0  # Smallest cavity worth a simulation: four particles of the paper's size
 
@@ -101,7 +101,7 @@ def build_solid(outline: Outline, shape: CrackShape) -> Solid:
 
 
 def with_weighed(solid: Solid, weighed: WeighedCavity) -> Solid:
-    """Return a solid that was built as a weighed fill wants it, with the fill's figures and findings."""
+    """Add the figures and findings of a weighed fill to the solid that was built from it."""
     figures = replace(
         solid.figures,
         weighed=weighed,
@@ -112,7 +112,7 @@ def with_weighed(solid: Solid, weighed: WeighedCavity) -> Solid:
 
 
 def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> Span | None:
-    """Volume of the cavity at both ends of the width's interval: each wall moves aside as a whole, at any tilt."""
+    """Return the cavity's volume at both ends of the width's interval; each wall moves as a whole, at any tilt."""
     if outline.width_95_mm is None:
         return None
     area_mm2 = float(np.trapezoid(shape.depth_at_mm(outline.s_mm), outline.s_mm))
@@ -123,7 +123,7 @@ def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> 
 
 
 def shape_as_long_as(length_mm: float, shape: CrackShape) -> tuple[CrackShape, list[str]]:
-    """Return the shape with its table of depths cut at the crack's end, and a warning if it was longer or is short."""
+    """Return the shape with its table of depths cut at the crack's end, and a warning if it is longer or too short."""
     s_mm = shape.depth_stations_mm
     if len(s_mm) > 1 and s_mm[-1] < length_mm - TABLE_SHORT_MM:
         return shape, [
@@ -165,7 +165,7 @@ def _watertight(
 def _require_room(footprint: Footprint, shape: CrackShape) -> None:
     """Raise InputError with the largest angle that fits, if parts of the crack meet below the face or leave the block.
 
-    A trace that leaves the block at the face already is refused by ``dams``.
+    ``dams`` refuses a trace that leaves the block at the face.
     """
     slicer = Slicer(footprint, shape)
     meeting, leaving = meeting_share(slicer, shape), _leaving_share(footprint, slicer, shape)
@@ -175,7 +175,7 @@ def _require_room(footprint: Footprint, shape: CrackShape) -> None:
         share, fault = meeting, "parts of the crack meet below the face"
     else:
         share, fault = leaving or 0.0, f"the crack comes within {CLEARANCE_MM} mm of the block's side or leaves it"
-    # Largest angles in steps that are rounded down, so that they do fit.
+    # Rounded down, so that the proposed angles fit.
     angles_deg = np.degrees(np.arctan(share * np.tan(np.radians(shape.wall_angles_deg))))
     left_deg, right_deg = np.floor(angles_deg / SMALLEST_DEG) * SMALLEST_DEG
     fits = f"{left_deg:.1f}" if left_deg == right_deg else f"[{left_deg:.1f}, {right_deg:.1f}]"
@@ -201,7 +201,7 @@ def _require_volume(variants: TiltVariants, shape: CrackShape) -> None:
     if volume_mm3 >= SMALLEST_CAVITY_MM3:
         return
     remedy = "Check depth_mm and the photo's scale."
-    # Only a funnel takes room away; otherwise the crack itself is too shallow or too small.
+    # Only a funnel reduces the cavity; otherwise the crack itself is too shallow or too small.
     if shape.tilt == "funnel" and variants.volume_mm3["vertical"] >= SMALLEST_CAVITY_MM3:
         remedy = f'{REDUCE_ANGLE} or choose tilt = "flare" or "lean".'
     raise InputError(

@@ -1,4 +1,4 @@
-"""Dams at open ends, as the paper's tape, the check that the cavity leaves the block nowhere else, and face labels."""
+"""Dams at open ends, like the paper's tape; a check that the cavity leaves the block only there; labels of faces."""
 
 from dataclasses import dataclass
 
@@ -17,13 +17,13 @@ from sealtwin.core.solid_figures import DamBox
 NEAR_MM = 5e-3  # Tolerance of a plane: a tidied vertex is within one collapsed edge, 2e-3 mm, of its own
 CLEARANCE_MM = 0.5  # Least thickness of sample between the crack and the block's side
 DAM_THICKNESS_MM = 4.0
-DAM_OVERLAP_MM = 4.0  # Width of the block's side that a dam covers beside the opening, as tape does
+DAM_OVERLAP_MM = 4.0  # Width of the block's side that a dam covers on each side of the opening, as tape does
 
 
 def label_faces(
     vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float, bottom_mm: float
 ) -> Integers:
-    """Return a ``FaceLabel`` for each face by its plane, and WALL for a face in none of them, (f,)."""
+    """Return a ``FaceLabel`` for each face by its plane, (f,); faces outside all planes are WALL."""
     corners, box = vertices_mm[faces], footprint.block_mm
     label = np.full(len(faces), FaceLabel.WALL, dtype=np.int64)
     for end in footprint.ends:
@@ -39,14 +39,14 @@ def label_faces(
 
 def label_sides(label: Integers, corners_mm: Floats, box_mm: Box) -> NDArray[np.bool_]:
     """Label the faces in the planes of the block's sides, and return True for them, (f,)."""
-    normal, known = normals(corners_mm), np.zeros(len(label), dtype=bool)
+    normal, labelled = normals(corners_mm), np.zeros(len(label), dtype=bool)
     for side in range(4):
         in_plane = _within(corners_mm[:, :, side % 2], box_mm[side])
         outward = (normal[:, side % 2] < 0) == (side < 2)
         # A dam's inner side is in the same plane and faces the crack.
         label[in_plane] = np.where(outward[in_plane], FaceLabel.OUTSIDE, FaceLabel.END)
-        known |= in_plane
-    return known
+        labelled |= in_plane
+    return labelled
 
 
 def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_mm: float) -> NDArray[np.bool_]:
@@ -54,13 +54,13 @@ def _on_floor(vertices_mm: Floats, faces: Integers, footprint: Footprint, depth_
         return _within(vertices_mm[faces][:, :, 2], -depth_mm)
     above_mm = vertices_mm[:, 2] + footprint.floor.depth_at_mm(vertices_mm[:, :2])
     middle_mm = vertices_mm[faces].mean(axis=1)
-    # A wall between two stations of a floor that rises between them has its corners in the floor, but not its middle.
+    # A wall at a step of the floor may have all corners in the floor, but not its middle.
     arched_mm = middle_mm[:, 2] + footprint.floor.depth_at_mm(middle_mm[:, :2])
     return _within(above_mm[faces], 0.0) & (np.abs(arched_mm) < NEAR_MM)
 
 
 def _within(coordinate: Floats, level: float) -> NDArray[np.bool_]:
-    """Return True for faces whose corners (f, 3) all lie in the plane."""
+    """Return True for faces with all corners (f, 3) in the plane."""
     return np.all(np.abs(coordinate - level) < NEAR_MM, axis=1)
 
 
@@ -116,7 +116,7 @@ def plate_over(at_side: Floats, side: int, block_mm: Box) -> Box:
 
 
 def sheltered(footprint: Footprint, plates: tuple[Dam, ...]) -> CrossSection:
-    """Return the region of the block in which a crack may be: off its sides, or behind a dam."""
+    """Return the region of the block that a crack may take: off its sides, or behind a dam."""
     x_min, y_min, x_max, y_max = footprint.block_mm
     safe = box_region((x_min + CLEARANCE_MM, y_min + CLEARANCE_MM, x_max - CLEARANCE_MM, y_max - CLEARANCE_MM))
     for plate in plates:
@@ -138,7 +138,7 @@ def _require_clearance(
         away_mm = np.abs(points[:, [0, 1, 0, 1]] - block_mm).min()
         raise InputError(
             f"Crack mouth or floor comes within {away_mm:.2g} mm of the block side, where no open end is; at least "
-            f"{CLEARANCE_MM} mm must stand. Mark an open end there, or give a larger face_mm or margin_mm."
+            f"{CLEARANCE_MM} mm must remain. Mark an open end there, or give a larger face_mm or margin_mm."
         )
 
 
@@ -146,7 +146,7 @@ REDUCE_ANGLE = "Reduce wall_angle_deg"
 
 
 def tilted_out(spread_mm: float) -> InputError:
-    """Return the refusal of a crack that the tilt, not the trace, takes out of the sample."""
+    """Return the refusal of a crack that leaves the sample by its tilt, not by its trace."""
     return InputError(
         f"The tilt moves the walls {spread_mm:.1f} mm sideways over the depth, which takes the crack to within "
         f"{CLEARANCE_MM} mm of the block's side or through it, where no open end is. {REDUCE_ANGLE}, check "

@@ -38,7 +38,7 @@ def _without_dust(body: Manifold) -> tuple[Floats, Integers]:
 
 
 def representatives(places_mm: Floats, within_mm: float) -> Integers:
-    """Return for each place the first of those that steps of at most ``within_mm`` link to it, (n,)."""
+    """Return for each place the number of the first place linked to it by steps of at most ``within_mm``, (n,)."""
     near = KDTree(places_mm).query_pairs(within_mm, output_type="ndarray")
     _, group = connected(len(places_mm), *near.T)
     return np.unique(group, return_index=True)[1][group]
@@ -55,7 +55,7 @@ def _without_opposite_pairs(faces: Integers) -> Integers:
     sense = np.where(faces[rows, (first + 1) % 3] < faces[rows, (first + 2) % 3], 1.0, -1.0)
     group = equal_rows(np.sort(faces, axis=1)).group
     balance = np.bincount(group, weights=sense)[group]
-    # Of a stack on the same corners as many stay as do not cancel.
+    # Of the faces on the same corners, those that do not cancel stay.
     more = np.flatnonzero(sense * balance > 0)
     more = more[np.argsort(group[more], kind="stable")]
     rank = np.arange(len(more)) - np.searchsorted(group[more], group[more])
@@ -117,20 +117,22 @@ class _Fans:
         # The link condition: only the two faces of the edge itself may join a's neighbours to b's.
         if len(shared) != 2 or len(self._neighbours(a) & self._neighbours(b)) != 2:
             return []
-        best = min(((self._change(gone, kept, shared), kept, gone) for kept, gone in ((a, b), (b, a))))
+        best = min(((self._change(gone, target, shared), target, gone) for target, gone in ((a, b), (b, a))))
         if best[0] == np.inf:
             return []
-        _, kept, gone = best
+        _, target, gone = best
         for number in shared:
             for vertex in self._faces[number].tolist():
                 self._around(vertex).discard(number)
         self._there[list(shared)] = False
         for number in self._known[gone]:
-            self._faces[number, self._faces[number] == gone] = kept
-        self._known[kept] |= self._known[gone]
+            self._faces[number, self._faces[number] == gone] = target
+        self._known[target] |= self._known[gone]
         self._known[gone] = set()
-        at = self._vertices[kept]
-        return [(kept, v) for v in self._neighbours(kept) if np.linalg.norm(self._vertices[v] - at) < self._short_mm]
+        at = self._vertices[target]
+        return [
+            (target, v) for v in self._neighbours(target) if np.linalg.norm(self._vertices[v] - at) < self._short_mm
+        ]
 
     def _neighbours(self, vertex: int) -> set[int]:
         return set(self._faces[list(self._around(vertex))].ravel().tolist()) - {vertex}
@@ -142,16 +144,16 @@ class _Fans:
             self._known[vertex] = set(users[self._there[users]].tolist())
         return self._known[vertex]
 
-    def _change(self, gone: int, kept: int, shared: set[int]) -> float:
-        """Return the volume swept by moving ``gone`` onto ``kept``; infinite if a face of some size would flip."""
+    def _change(self, gone: int, target: int, shared: set[int]) -> float:
+        """Return the volume swept by moving ``gone`` onto ``target``; infinite if a face of some size would flip."""
         rest = self._faces[list(self._around(gone) - shared)]
-        before, after = self._vertices[rest], self._vertices[np.where(rest == gone, kept, rest)]
+        before, after = self._vertices[rest], self._vertices[np.where(rest == gone, target, rest)]
         old, new = normals(before), normals(after)
         areas = [np.linalg.norm(normal, axis=1) for normal in (old, new)]
         turned = (old * new).sum(axis=1) < 0.5 * areas[0] * areas[1]
-        # The direction of needles thinner than the collapsed edge is noise.
+        # Needles thinner than the collapsed edge have no reliable direction.
         longest = np.linalg.norm(before - np.roll(before, 1, axis=1), axis=2).max(axis=1)
         if (turned & (areas[0] > self._short_mm * longest)).any():
             return np.inf
-        step = self._vertices[kept] - self._vertices[gone]
+        step = self._vertices[target] - self._vertices[gone]
         return float(np.abs((old @ step) / 6).sum())

@@ -21,13 +21,13 @@ RUN_OUT_MM = 5.0  # Straight walls beyond an end, in excess of the tilt's move, 
 HEADING_MM = 5.0  # Length of centreline that gives an end its direction: long against pixels, short against its wander
 TURNOVER_DEG = 60.0  # Angle from straight ahead beyond which a part of a blunt tip belongs to one wall alone
 STATION_MM = 1.0  # Spacing of the floor's corners, along and across the crack: a third of the paper's width
-SMOOTHED_STATIONS = 1.0  # Gaussian sigma of the centreline, whose noise would turn the lines across it
+SMOOTHED_STATIONS = 1.0  # Gaussian sigma of the centreline, since its noise would turn the lines across it
 ROOM_MM = 10.0  # Margin of the floor around the block: a dam is 4 mm thick
 
 
 @dataclass(frozen=True)
 class CrackEnd:
-    """One end of the crack; one that is no tip is flat: open at the block's side, or cut by a wall across."""
+    """One end of the crack: a tip, or flat. A flat end is open at the block's side or cut by a wall across."""
 
     number: int  # 0 at s = 0, 1 at the far end
     kind: EndKind
@@ -66,13 +66,13 @@ class CrackEnd:
 def crack_ends(outline: Outline) -> tuple[CrackEnd, CrackEnd]:
     """Return both ends of the crack, the one at s = 0 first."""
     reach_mm = np.array([min(HEADING_MM, outline.length_mm)])
-    found = []
+    ends = []
     for number in (0, 1):
         line_mm = outline.centreline_mm[:: -1 if number else 1]
         outward = line_mm[0] - at_arc_length(line_mm, arc_length(line_mm), reach_mm)[0]
         corners_mm = outline.left_wall_mm[-number], outline.right_wall_mm[-number]
-        found.append(CrackEnd(number, outline.ends[number], *corners_mm, unit(outward)))
-    return found[0], found[1]
+        ends.append(CrackEnd(number, outline.ends[number], *corners_mm, unit(outward)))
+    return ends[0], ends[1]
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class Floor:
 
     def depth_at_mm(self, place_mm: Floats) -> Floats:
         """Return the depth of the floor below places on the face, (n,)."""
-        # As scipy's LinearNDInterpolator, which takes a hundred times as long.
+        # Same as scipy's LinearNDInterpolator, a hundred times faster.
         triangle = self._triangles.find_simplex(place_mm)
         to_weights = self._triangles.transform[triangle]
         weights = np.einsum("nij,nj->ni", to_weights[:, :2], place_mm - to_weights[:, 2])
@@ -173,8 +173,8 @@ def lay_out(outline: Outline, shape: CrackShape, spread_mm: float) -> Footprint:
     beyond = CrossSection.batch_boolean(stoppers, OpType.Add) ^ block
     if (buried_mm2 := (traced ^ beyond).area()) > width_mm**2:
         raise InputError(
-            f"One end of the crack is cut, and {buried_mm2:.1f} mm² of the crack lie in what closes it there: the "
-            "crack bends back beside that end. Move the end along the crack, away from its other parts: in ends_px, or "
+            f"One end of the crack is cut, and {buried_mm2:.1f} mm² of the crack are in the ground beyond it: the "
+            "crack bends back near that end. Move the end along the crack, away from its other parts: in ends_px, or "
             "with 'sealtwin trace'."
         )
     if ((traced ^ block) - beyond).area() < PIECE_MM2:
@@ -199,7 +199,7 @@ def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> 
     away_mm = abs(float(end.centre_mm[side % 2]) - block_mm[side])
     if away_mm > width_mm:
         raise InputError(
-            f"End {end.number + 1} is open but lies {away_mm:.1f} mm inside the face. "
+            f"End {end.number + 1} is open but is {away_mm:.1f} mm inside the face. "
             "Move it to the edge of the face, or make it closed or cut."
         )
     # The walls' first stations are square to the centreline, and those of an oblique crack miss the block's side.
@@ -214,14 +214,14 @@ def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> 
 
 def _stopper(end: CrackEnd, reach_mm: float, spread_mm: float) -> CrossSection:
     """Return the ground beyond a cut end that contains all of its tilted run-out."""
-    # The run-out drifts sideways by as much as the cut is oblique.
+    # The run-out of an oblique cut drifts sideways.
     drift_mm = reach_mm * float(np.linalg.norm(end.run_out))
     side = (drift_mm + reach_mm) * end.across
     return _strip(end.right_mm - side, end.left_mm + side, (reach_mm + spread_mm + RUN_OUT_MM) * end.facing)
 
 
 def _strip(right_mm: Floats, left_mm: Floats, step_mm: Floats) -> CrossSection:
-    """Return the region that the line between two points covers as it moves by a step."""
+    """Return the region that the line between two points covers when it moves by a step."""
     return CrossSection([np.array([right_mm, right_mm + step_mm, left_mm + step_mm, left_mm])], FillRule.NonZero)
 
 
@@ -286,13 +286,13 @@ def _stations(centreline_mm: Floats, shape: CrackShape) -> tuple[Floats, Floats]
 
 
 def _to_left(line_mm: Floats, own_mm: Floats) -> Floats:
-    """Return unit vectors square to the line, (n, 2); its ends continue the bend beside them."""
+    """Return unit vectors square to the line, (n, 2); the bend continues at its ends."""
     x, y = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1).T
     return np.column_stack([-y, x]) / np.hypot(x, y)[:, None]
 
 
 def _around(places_mm: Floats, box_mm: Box) -> Floats:
-    """Return four corners around the places and the box with its dams, whose corners need a depth too."""
+    """Return four corners around the places and the box with its dams, since their corners need a depth too."""
     low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
     high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
     return np.array([low, (high[0], low[1]), high, (low[0], high[1])])

@@ -19,20 +19,20 @@ from sealtwin.core.records import Floats, Outline, Sections
 from sealtwin.core.solid_figures import ClosingDepth
 
 SAMPLES = 32  # Samples of the line across a gap between walls: 0.01 % of a cavity among stones. With 8 it is 0.1 %.
-UPRIGHT = 1e-9  # Least slope in a division, which stands for an upright wall
-STONE_STEP_MM = 0.05  # Spacing of points on a stone's side, which represent it within a thousandth from 1 mm away
+UPRIGHT = 1e-9  # Least slope in a division, used for an upright wall
+STONE_STEP_MM = 0.05  # Spacing of points on a stone's side, accurate to a thousandth from 1 mm away
 # Gauss-Legendre, over the depth: 70 ppm
 NODES: dict[Tilt, int] = {"vertical": 1, "lean": 8, "flare": 8, "undercut": 8, "funnel": 24}
-LEVELS = 8  # Sections of an undercut between floor and face that are looked at for one that fits
+LEVELS = 8  # Sections of an undercut between floor and face that are tried for one that fits
 HALVINGS = 10  # Halvings of the interval between the one that fits and the next
-FLOOR_NODES = 16  # The same over a floor that rises and falls, whose area bends at every station: within 400 ppm
+FLOOR_NODES = 16  # Nodes for a floor of changing depth, with a bend of the area at every station: within 400 ppm
 ARC_SEGMENTS = 128  # Segments of a full turn of a rounded offset corner: 0.04 % of the corner's own area
 
 
 def crack_sections(outline: Outline, shape: CrackShape) -> Sections:
     """Return the sections at the outline's stations: two straight walls from the face to the floor, less stones.
 
-    Summed over the arc they are the cavity, less side cracks, what opens around a tip, and the excess of a bend.
+    Their sum over the arc is the cavity without side cracks, the part around a tip and the excess of a bend.
     """
     s_mm = outline.s_mm
     depth_mm, width_mm = shape.depth_at_mm(s_mm), outline.width_mm
@@ -70,7 +70,7 @@ def _slopes_across(edges_mm: Floats, width_mm: float, shape: CrackShape) -> Floa
 
 
 def _among_stones_mm2(edges_mm: Floats, width_mm: float, depth_mm: float, whole_mm2: float, shape: CrackShape) -> float:
-    """Return the area of one section less its stones, whose sides are at ``edges_mm`` from the left wall, in pairs."""
+    """Return the area of a section less its stones; ``edges_mm`` are their sides from the left wall, in pairs."""
     if shape.tilt == "funnel":
         edges_mm = np.concatenate([[0.0], edges_mm, [width_mm]])
     closing = _slopes_across(edges_mm, width_mm, shape).reshape(-1, 2).sum(axis=1)
@@ -87,7 +87,7 @@ def _among_stones_mm2(edges_mm: Floats, width_mm: float, depth_mm: float, whole_
 
 
 def _beyond_stones_mm2(outline: Outline, depth_mm: Floats, stones: dict[int, Floats], shape: CrackShape) -> Floats:
-    """Return the area of a funnel's sections that stones, which grow downward, take past their own ends, (n,)."""
+    """Return the area of a funnel's sections that stones, which grow downward, fill beyond their own ends, (n,)."""
     width_mm = outline.width_mm
     edges_mm = [np.concatenate([[0.0], stones.get(i, []), [width_mm[i]]]) for i in range(len(width_mm))]
     station = np.repeat(np.arange(len(edges_mm)), [len(edges) // 2 for edges in edges_mm])
@@ -123,7 +123,7 @@ def _stone_sides(outline: Outline, shape: CrackShape) -> tuple[Floats, Floats]:
 
 def _stones(outline: Outline) -> dict[int, Floats]:
     """Return, by station, the distances from the left wall at which its line enters and leaves stones, (2 k,), mm."""
-    found: dict[int, list[float]] = {}
+    edges_mm: dict[int, list[float]] = {}
     across = outline.right_wall_mm - outline.left_wall_mm
     for ring in outline.islands_mm:
         step = np.roll(ring, -1, axis=0) - ring
@@ -136,8 +136,8 @@ def _stones(outline: Outline) -> dict[int, Floats]:
         hit = (own >= 0) & (own <= 1) & (other >= 0) & (other < 1)
         for station in np.flatnonzero(hit.sum(axis=1) % 2 == 0):
             length_mm = float(np.linalg.norm(across[station]))
-            found.setdefault(int(station), []).extend((length_mm * own[station, hit[station]]).tolist())
-    return {station: np.sort(edges) for station, edges in found.items() if edges}
+            edges_mm.setdefault(int(station), []).extend((length_mm * own[station, hit[station]]).tolist())
+    return {station: np.sort(edges) for station, edges in edges_mm.items() if edges}
 
 
 class Slicer:
@@ -185,9 +185,9 @@ class Slicer:
 
 
 def meeting_share(slicer: Slicer, shape: CrackShape) -> float | None:
-    """Return the share of an undercut's move up to which its parts stay apart below the face, or None if all of it.
+    """Return the largest share of an undercut's move that keeps its parts apart below the face; None if all does.
 
-    Parts that meet leave a stone that hangs, or a bridge over the crack. A spike that ends above the floor is neither.
+    Parts that meet leave a hanging stone, or a bridge over the crack. A spike that ends above the floor is neither.
     """
     face = slicer.between_walls(0.0)
 
@@ -219,7 +219,7 @@ def largest_share(fails: Callable[[float], bool]) -> float | None:
 def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, finer: int = 1) -> float:
     """Integrate the sections over the depth, with ``finer`` times the default number of nodes."""
     slicer, reach_mm = Slicer(footprint, shape), shape.deepest_mm
-    # A narrow funnel ends far above its floor: the nodes belong where it is open.
+    # A narrow funnel ends far above its floor; place the nodes where it is open.
     while shape.tilt == "funnel" and slicer.between_walls(0.9 * reach_mm).is_empty():
         reach_mm *= 0.9
     stretches_mm, nodes = [(0.0, reach_mm)], NODES[shape.tilt]
@@ -237,7 +237,7 @@ def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, finer: int = 1) -
 
 @dataclass(frozen=True)
 class TiltVariants:
-    """The chosen tilt of the walls beside the others at this angle; fields of ``SolidFigures``."""
+    """Widths for the chosen tilt, and volumes for all tilts at its angle; fields of ``SolidFigures``."""
 
     photo_width_mm: float
     mouth_width_mm: float
@@ -247,7 +247,7 @@ class TiltVariants:
 
 
 def compare_tilts(outline: Outline, footprint: Footprint, shape: CrackShape) -> TiltVariants:
-    """Return widths and volumes of the cavity for each reading of the tilt that there can be."""
+    """Return widths and volumes of the cavity for each possible tilt."""
     opening_mm = sum(wall_shifts_mm(shape)) * {"flare": 1.0, "undercut": 1.0, "funnel": -1.0}.get(shape.tilt, 0.0)
     other_mm = _mean_along(outline, np.maximum(0.0, outline.width_mm + opening_mm))
     photo_mm = outline.mean_width_mm

@@ -62,7 +62,7 @@ def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch
             if there is not None and j > 0 and inward_mm[j] != 0:
                 continue
         elif there is not None:
-            # From a wall that stands still the fan begins a stretch of its own.
+            # After a wall that does not move, the fan begins its own stretch.
             corners, moved = [ring[j]] * len(there), list(there)
         if len(corners) > 1:
             stretches.append((np.array(corners), np.array(moved)))
@@ -71,7 +71,7 @@ def _moved_ring(ring: Floats, normal: Floats, inward_mm: Floats) -> list[Stretch
 
 
 def _fan(corner: Floats, before: Floats, after: Floats, turn: float, from_mm: float, to_mm: float) -> Floats:
-    """Return the moved places of a corner from which two walls diverge, (n, 2)."""
+    """Return the moved places of a corner at which two walls diverge, (n, 2)."""
     count = max(1, int(np.ceil(abs(turn) / np.radians(MITRE_DEG))))
     first = np.arctan2(before[1], before[0])
     if from_mm != to_mm:

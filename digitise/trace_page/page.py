@@ -48,7 +48,7 @@ class Sheet:
     open: Callable[[], Opened]
     """Reads the photo; raises InputError for a bad one."""
     done: Callable[[], bool]
-    """True where the crack's ends are on file."""
+    """True if the trial file has the crack's ends."""
 
 
 class Question(Settings):
@@ -73,10 +73,10 @@ class Turn(Settings):
 
 
 class TracePage(PageServer):
-    """Serves the photos until the user has saved the only one, or left."""
+    """Serves the photos until the user has saved the only one, or quits."""
 
     def __init__(self, sheets: Sequence[Sheet], port: int = 0) -> None:
-        """Begin with the first photo that is not done. Raises InputError where all are bad, OSError for a used port."""
+        """Begin with the first photo that is not done. Raises InputError if all are bad, OSError for a used port."""
         self._sheets = tuple(sheets)
         self._here, self._opened = self._first()
         self._files = {
@@ -113,7 +113,7 @@ class TracePage(PageServer):
 
     @property
     def photos(self) -> list[dict[str, Any]]:
-        """The list on the page, of no photo where there is one only."""
+        """Photos of the list on the page, which is empty if there is only one."""
         if len(self._sheets) == 1:
             return []
         return [
@@ -126,8 +126,8 @@ class TracePage(PageServer):
         if name == "session":
             opening = {**session.opening(), **facts, "photos": self.photos}
             return json.dumps(opening, allow_nan=False).encode(), "application/json"
-        if found := TILE.fullmatch(name):
-            level, column, row = (int(number) for number in found.groups())
+        if tile_name := TILE.fullmatch(name):
+            level, column, row = (int(number) for number in tile_name.groups())
             tile = session.pyramid.tile(level, column, row)
             return None if tile is None else (tile, "image/jpeg")
         return self._files.get(name or "page.html")

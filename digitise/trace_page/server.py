@@ -1,6 +1,6 @@
-"""A server of one page, for this machine's browser alone.
+"""A server of one page, for the browser of this machine only.
 
-A gate sees every request before its body is read. The standard library's server is used because a web framework would
+A gate checks every request before its body is read. The standard library's server is used because a web framework would
 add dependencies for two routes.
 """
 
@@ -27,7 +27,7 @@ DOOR = """<!doctype html>
 Content = tuple[bytes, str]  # Body and media type of the answer to a GET
 LARGEST_BODY_BYTES = 250_000  # Largest body of a request: as many drawn walls as a trial may have
 SLOW_S = 10.0  # Longest silence on a connection; requests of the page arrive in milliseconds
-MOST_STRANGERS = 32  # Connections without a valid request yet; the oldest makes room, so that they lock nobody out
+MOST_STRANGERS = 32  # Most connections without a valid request; the oldest is closed, so that they block no other
 SECURITY_HEADERS = {
     # No foreign content, no inline scripts, no frames.
     "Content-Security-Policy": (
@@ -38,22 +38,22 @@ SECURITY_HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin",
-    # The address holds the token.
+    # The address contains the token.
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-store",
 }
 
 
 class RequestGate:
-    """Check of the token in the page's address and of the host names that this machine answers to."""
+    """Check of the token in the page's address and of the host names that are allowed."""
 
     def __init__(self, port: int) -> None:
         self.token = secrets.token_urlsafe(32)
-        # Another name is that of a foreign site which resolves to this machine (DNS rebinding).
+        # Another name belongs to a foreign site that resolves to this machine (DNS rebinding).
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
 
     def refuses(self, method: str, target: str, headers: Message) -> tuple[HTTPStatus, str] | None:
-        """Return status and reason of a refusal; None where the request is allowed."""
+        """Return status and reason of a refusal; None if the request is allowed."""
         if headers["Host"] not in self._hosts:
             return HTTPStatus.MISDIRECTED_REQUEST, "this page answers to 127.0.0.1 and localhost only"
         token = target.removeprefix("/").partition("/")[0]
@@ -74,7 +74,7 @@ class RequestGate:
 class PageServer(ThreadingHTTPServer):
     """A server on 127.0.0.1 only; ``port`` 0 takes a free one. Names are the part of an address after the token."""
 
-    # A thread still inside a native library when the interpreter ends would crash the process.
+    # A thread that is inside a native library at the interpreter's end would crash the process.
     daemon_threads, block_on_close = False, True
     # A browser opens several connections at once, and retries those that find the queue full a second later.
     request_queue_size = 32
@@ -91,9 +91,9 @@ class PageServer(ThreadingHTTPServer):
 
     @contextmanager
     def doorway(self) -> Iterator[str]:
-        """Give the address of a file that leads to the page, and that only this user can read.
+        """Yield the address of a file that redirects to the page and that only this user can read.
 
-        Any user of the machine sees what a browser is started with, so that must not be the token.
+        Every user of the machine can see a browser's arguments, so the token must not be one of them.
         """
         with TemporaryDirectory(prefix="sealtwin-", ignore_cleanup_errors=True) as folder:
             # The folder is the user's alone, by its mode.
@@ -103,11 +103,11 @@ class PageServer(ThreadingHTTPServer):
             yield door.as_uri()
 
     def get(self, name: str) -> Content | None:
-        """Return the content of that name; None where there is none."""
+        """Return the content of a name; None for other names."""
         raise NotImplementedError
 
     def post(self, name: str, body: bytes) -> Iterator[dict[str, Any]] | None:
-        """Return answers, each sent at once as a line of JSON; None as in ``get``. Raises ValueError for a bad body."""
+        """Return lines of JSON, each to be sent at once; None as in ``get``. Raises ValueError for a bad body."""
         raise NotImplementedError
 
     def process_request(self, request: Any, client_address: Any) -> None:
@@ -128,11 +128,11 @@ class PageServer(ThreadingHTTPServer):
             self.welcome(request)
 
     def welcome(self, connection: socket.socket) -> None:
-        """Count a connection no longer as a stranger's: its request was allowed, or it ends."""
+        """Stop counting a connection as a stranger's: its request was allowed, or it ends."""
         self._strangers.pop(connection, None)
 
     def server_close(self) -> None:
-        """Finish answers in progress, but do not wait for a browser's idle connections."""
+        """Finish responses in progress, but do not wait for a browser's idle connections."""
         for connection in tuple(self._connections):
             with suppress(OSError):
                 connection.shutdown(socket.SHUT_RD)
@@ -191,7 +191,7 @@ class _Visit(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Log nothing: the lines of requests hold the token."""
+        """Log nothing: the lines of requests contain the token."""
 
     @property
     def _page(self) -> PageServer:

@@ -47,7 +47,7 @@ Until = Literal["scale", "path", "glance", "walls"]
 
 
 class Hints(Settings):
-    """Settings of a ``PhotoInput`` that the page edits, None where not given; ``PhotoInput`` checks their values."""
+    """Settings of a ``PhotoInput`` that the page edits, None if not given; ``PhotoInput`` checks their values."""
 
     ends_px: tuple[Pixel, Pixel] | None = None
     crack: int | None = None
@@ -75,7 +75,7 @@ class Hints(Settings):
 
 
 class Shape(Settings):
-    """Settings of a ``CrackShape`` that the page edits; None where not given, or where the trial has a table of it."""
+    """Settings of a ``CrackShape`` that the page edits; None if not given, or if the trial has a table of it."""
 
     depth_mm: float | None = None
     tilt: Tilt | None = None
@@ -88,7 +88,7 @@ class Shape(Settings):
         return cls(**{key: value for key, value in given.items() if not isinstance(value, tuple)})
 
     def said(self) -> dict[str, Any]:
-        """Return what was given."""
+        """Return the values that were given."""
         return self.model_dump(mode="json", exclude_none=True)
 
 
@@ -103,10 +103,10 @@ def rest_of(photo: PhotoInput) -> dict[str, Any]:
 
 def scale_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput | None:
     """Return photo settings with the scale that markers or hints give, or None. Raises InputError for half a scale."""
-    said = hints.said(SCALE_KEYS)
-    if not rest.get("markers") and not said.keys() - {"scale_is"}:
+    given = hints.said(SCALE_KEYS)
+    if not rest.get("markers") and not given.keys() - {"scale_is"}:
         return None
-    return checked(PhotoInput, Path(rest["file"]), {**rest, **said})
+    return checked(PhotoInput, Path(rest["file"]), {**rest, **given})
 
 
 def path_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput:
@@ -116,7 +116,7 @@ def path_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput:
 
 
 class Pyramid:
-    """A photo in tiles at halving sizes, so that a browser fetches only what it shows; the last level fits into one."""
+    """A photo in tiles at halving sizes, so that a browser fetches only what it shows; the last level is one tile."""
 
     def __init__(self, image: Pixels) -> None:
         self._levels = [image]
@@ -147,17 +147,17 @@ def _halved(picture: Pixels) -> Pixels:
 
 
 class OutdatedError(Exception):
-    """A newer question has arrived, so that this one needs no answer."""
+    """A newer request has arrived, so this one is dropped."""
 
 
 class _Scaled(NamedTuple):
     photo: Photo
-    known: bool
+    in_mm: bool  # False if the photo has no scale yet
     refused: str | None  # Reason why the given scale cannot be used
 
 
 class TraceSession:
-    """Answers about one photo, for any thread; of simultaneous questions, only the newest is answered."""
+    """Traces one photo, for any thread; of simultaneous requests only the newest is finished."""
 
     def __init__(self, settings: PhotoInput, folder: Path, hints: Hints) -> None:
         """Read the photo; ``hints``, not those in ``settings``, are the first. Raises InputError for a bad photo."""
@@ -190,7 +190,7 @@ class TraceSession:
     def trace(self, hints: Hints, revision: float, until: Until) -> Iterator[Answer]:
         """Yield scale, cracks without ends, path, walls of a smaller copy and walls; the last may be a refusal.
 
-        ``revision`` grows from question to question; raises OutdatedError when there is a newer one.
+        ``revision`` increases with each request; raises OutdatedError if there is a newer one.
         """
         self._newest = max(self._newest, revision)
         self._check_newest(revision)
@@ -202,33 +202,33 @@ class TraceSession:
             self._check_newest(revision)
 
     def _steps(self, hints: Hints, revision: float) -> Iterator[tuple[str, Answer | list[Answer] | str | None]]:
-        seen = self._scaled(hints)
+        with_scale = self._scaled(hints)
         by_edges = hints.face_mm is not None and hints.face_corners_px is None and not self._rest.get("markers")
-        yield "scale", _scale_answer(seen, by_edges)
+        yield "scale", _scale_answer(with_scale, by_edges)
         with self._searching if hints.ends_px is None else self._clicking:
             self._check_newest(revision)
             try:
                 settings = path_settings(self._rest, hints)
-                if seen.photo.drawn is not None:
-                    path = painted_path(seen.photo, settings.ends_px)
+                if with_scale.photo.drawn is not None:
+                    path = painted_path(with_scale.photo, settings.ends_px)
                 elif settings.ends_px is not None:
-                    path = self._wire(seen.photo, settings.roi_px).path(settings.ends_px, settings.via_px)
+                    path = self._wire(with_scale.photo, settings.roi_px).path(settings.ends_px, settings.via_px)
                 else:
-                    search = CrackSearch.of(seen.photo, settings.roi_px)
+                    search = CrackSearch.of(with_scale.photo, settings.roi_px)
                     yield "cracks", [_crack_answer(crack) for crack in search.cracks]
                     path = search.path(settings.crack)
-                yield "path", _path_answer(path, seen.known)
-                rough = glance(seen.photo, path, settings)
-                yield "glance", None if rough is None else _walls_answer(seen.photo, rough, seen.known)
-                outline = trace_outline(seen.photo, path, settings)
-                yield "walls", _walls_answer(seen.photo, outline, seen.known)
+                yield "path", _path_answer(path, with_scale.in_mm)
+                rough = glance(with_scale.photo, path, settings)
+                yield "glance", None if rough is None else _walls_answer(with_scale.photo, rough, with_scale.in_mm)
+                outline = trace_outline(with_scale.photo, path, settings)
+                yield "walls", _walls_answer(with_scale.photo, outline, with_scale.in_mm)
             except RivalCracksError as rivals:
                 yield "refused", CHOOSE.format(count=len(rivals.cracks))
             except InputError as fault:
-                yield "refused", _for_page(seen.known, str(fault))
+                yield "refused", _for_page(with_scale.in_mm, str(fault))
 
     def end(self) -> None:
-        """Stop all questions in progress at their next step."""
+        """Stop all requests in progress at their next step."""
         self._newest = math.inf
 
     def _check_newest(self, revision: float) -> None:
@@ -247,12 +247,12 @@ class TraceSession:
         try:
             settings = scale_settings(self._rest, hints)
             photo = None if settings is None else scaled(self._pixels, settings)
-            return _Scaled(photo or self._plain, known=photo is not None, refused=None)
+            return _Scaled(photo or self._plain, in_mm=photo is not None, refused=None)
         except InputError as fault:
-            return _Scaled(self._plain, known=False, refused=str(fault))
+            return _Scaled(self._plain, in_mm=False, refused=str(fault))
 
     def _wire(self, photo: Photo, roi_px: tuple[Pixel, ...] | None) -> LiveWire:
-        """Return the search map, which is kept while face and region stay: making it takes longer than a query."""
+        """Return the search map, which is cached for a face and a region: it takes longer to make than a query."""
         if photo.face_mm is None and not photo.markers_px:
             # Without face and markers, the scale does not change the search.
             photo = self._plain
@@ -261,12 +261,12 @@ class TraceSession:
         return self._last_wire[2]
 
 
-def _scale_answer(seen: _Scaled, by_edges: bool) -> Answer:
-    """Describe the scale; ``corners_px`` are the face's, where they were found by its edges and can be adjusted."""
-    photo = seen.photo
-    refused = seen.refused and _for_page(True, seen.refused)
+def _scale_answer(with_scale: _Scaled, by_edges: bool) -> Answer:
+    """Describe the scale; ``corners_px`` are the face's if its edges gave them, so that they can be adjusted."""
+    photo = with_scale.photo
+    refused = with_scale.refused and _for_page(True, with_scale.refused)
     answer: Answer = {"refused": refused, "markers_px": [_rounded(corners) for corners in photo.markers_px]}
-    if not seen.known:
+    if not with_scale.in_mm:
         return answer | {"mm_per_px": None, "face_px": None, "corners_px": None}
     return answer | {
         "mm_per_px": photo.mm_per_px,
@@ -319,7 +319,7 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
 
 
 def _for_page(in_mm: bool, sentence: str) -> str:
-    """Name the page's controls in place of settings; and px in place of mm where there is no scale."""
+    """Name the page's controls in place of settings, and px in place of mm if there is no scale."""
     if not in_mm:
         sentence = re.sub(r"\bmm\b", "px", sentence)
     return re.sub(r"\b(?:photo\.)?([a-z]+(?:_[a-z]+)+|overlay\.png)\b", lambda it: CONTROLS.get(it[1], it[0]), sentence)

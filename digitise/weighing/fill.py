@@ -1,4 +1,4 @@
-"""A liquid weighed into a crack: mass and level in steps, as a CSV holds them, and what the liquid is."""
+"""A liquid weighed into a crack: its properties, and its mass and level in steps, also as a CSV."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,24 +15,24 @@ from sealtwin.core.settings import Settings
 BOUNDS = {"mass_g": (1e-3, 1e5), "level_mm": (-500.0, 0.0)}
 HINTS = {"level_mm": ", since levels below the face are negative"}
 MOST_ROWS = 1000
-# A fill is looked at before it is checked, and pydantic then no longer knows that a list was JSON's, and so a tuple.
+# Not strict: after the validator of ``FillOrFile``, pydantic no longer accepts a JSON list as a tuple.
 Column = Annotated[tuple[float, ...], Field(min_length=1, max_length=MOST_ROWS, strict=False)]
 
 
 class WeighedFill(Settings):
-    """The table [crack.fill]: what the crack holds, by weight. The sample lies level, its open ends closed by tape."""
+    """The table [crack.fill]: the crack's volume by weight. The sample is level, and tape closes its open ends."""
 
     file: Path | None = None
-    """CSV with the columns mass_g and level_mm, a row for each step; a run's folder holds the columns themselves."""
+    """CSV with the columns mass_g and level_mm, a row for each step; a run's folder has the columns in its place."""
     mass_g: Column | None = None
-    """Liquid in the crack, all steps together, on a scale that was set to zero with the empty sample on it."""
+    """Liquid in the crack after each step, all steps together, on a scale zeroed with the empty sample on it."""
     level_mm: Column | None = None
-    """Level of the liquid from the face, upward: the lowest line of the meniscus; 0 where it is flat with the face."""
+    """Level of the liquid from the face, upward: the lowest line of the meniscus; 0 if it is flush with the face."""
     density_kg_m3: float = Field(default=998.0, ge=500, le=3000)
     """Density of the liquid; by default that of water at 20 C, within 0.2 %."""
     surface_tension_n_m: float = Field(default=0.030, ge=0, le=0.1)
-    """Surface tension of the liquid, which stands higher at the walls that it wets than at its lowest line; by default
-    of water with a drop of detergent. Pure water, with 0.073, wets badly. 0 for levels that are means across."""
+    """Surface tension of the liquid, which is higher at the walls that it wets than at its lowest line. Default: water
+    with a drop of detergent. Pure water, with 0.073, wets poorly. 0 if the levels are means across the crack."""
     mass_sd_g: float = Field(default=0.05, gt=0, le=100)
     """Standard deviation of one weighing: half of the last digit of a kitchen scale."""
     level_sd_mm: float = Field(default=0.2, gt=0, le=10)
@@ -46,10 +46,10 @@ class WeighedFill(Settings):
         if self.file is None and len(given) < 2:
             raise ValueError("give file, a CSV with the columns mass_g and level_mm, or both columns")
         if self.file is not None and given:
-            raise ValueError(f"{given[0]} beside file, which holds it: give either")
+            raise ValueError(f"{given[0]} and file, which has that column: give one of the two")
         if given and (fault := _fault(self.mass_g or (), self.level_mm or ())):
-            row, column, said = fault
-            raise ValueError(f"{column}, row {row + 1}: {said}")
+            row, column, reason = fault
+            raise ValueError(f"{column}, row {row + 1}: {reason}")
         return self
 
     def loaded(self, folder: Path) -> Self:
@@ -60,11 +60,11 @@ class WeighedFill(Settings):
         if self.file is None:
             return self
         path = folder / self.file
-        # Bounds are told below, with what to do.
+        # Bounds are checked below, with a message that states what to do.
         columns = read_columns(path, dict.fromkeys(BOUNDS, (-np.inf, np.inf)), list(BOUNDS), (1, MOST_ROWS))
         if fault := _fault(columns["mass_g"], columns["level_mm"]):
-            row, column, said = fault
-            raise InputError(f"{path}, row {columns['row'][row]:g}, column {column}: {said}.")
+            row, column, reason = fault
+            raise InputError(f"{path}, row {columns['row'][row]:g}, column {column}: {reason}.")
         return self.model_copy(update={"file": None, **{name: tuple(columns[name]) for name in BOUNDS}})
 
     @property
@@ -84,7 +84,7 @@ class WeighedFill(Settings):
 
 
 def _fault(masses_g: Sequence[float], levels_mm: Sequence[float]) -> tuple[int, str, str] | None:
-    """Return row from 0, column and words of the first value that cannot be, or None."""
+    """Return row from 0, column and reason of the first invalid value, or None."""
     if len(masses_g) != len(levels_mm):
         return min(len(masses_g), len(levels_mm)), "mass_g, level_mm", "one of the two has more rows"
     for name, values in (("mass_g", masses_g), ("level_mm", levels_mm)):
@@ -94,9 +94,9 @@ def _fault(masses_g: Sequence[float], levels_mm: Sequence[float]) -> tuple[int, 
                 return row, name, f"{value:g}; {low:g} to {high:g} is allowed{HINTS.get(name, '')}"
             if row and value <= values[row - 1]:
                 before = f"{value:g} after {values[row - 1]:g}"
-                return row, name, f"{before}; each step holds all that was poured before, and stands higher"
+                return row, name, f"{before}; each step includes all that was poured before, so it must be higher"
     return None
 
 
 FillOrFile = Annotated[WeighedFill, BeforeValidator(lambda given: {"file": given} if isinstance(given, str) else given)]
-"""The table, or the name of its file alone."""
+"""The table, or only the name of its file."""

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from sealtwin.core.records import Floats
 
 GRAVITY_M_S2 = 9.81
-MANY = 60.0  # Capillary lengths from which a crack is so wide that the middle of its surface is flat
+MANY = 60.0  # Width, in capillary lengths, from which the middle of the surface is flat
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(64)
 
 
@@ -43,10 +43,10 @@ def raise_and_height_mm(width_mm: float, capillary_mm: float) -> tuple[float, fl
         root = np.sqrt(curvature**2 + 2 * (1 - np.cos(phi)) / capillary_mm**2)
         return capillary_mm**2 * (root - curvature), WEIGHTS * end / 2 * scale * np.cosh(t) * np.cos(phi) / root
 
-    # By gravity a half circle is too flat; the curvature falls with the exponential of the width.
+    # Without gravity the curvature is 2 / width; gravity reduces it, up to exponentially with the width.
     low, high = np.log(2 / width_mm) - MANY, np.log(4 / width_mm)
-    found: Any = brentq(lambda log: profile(np.exp(log))[1].sum() - width_mm / 2, low, high)
-    curvature = float(np.exp(found))
+    log_curvature: Any = brentq(lambda log: profile(np.exp(log))[1].sum() - width_mm / 2, low, high)
+    curvature = float(np.exp(log_curvature))
     height_mm, across_mm = profile(curvature)
     wall_mm = capillary_mm**2 * (np.sqrt(curvature**2 + 2 / capillary_mm**2) - curvature)
     return float(height_mm @ across_mm) / (width_mm / 2), float(wall_mm)
@@ -55,7 +55,7 @@ def raise_and_height_mm(width_mm: float, capillary_mm: float) -> tuple[float, fl
 def mean_level_mm(levels_mm: Floats, width_mm: float, capillary_mm: float) -> Floats:
     """Return the mean level for each lowest line, (k,).
 
-    Near the face the liquid stands at the edges of the crack, and its surface flattens: at 0 it is level.
+    Near the face the liquid is pinned at the edges of the crack and its surface flattens; at 0 it is level.
     """
     if capillary_mm == 0:
         return levels_mm

@@ -1,4 +1,4 @@
-"""A crack with its walls or its floor moved: as a weighed fill wants them, or by their uncertainty."""
+"""A crack with its walls or its floor moved, to fit a weighed fill or by their uncertainty."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ SAME_POINT_MM = 1e-6  # Distance below which both walls are one point, as at a t
 
 
 def widened(outline: Outline, by_mm: float) -> Outline:
-    """Widen a crack by ``by_mm`` on average, every width in proportion: tips and open ends stay where they are."""
+    """Widen a crack by ``by_mm`` on average, every width in proportion: tips and open ends do not move."""
     if not by_mm:
         return outline
     return widened_by(outline, np.full(len(outline.s_mm), by_mm / outline.mean_width_mm))
@@ -27,7 +27,7 @@ def widened_by(outline: Outline, share: Floats) -> Outline:
 
 
 def walls_apart(outline: Outline, share: Floats | float) -> Outline:
-    """Widen the widths alone: the ring around the crack, which takes longer, stays that of before."""
+    """Widen only the walls; the ring around the crack, which takes longer, is not updated."""
     apart = (outline.left_wall_mm - outline.right_wall_mm) * np.reshape(share, (-1, 1)) / 2
     return replace(outline, left_wall_mm=outline.left_wall_mm + apart, right_wall_mm=outline.right_wall_mm - apart)
 

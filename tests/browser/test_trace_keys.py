@@ -101,7 +101,7 @@ def test_every_control_has_a_name(open_page, shot):
     assert bench.probe("nameless") == []
     assert bench.page.get_attribute("#end-0", "aria-label").startswith("End 1, where the nozzle starts, x ")
     assert bench.page.get_attribute("#status", "role") == "status"
-    assert bench.text("#status").startswith("Walls found")
+    assert bench.text("#status").startswith("Walls traced")
 
 
 def test_nothing_moves_for_those_who_asked_for_stillness(open_page, shot):

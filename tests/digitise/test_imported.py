@@ -263,7 +263,7 @@ def test_a_sheet_with_sides_needs_no_base(tmp_path):
     vertices, faces = mesh_of(slotted())
     open_below = vertices, faces[vertices[faces][:, :, 2].max(axis=1) > -20.0]
     assert brought(tmp_path, open_below).solid.cavity_volume_mm3 == pytest.approx(2400.0)
-    with pytest.raises(InputError, match=r"has sides down to a flat underside, which is closed\. Leave base_mm out"):
+    with pytest.raises(InputError, match=r"has sides down to a flat underside, which is closed\. Remove base_mm"):
         brought(tmp_path, open_below, base_mm=25.0)
 
 
@@ -289,7 +289,7 @@ def test_what_cannot_be_a_sample_is_refused_in_a_sentence(tmp_path, mesh, settin
 
 def test_a_glb_that_is_not_in_metres_is_taken_at_its_word_and_told(tmp_path):
     back = brought(tmp_path, mesh_of(slotted()), "scan.glb", units="mm")
-    assert "glTF counts in metres; its numbers are taken as mm" in back.notes[0]
+    assert "glTF is in metres; its numbers are read as mm" in back.notes[0]
 
 
 def test_a_straight_slot_has_its_own_length(tmp_path):

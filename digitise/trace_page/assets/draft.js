@@ -3,140 +3,125 @@
 /** A tenth of a pixel is finer than a click. */
 export const rounded = ([x, y]) => [Math.round(x * 10) / 10, Math.round(y * 10) / 10];
 
-export function draftOf(hints, markers, shape) {
-  const [first = null, second = null] = hints.ends_px ?? [];
-  return {
-    ends: [first, second],
-    crack: hints.crack ?? null,
-    via: hints.via_px ?? [],
-    roi: hints.roi_px ?? [],
-    walls: hints.walls_px ?? [],
-    scale: markers ? "markers" : hints.ruler_px ? "ruler" : hints.face_mm ? "face" : hints.mm_per_px ? "mm_per_px" : null,
-    ruler: hints.ruler_px ?? [],
-    rulerMm: hints.ruler_mm ?? null,
-    face: hints.face_corners_px ?? [],
-    faceMm: hints.face_mm ?? [null, null],
-    mmPerPx: hints.mm_per_px ?? null,
-    scaleIs: hints.scale_is ?? null,
-    branches: hints.branches ?? null,
-    depthMm: shape.depth_mm ?? null,
-    tilt: shape.tilt ?? null,
-    wallAngleDeg: shape.wall_angle_deg ?? null,
-  };
-}
+/** Hints and shape by their keys in the trial file; points that are not placed and numbers that are not given. */
+const EMPTY = {
+  ends_px: [null, null], crack: null, via_px: [], roi_px: [], walls_px: [], branches: null,
+  ruler_px: [], ruler_mm: null, face_corners_px: [], face_mm: [null, null], mm_per_px: null, scale_is: null,
+  depth_mm: null, tilt: null, wall_angle_deg: null,
+};
 
-/** The keys of [photo] that the draft gives; what is half said is left out. */
+export const draftOf = (hints, markers, shape) => ({
+  ...EMPTY,
+  ...hints,
+  ...shape,
+  scale: markers ? "markers" : hints.ruler_px ? "ruler" : hints.face_mm ? "face" : hints.mm_per_px ? "mm_per_px" : null,
+});
+
+/** The keys of [photo] that the draft gives; an incomplete one is omitted. */
 export function hintsOf(draft) {
-  const hints = {};
-  if (hasEnds(draft)) {
-    hints.ends_px = draft.ends;
-    if (draft.via.length) hints.via_px = draft.via;
-    if (draft.walls.length) hints.walls_px = draft.walls;
-  } else if (draft.crack) hints.crack = draft.crack;
-  if (draft.roi.length >= 2) hints.roi_px = draft.roi;
-  if (draft.branches) hints.branches = draft.branches;
-  if (draft.scale === "ruler" && draft.ruler.length === 2 && draft.rulerMm) {
-    hints.ruler_px = draft.ruler;
-    hints.ruler_mm = draft.rulerMm;
-  }
-  if (draft.scale === "mm_per_px" && draft.mmPerPx) {
-    hints.mm_per_px = draft.mmPerPx;
-    if (draft.scaleIs) hints.scale_is = draft.scaleIs;
-  }
-  if ((draft.scale === "face" || draft.scale === "markers") && draft.faceMm.every(Boolean)) {
-    hints.face_mm = draft.faceMm;
-    if (draft.face.length === 4) hints.face_corners_px = draft.face;
-  }
-  return hints;
+  const ends = hasEnds(draft);
+  const ruler = draft.scale === "ruler" && draft.ruler_px.length === 2 && draft.ruler_mm;
+  const number = draft.scale === "mm_per_px" && draft.mm_per_px;
+  const face = ["face", "markers"].includes(draft.scale) && draft.face_mm.every(Boolean);
+  return withKeys(draft, {
+    ends_px: ends,
+    via_px: ends && draft.via_px.length,
+    walls_px: ends && draft.walls_px.length,
+    crack: !ends && draft.crack,
+    roi_px: draft.roi_px.length >= 2,
+    branches: draft.branches,
+    ruler_px: ruler,
+    ruler_mm: ruler,
+    mm_per_px: number,
+    scale_is: number && draft.scale_is,
+    face_mm: face,
+    face_corners_px: face && draft.face_corners_px.length === 4,
+  });
 }
 
 /** The keys of [crack] that the draft gives. */
-export function shapeOf(draft) {
-  const shape = {};
-  if (draft.depthMm) shape.depth_mm = draft.depthMm;
-  if (draft.tilt) shape.tilt = draft.tilt;
-  if (draft.wallAngleDeg !== null) shape.wall_angle_deg = draft.wallAngleDeg;
-  return shape;
-}
+export const shapeOf = (draft) =>
+  withKeys(draft, { depth_mm: draft.depth_mm, tilt: draft.tilt, wall_angle_deg: draft.wall_angle_deg !== null });
 
-/** Volume of the cavity in ml by its mean width: exact for one depth and an even crack; null where it is not known. */
-export function volumeOf({ depthMm, tilt, wallAngleDeg }, walls) {
-  if (!walls || walls.unit !== "mm" || !depthMm) return null;
+const withKeys = (draft, wanted) =>
+  Object.fromEntries(Object.keys(wanted).filter((key) => wanted[key]).map((key) => [key, draft[key]]));
+
+/** Volume of the cavity in ml by its mean width: exact for one depth and an even crack; null if unknown. */
+export function volumeOf({ depth_mm: depth, tilt, wall_angle_deg: angleDeg }, walls) {
+  if (!walls || walls.unit !== "mm" || !depth) return null;
   const mean = walls.area / walls.length;
-  const closing = Math.tan(((wallAngleDeg ?? 11) * Math.PI) / 180);
-  if (tilt === "flare" || tilt === "undercut") return (walls.area + closing * depthMm * walls.length) * depthMm / 1000;
-  if (tilt !== "funnel" || !closing) return (walls.area * depthMm) / 1000;
-  // Walls that close meet at a depth, below which there is nothing.
-  const deep = Math.min(depthMm, mean / (2 * closing));
+  const closing = Math.tan(((angleDeg ?? 11) * Math.PI) / 180);
+  if (tilt === "flare" || tilt === "undercut") return (walls.area + closing * depth * walls.length) * depth / 1000;
+  if (tilt !== "funnel" || !closing) return (walls.area * depth) / 1000;
+  // Closing walls meet at a depth; below it there is no cavity.
+  const deep = Math.min(depth, mean / (2 * closing));
   return ((mean - closing * deep) * deep * walls.length) / 1000;
 }
 
-export const hasEnds = (draft) => draft.ends.every(Boolean);
+export const hasEnds = (draft) => draft.ends_px.every(Boolean);
 
 const without = (points, index) => points.filter((_, place) => place !== index);
-const replaced = (points, index, point) => points.map((old, place) => (place === index ? point : old));
+export const replaced = (points, index, point) => points.map((old, place) => (place === index ? point : old));
 
 const CORNERS = ["Lower left", "Lower right", "Upper right", "Upper left"];
 
+/** Kinds of points in the order in which Tab visits them: kind, key in the draft, short name, and name by number. */
+const KINDS = [
+  ["end", "ends_px", "End", (number) => (number > 1 ? "End 2" : "End 1, where the nozzle starts")],
+  ["via", "via_px", "Via", (number) => `Via point ${number}`],
+  ["roi", "roi_px", "Box", (number) => `Corner ${number} of the box`],
+  ["ruler", "ruler_px", "Ruler", (number) => `Ruler, point ${number}`],
+  ["face", "face_corners_px", "Corner", (number) => `Corner ${number} of the face`],
+];
+
 /** Every point on the photo, in the order in which Tab visits them. */
 export function pointsOf(draft) {
-  const points = [];
-  const add = (kind, index, point, brief, name, move, remove) =>
-    points.push({ id: `${kind}-${index}`, kind, index, point, brief, name, move, remove });
-  draft.ends.forEach((point, index) => {
-    if (!point) return;
-    add("end", index, point, `End ${index + 1}`, index ? "End 2" : "End 1, where the nozzle starts",
-      (to) => ({ ...draft, ends: replaced(draft.ends, index, to) }),
-      () => ({ ...draft, ends: replaced(draft.ends, index, null) }));
+  return KINDS.flatMap(([kind, key, brief, name]) => {
+    const points = draft[key];
+    if (["ruler", "face"].includes(kind) && kind !== draft.scale) return [];
+    return points.flatMap((point, index) => {
+      const corner = kind === "face" && points.length === 4 && CORNERS[index];
+      return point ? {
+        id: `${kind}-${index}`,
+        kind,
+        index,
+        point,
+        brief: corner || `${brief} ${index + 1}`,
+        name: corner ? `${corner} corner of the face` : name(index + 1),
+        move: (to) => ({ ...draft, [key]: replaced(points, index, to) }),
+        remove: () => ({ ...draft, [key]: remaining(kind, points, index) }),
+      } : [];
+    });
   });
-  draft.via.forEach((point, index) =>
-    add("via", index, point, `Via ${index + 1}`, `Via point ${index + 1}`,
-      (to) => ({ ...draft, via: replaced(draft.via, index, to) }),
-      () => ({ ...draft, via: without(draft.via, index) })));
-  draft.roi.forEach((point, index) =>
-    add("roi", index, point, `Box ${index + 1}`, `Corner ${index + 1} of the box`,
-      (to) => ({ ...draft, roi: replaced(draft.roi, index, to) }),
-      () => ({ ...draft, roi: draft.roi.length > 3 ? without(draft.roi, index) : [] })));
-  if (draft.scale === "ruler") {
-    draft.ruler.forEach((point, index) =>
-      add("ruler", index, point, `Ruler ${index + 1}`, `Ruler, point ${index + 1}`,
-        (to) => ({ ...draft, ruler: replaced(draft.ruler, index, to) }),
-        () => ({ ...draft, ruler: without(draft.ruler, index) })));
-  }
-  if (draft.scale === "face") {
-    const whole = draft.face.length === 4;
-    draft.face.forEach((point, index) =>
-      add("face", index, point, whole ? CORNERS[index] : `Corner ${index + 1}`,
-        whole ? `${CORNERS[index]} corner of the face` : `Corner ${index + 1} of the face`,
-        (to) => ({ ...draft, face: replaced(draft.face, index, to) }),
-        () => ({ ...draft, face: without(draft.face, index) })));
-  }
-  return points;
 }
 
-/** A via point goes between the neighbours to which it is the smallest detour, along `path` where there is one. */
+/** Points without one of them; a box of three corners or fewer goes as a whole. */
+const remaining = (kind, points, index) =>
+  kind === "end" ? replaced(points, index, null) : kind === "roi" && points.length <= 3 ? [] : without(points, index);
+
+/** A via point goes between the neighbours to which it is the smallest detour, along `path` if there is one. */
 export function withVia(draft, point, path) {
-  const stops = [draft.ends[0], ...draft.via, draft.ends[1]];
+  const stops = [draft.ends_px[0], ...draft.via_px, draft.ends_px[1]];
   let place = 0;
   if (path && path.length > 1) {
     const at = nearest(path, point);
-    while (place < draft.via.length && nearest(path, draft.via[place]) < at) place += 1;
+    while (place < draft.via_px.length && nearest(path, draft.via_px[place]) < at) place += 1;
   } else {
     const detour = (index) => far(stops[index], point) + far(point, stops[index + 1]) - far(stops[index], stops[index + 1]);
     for (let index = 1; index < stops.length - 1; index += 1) if (detour(index) < detour(place)) place = index;
   }
-  return { ...draft, via: [...draft.via.slice(0, place), point, ...draft.via.slice(place)] };
+  return { ...draft, via_px: [...draft.via_px.slice(0, place), point, ...draft.via_px.slice(place)] };
 }
 
-/** Four corners round the face from its lower left, whatever the order in which they were clicked. */
+/** Four corners around the face from its lower left, in whatever order they were clicked. */
 export function withCorner(draft, point) {
-  const face = [...(draft.face.length === 4 ? [] : draft.face), point];
-  return { ...draft, scale: "face", face: face.length === 4 ? goneRound(face) : face };
+  const corners = [...(draft.face_corners_px.length === 4 ? [] : draft.face_corners_px), point];
+  return { ...draft, scale: "face", face_corners_px: corners.length === 4 ? goneRound(corners) : corners };
 }
 
 function goneRound(corners) {
   const middle = [0, 1].map((axis) => corners.reduce((sum, corner) => sum + corner[axis], 0) / 4);
-  // y runs down, so that falling angles go round from the lower left by the lower right.
+  // y runs down, so that falling angles lead from the lower left to the lower right.
   const ring = [...corners].sort((a, b) => angle(b, middle) - angle(a, middle));
   const lowerLeft = ring.reduce((best, corner, index) => (corner[1] - corner[0] > ring[best][1] - ring[best][0] ? index : best), 0);
   return [...ring.slice(lowerLeft), ...ring.slice(0, lowerLeft)];
@@ -144,10 +129,10 @@ function goneRound(corners) {
 
 const MOST_POINTS = 200; // As MOST_WALL_POINTS in digitise/settings.py.
 
-/** A drawn line in as few points as keep it within half a pixel, or within more where they would be too many. */
+/** A drawn line in as few points as keep it within half a pixel, or within more if there would be too many. */
 export function simplified(trail, off = 0.5) {
-  const kept = thinned(trail, off);
-  return kept.length > MOST_POINTS ? simplified(trail, 2 * off) : kept;
+  const points = thinned(trail, off);
+  return points.length > MOST_POINTS ? simplified(trail, 2 * off) : points;
 }
 
 /** Douglas and Peucker's: a line's points farther than `off` from its chord, and so on in its parts. */
@@ -160,20 +145,20 @@ function thinned(line, off) {
   return [...thinned(line.slice(0, worst + 1), off).slice(0, -1), ...thinned(line.slice(worst), off)];
 }
 
-/** Distance of a point from the piece between two others. */
+/** Distance of a point from the segment between two others. */
 function aside([x, y], [left, top], [right, bottom]) {
   const [dx, dy] = [right - left, bottom - top];
   const share = Math.min(1, Math.max(0, ((x - left) * dx + (y - top) * dy) / (dx * dx + dy * dy || 1)));
   return far([x, y], [left + share * dx, top + share * dy]);
 }
 
-/** Number of the drawn wall within `reach` of a point; -1 where there is none. */
+/** Number of the drawn wall within `reach` of a point; -1 if there is none. */
 export function nearestWall(draft, point, reach) {
   const away = (line) => Math.min(...line.slice(1).map((to, index) => aside(point, line[index], to)));
-  return draft.walls.findIndex((line) => away(line) <= reach);
+  return draft.walls_px.findIndex((line) => away(line) <= reach);
 }
 
-export const withoutWall = (draft, index) => (index < 0 ? draft : { ...draft, walls: without(draft.walls, index) });
+export const withoutWall = (draft, index) => (index < 0 ? draft : { ...draft, walls_px: without(draft.walls_px, index) });
 
 const angle = ([x, y], [left, top]) => Math.atan2(y - top, x - left);
 const far = ([x, y], [right, down]) => Math.hypot(right - x, down - y);

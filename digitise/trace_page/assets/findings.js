@@ -1,4 +1,4 @@
-// What the server has found with the hints of the moment, as lines on the photo and figures beside it.
+// Findings of the server by the current hints, as lines on the photo and figures in the panel.
 
 import { showPath, showScale, showWalls, showWarnings } from "./panel.js";
 
@@ -7,16 +7,16 @@ export class Findings {
     this.lines = lines;
     this.path = this.walls = this.scale = null;
     this.rough = false;
-    this.stale = false; // The path is of an earlier question.
+    this.stale = false; // The path is of an earlier request.
   }
 
-  /** Found without ends: a proposal. */
+  /** True for a proposal: a path that was found without ends. */
   get automatic() {
     return this.path?.source === "automatic";
   }
 
-  /** Take one line of an answer; gives what is known now, or null where nothing new is. */
-  hear({ scale, path, glance, walls }) {
+  /** Take one line of an answer; return the kind of finding that it brings, or null. */
+  take({ scale, path, glance, walls }) {
     if (scale) {
       this.scale = scale;
       this.stale = true;
@@ -37,7 +37,7 @@ export class Findings {
     return null;
   }
 
-  /** The way itself was refused, or only its walls. */
+  /** Drop the walls, and the path if it is of an earlier request. */
   refused() {
     if (this.stale) this.path = null;
     this.walls = null;

@@ -1,11 +1,11 @@
 // Fingers, mouse and wheel on the photo: click, pan, pinch, or draw.
 
-const STILL = 4; // Screen pixels that a click may slip; a finger slips twice as far.
+const STILL = 4; // Screen pixels that a click may move; a finger may move twice as far.
 
-/** `drawing()`: whether a drag draws; `click(at)`, `hover(at)`, `draw(trail)`, `drawn()`, with screen points. */
+/** `drawing()`: true if a drag draws; `click(at)`, `hover(at)`, `draw(trail)`, `drawn()`, with screen points. */
 export function watch(stage, viewport, { drawing, click, hover, draw, drawn }) {
   const down = new Map();
-  let began = null; // Where a single pointer went down, and what has come of it: "still", "pan" or "draw".
+  let began = null; // Place at which a single pointer went down, and its gesture: "still", "pan" or "draw".
   let spread = null; // Distance and middle of two fingers.
 
   const at = (event) => {

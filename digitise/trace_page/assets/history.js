@@ -1,4 +1,4 @@
-// What was said, step by step, so that any step can be taken back.
+// Steps of the draft, any of which can be undone.
 
 export class History {
   constructor(first) {
@@ -11,15 +11,12 @@ export class History {
     return this.steps[this.at];
   }
 
-  get canUndo() {
-    return this.at > 0;
+  /** True if there is a step to undo, `by` -1, or to redo, 1. */
+  can(by) {
+    return this.at + by in this.steps;
   }
 
-  get canRedo() {
-    return this.at < this.steps.length - 1;
-  }
-
-  /** False where nothing changed. Steps of one `kind` in a row are taken back together. */
+  /** False if nothing changed. Consecutive steps of one `kind` are undone together. */
   commit(next, kind = null) {
     if (JSON.stringify(next) === JSON.stringify(this.now)) return false;
     if (kind === null || kind !== this.kind) this.at += 1;
@@ -28,13 +25,8 @@ export class History {
     return true;
   }
 
-  undo() {
-    if (this.canUndo) this.at -= 1;
-    this.kind = null;
-  }
-
-  redo() {
-    if (this.canRedo) this.at += 1;
+  go(by) {
+    if (this.can(by)) this.at += by;
     this.kind = null;
   }
 }

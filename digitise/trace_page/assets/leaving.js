@@ -1,17 +1,16 @@
 // How the page ends: saved, left, or lost.
 
+import { part } from "./page.js";
 import { post } from "./server.js";
 
-const part = (id) => document.getElementById(id);
-
 export class Leaving {
-  /** `missing()`: what must be given before a save, or null; `content()`: what is saved; `changed()`: is there any;
+  /** `missing()`: a sentence on what a save needs, or null; `content()`: what is saved; `changed()`: true if it differs;
    * `lost(fault)`: the server did not answer; `over()`: the page has ended.
    */
   constructor({ missing, content, changed, lost, over }) {
     Object.assign(this, { missing, content, changed, lost, over });
     this.ended = false;
-    this.sure = false; // The first press on Quit asks, the second leaves.
+    this.sure = false; // The first press on Quit asks for confirmation, the second leaves.
     part("save").addEventListener("click", () => this.save());
     part("quit").addEventListener("click", () => this.quit());
     part("quit").addEventListener("blur", () => this.unsure());
@@ -23,16 +22,16 @@ export class Leaving {
 
   async save() {
     if (this.ended) return;
-    // A field tells of its change only when it is left, and Ctrl-S does not leave it.
+    // A field fires its change event only on blur, and Ctrl-S does not blur it.
     if (document.activeElement.matches("input")) document.activeElement.blur();
     const missing = this.missing();
     part("save-refused").textContent = missing ?? "";
     if (missing) return;
-    const heard = ({ refused, saved, photos }) => {
+    const show = ({ refused, saved, photos }) => {
       if (refused) part("save-refused").textContent = refused;
       if (saved) this.farewell("Saved", saved.summary, saved.next, photos);
     };
-    await post("save", this.content(), heard).catch(this.lost);
+    await post("save", this.content(), show).catch(this.lost);
   }
 
   async quit() {
@@ -41,8 +40,8 @@ export class Leaving {
       part("quit").textContent = "Quit without saving?";
       return;
     }
-    const left = () => this.farewell("Nothing was saved", "The trial and the photo are as they were.");
-    await post("quit", {}, left).catch(this.lost);
+    const end = () => this.farewell("Nothing was saved", "The trial and the photo are as they were.");
+    await post("quit", {}, end).catch(this.lost);
   }
 
   finished() {
@@ -55,24 +54,24 @@ export class Leaving {
     part("quit").textContent = "Quit";
   }
 
-  /** Show another photo of the folder; the first press asks where something is not saved. */
+  /** Show another photo of the folder; if something is not saved, the first press asks for confirmation. */
   async turn(photo, button) {
     if (!this.ended && this.changed() && button.dataset.sure !== "yes") {
       button.dataset.sure = "yes";
       part("save-refused").textContent = "Save first, or press again to leave this photo as it was.";
       return;
     }
-    const heard = ({ refused, turned }) => {
+    const show = ({ refused, turned }) => {
       if (refused) part(this.ended ? "farewell-refused" : "save-refused").textContent = refused;
       if (!turned) return;
       this.ended = true;
       this.over();
       window.location.reload();
     };
-    await post("turn", { photo }, heard).catch(this.lost);
+    await post("turn", { photo }, show).catch(this.lost);
   }
 
-  /** `photos`: those of the folder, to go on with the next. */
+  /** `photos`: those of the folder, to continue with the next. */
   farewell(title, text, next = "", photos = []) {
     this.ended = true;
     this.over();

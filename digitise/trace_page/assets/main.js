@@ -5,27 +5,25 @@ import { Findings } from "./findings.js";
 import { watch } from "./gestures.js";
 import { History } from "./history.js";
 import { Leaving } from "./leaving.js";
-import { Lines, Points } from "./marks.js";
-import { Offers } from "./offers.js";
-import { showCoordinates, showDrawn, showPhotos, showScaleFields, showShape, watchScaleFields, watchShape } from "./panel.js";
-import { opening } from "./server.js";
+import { Lines, Offers, Points } from "./marks.js";
+import { part } from "./page.js";
+import { showCoordinates, showDrawn, showFields, showPhotos, showVolume, watchFields } from "./panel.js";
+import { Tracing, opening } from "./server.js";
 import { rove } from "./toolbar.js";
 import { TOOLS, addButtons, toolNames } from "./tools.js";
-import { Tracing } from "./tracing.js";
 import { Viewport } from "./viewport.js";
 
-const REACH = 8; // Screen pixels from a line within which a click means it.
-const part = (id) => document.getElementById(id);
+const REACH = 8; // Screen pixels from a line within which a click selects it.
 const stage = part("stage");
 const narrow = window.matchMedia("(max-width: 860px)");
 
 const facts = await opening();
 const first = draftOf(facts.hints, facts.markers, facts.shape);
 const history = new History(first);
-let draft = first; // While something is dragged it runs ahead of the history.
+let draft = first; // During a drag it is ahead of the history.
 let tool = hasEnds(first) ? "via" : "ends";
 let crosshair = [facts.size_px[0] / 2, facts.size_px[1] / 2];
-let sketching = false; // A line to the pointer is shown, which nobody has asked to keep.
+let sketching = false; // A line to the pointer is shown, and is not part of the draft.
 
 const viewport = new Viewport(stage, part("photo"), {
   size: facts.size_px,
@@ -34,7 +32,7 @@ const viewport = new Viewport(stage, part("photo"), {
   covered: () => (narrow.matches ? [0, 120] : [0, 0]), // View buttons and notices.
 });
 const lines = new Lines(part("lines"));
-const found = new Findings(lines);
+const findings = new Findings(lines);
 const offers = new Offers(part("offers"), lines, ({ ends_px: ends }) => take(ends.map(rounded)));
 const points = new Points(part("points"), {
   moving: (id, screen) => {
@@ -46,20 +44,20 @@ const points = new Points(part("points"), {
   moved: () => commit(draft),
   pressed: pressedOnPoint,
 });
-const tracing = new Tracing(heard, lost);
+const tracing = new Tracing(takeAnswer, lost);
 const leaving = new Leaving({
   missing,
   content: () => ({ hints: hintsOf(draft), shape: shapeOf(draft) }),
-  changed: () => history.canUndo,
+  changed: () => history.can(-1),
   lost,
   over: () => tracing.forget(),
 });
 addButtons(part("tools"), toolNames(facts.markers), choose);
 const toolbars = [...document.querySelectorAll("[role=toolbar]")].map(rove);
 
-// ---- What is asked, and what comes back ----
+// ---- Requests and answers ----
 
-/** Take `next` as said, and find out what follows from it. */
+/** Take `next` as the draft, and request what it changes. */
 function commit(next, kind = null) {
   draft = next;
   const before = history.now;
@@ -68,8 +66,8 @@ function commit(next, kind = null) {
 }
 
 function ask(before) {
-  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends, draft.via, draft.walls]);
-  // Half a ruler, or a width without a height, says nothing yet.
+  const placed = (draft) => JSON.stringify([hintsOf(draft), draft.ends_px, draft.via_px, draft.walls_px]);
+  // Half a ruler, or a width without a height, changes nothing yet.
   if (placed(before) === placed(draft) && !sketching) return;
   sketching = false;
   part("refusal").textContent = part("save-refused").textContent = "";
@@ -77,11 +75,11 @@ function ask(before) {
     part("proposal").hidden = true;
     return trace("walls");
   }
-  const searched = found.automatic || offers.cracks.length;
-  if (JSON.stringify(before.roi) !== JSON.stringify(draft.roi)) offers.found([]);
-  const gone = ["ends", "via"].some((key) => JSON.stringify(before[key]) !== JSON.stringify(draft[key]));
+  const searched = findings.automatic || offers.cracks.length;
+  if (JSON.stringify(before.roi_px) !== JSON.stringify(draft.roi_px)) offers.replace([]);
+  const gone = ["ends_px", "via_px"].some((key) => JSON.stringify(before[key]) !== JSON.stringify(draft[key]));
   if (gone) dismiss();
-  // Without ends there is nothing to follow; a new box or scale is worth another search only where one was made.
+  // Without ends there is nothing to follow; a new box or scale needs another search only after a first one.
   trace(searched && !gone ? "walls" : "scale");
 }
 
@@ -92,43 +90,43 @@ function trace(until) {
 }
 
 function search() {
-  commit({ ...draft, ends: [null, null], via: [], walls: [], crack: null });
+  commit({ ...draft, ends_px: [null, null], via_px: [], walls_px: [], crack: null });
   dismiss();
   trace("walls");
 }
 
-/** Take away what was found. */
+/** Remove the findings. */
 function dismiss() {
   tracing.forget();
-  found.dismiss();
-  found.draw(draft.via.length);
+  findings.dismiss();
+  findings.draw(draft.via_px.length);
   part("proposal").hidden = true;
 }
 
-/** `sketch`: nobody has let go yet; `still`: draw when all is there, lest walls flicker under a moving point. */
-function heard(answer, { sketch = false, still = false }) {
+/** `sketch`: the drag goes on; `still`: draw only complete answers, so that walls do not flicker under a moving point. */
+function takeAnswer(answer, { sketch = false, still = false }) {
   if (answer.cracks) {
-    offers.found(answer.cracks);
+    offers.replace(answer.cracks);
     place();
   }
-  const known = found.hear(answer);
+  const kind = findings.take(answer);
   if (answer.scale) showFace();
-  if (known) stage.dataset.state = known;
+  if (kind) stage.dataset.state = kind;
   if (answer.refused && !sketch) {
     stage.dataset.state = "refused";
-    found.refused();
+    findings.refused();
     part("refusal").textContent = answer.refused;
     say("");
   }
-  const whole = known !== "path" || !still;
-  if ((known && whole) || (answer.refused && !sketch) || (answer.done && still)) found.draw(draft.via.length);
-  if (known) showShape(draft, facts.tables, volumeOf(draft, found.walls));
-  if (known !== "walls") return;
-  part("proposal").hidden = !found.automatic;
-  say(`Walls found: ${part("length").textContent} long, ${part("width").textContent} wide on average.`);
+  const whole = kind !== "path" || !still;
+  if ((kind && whole) || (answer.refused && !sketch) || (answer.done && still)) findings.draw(draft.via_px.length);
+  if (kind) followVolume();
+  if (kind !== "walls") return;
+  part("proposal").hidden = !findings.automatic;
+  say(`Walls traced: ${part("length").textContent} long, ${part("width").textContent} wide on average.`);
 }
 
-/** An answer stopped short: the server has gone, or stumbled over this question and goes on. */
+/** An answer stopped early: the server has ended, or failed on this request and goes on. */
 async function lost() {
   if (leaving.ended) return;
   if (await opening().then(Boolean, () => false)) {
@@ -140,41 +138,46 @@ async function lost() {
   leaving.farewell("The trace has ended", "The command that served this page has stopped. Unsaved points are lost.");
 }
 
-// ---- What is seen ----
+// ---- Display ----
 
 function refresh() {
   showCoordinates(pointsOf(draft), {
     edit: (id, to) => commit(pointOf(id).move(inPhoto(to))),
     remove: (id) => commit(pointOf(id).remove()),
   });
-  showScaleFields(draft);
-  showShape(draft, facts.tables, volumeOf(draft, found.walls));
+  showFields(draft, facts.tables);
+  followVolume();
   part("guide").textContent = TOOLS[tool].guide(draft);
   for (const button of part("tools").children) button.setAttribute("aria-pressed", String(button.dataset.tool === tool));
-  part("undo").disabled = !history.canUndo;
-  part("redo").disabled = !history.canRedo;
+  part("undo").disabled = !history.can(-1);
+  part("redo").disabled = !history.can(1);
   part("swap").disabled = !hasEnds(draft);
   for (const settle of toolbars) settle();
-  lines.set("ruler", draft.scale === "ruler" && draft.ruler.length === 2 ? draft.ruler : null);
+  lines.set("ruler", draft.scale === "ruler" && draft.ruler_px.length === 2 ? draft.ruler_px : null);
   showFace();
-  lines.setAll("drawn", draft.walls);
-  showDrawn(draft.walls, (index) => commit(withoutWall(draft, index)));
-  lines.set("roi", draft.roi.length < 2 ? null : draft.roi.length === 2 ? boxed(draft.roi) : draft.roi, true);
+  lines.setAll("drawn", draft.walls_px);
+  showDrawn(draft.walls_px, (index) => commit(withoutWall(draft, index)));
+  lines.set("roi", draft.roi_px.length < 2 ? null : draft.roi_px.length === 2 ? boxed(draft.roi_px) : draft.roi_px, true);
   place();
 }
 
-/** The face as clicked, or as found, which can then be adjusted. */
+/** The face as clicked, or as detected, which can then be adjusted. */
 function showFace() {
-  if (draft.scale === "face" && draft.face.length) lines.set("face", draft.face, draft.face.length === 4);
-  else lines.set("face", found.scale?.face_px, true);
-  part("adjust").hidden = draft.face.length > 0 || !found.scale?.corners_px;
+  const corners = draft.face_corners_px;
+  if (draft.scale === "face" && corners.length) lines.set("face", corners, corners.length === 4);
+  else lines.set("face", findings.scale?.face_px, true);
+  part("adjust").hidden = corners.length > 0 || !findings.scale?.corners_px;
 }
 
-/** Put everything where the photo lies now. */
+function followVolume() {
+  showVolume(facts.tables.length ? null : volumeOf(draft, findings.walls));
+}
+
+/** Move all marks to the photo's current place. */
 function place() {
   lines.follow(viewport);
   points.show(pointsOf(draft), viewport);
-  offers.show(viewport, !draft.ends.some(Boolean));
+  offers.show(viewport, !draft.ends_px.some(Boolean));
   const [x, y] = viewport.toScreen(crosshair);
   part("crosshair").style.transform = `translate(${x}px, ${y}px)`;
 }
@@ -194,7 +197,7 @@ watch(stage, viewport, {
   click: (at) => placeAt(rounded(inPhoto(viewport.toPhoto(at)))),
   hover: (at) => follow(inPhoto(viewport.toPhoto(at))),
   draw: (trail) => {
-    // What is drawn replaces what the same drag drew before.
+    // Replaces what the same drag drew before.
     draft = TOOLS[tool].draw(history.now, trail.map((at) => rounded(inPhoto(viewport.toPhoto(at)))));
     refresh();
   },
@@ -202,7 +205,7 @@ watch(stage, viewport, {
 });
 
 function placeAt(point) {
-  const near = { path: hasEnds(draft) ? found.path?.points_px : null, reach: REACH / viewport.zoom };
+  const near = { path: hasEnds(draft) ? findings.path?.points_px : null, reach: REACH / viewport.zoom };
   const next = TOOLS[tool].place(draft, point, near);
   if (tool === "ends" && !hasEnds(draft) && hasEnds(next)) tool = "via";
   commit(next);
@@ -210,10 +213,10 @@ function placeAt(point) {
 
 /** With one end placed, the line to the pointer is shown as it moves. */
 function follow(point) {
-  const [from, to] = draft.ends;
+  const [from, to] = draft.ends_px;
   if (tool !== "ends" || Boolean(from) === Boolean(to)) return;
   sketching = true;
-  const ends = draft.ends.map((end) => end ?? rounded(point));
+  const ends = draft.ends_px.map((end) => end ?? rounded(point));
   tracing.sketch({ ...hintsOf(draft), ends_px: ends }, { sketch: true }, "path");
 }
 
@@ -237,8 +240,8 @@ function pressedOnPoint(id, event) {
   } else if (event.key === "Delete" || event.key === "Backspace") {
     const place = pointsOf(draft).findIndex((other) => other.id === id);
     commit(point.remove());
-    const left = pointsOf(draft);
-    if (left.length) points.focus(left[Math.min(place, left.length - 1)].id);
+    const others = pointsOf(draft);
+    if (others.length) points.focus(others[Math.min(place, others.length - 1)].id);
     else stage.focus();
   } else return;
   event.preventDefault();
@@ -248,7 +251,7 @@ function pressedOnPoint(id, event) {
 stage.addEventListener("keydown", (event) => {
   if (event.target !== stage) return;
   if (event.key in ARROWS && !event.ctrlKey && !event.metaKey && !event.altKey) {
-    // In screen pixels, so that it goes as far to the eye at any zoom.
+    // In screen pixels, so that a step looks the same at any zoom.
     const step = (event.shiftKey ? 64 : 8) / viewport.zoom;
     crosshair = inPhoto(crosshair.map((value, axis) => value + step * ARROWS[event.key][axis]));
     part("crosshair").hidden = false;
@@ -277,7 +280,7 @@ document.addEventListener("keydown", (event) => {
       leaving.save();
     } else if ((key === "z" || key === "y") && !event.target.matches("input")) {
       event.preventDefault();
-      step(key === "y" || event.shiftKey ? "redo" : "undo");
+      step(key === "y" || event.shiftKey ? 1 : -1);
     }
     return;
   }
@@ -288,9 +291,9 @@ document.addEventListener("keydown", (event) => {
   if (named) choose(named);
 });
 
-function step(direction) {
+function step(by) {
   const before = history.now;
-  history[direction]();
+  history.go(by);
   draft = history.now;
   if (draft !== before) ask(before);
   if (tool === "via" && !hasEnds(draft)) tool = "ends";
@@ -299,10 +302,10 @@ function step(direction) {
 
 // ---- Buttons and fields ----
 
-/** The ends of a line that was found are the user's from now on. */
+/** Make the ends of a detected line the user's. */
 function take(ends) {
   tool = "via";
-  commit({ ...draft, ends, via: [], walls: [], crack: null });
+  commit({ ...draft, ends_px: ends, via_px: [], walls_px: [], crack: null });
   stage.focus();
 }
 
@@ -313,35 +316,36 @@ function choose(name) {
   refresh();
 }
 
-part("undo").addEventListener("click", () => step("undo"));
-part("redo").addEventListener("click", () => step("redo"));
-part("closer").addEventListener("click", () => viewport.zoomBy(1.5));
-part("farther").addEventListener("click", () => viewport.zoomBy(1 / 1.5));
-part("fit").addEventListener("click", () => viewport.fit());
-part("swap").addEventListener("click", () =>
-  commit({ ...draft, ends: [...draft.ends].reverse(), via: [...draft.via].reverse() }));
-part("search").addEventListener("click", search);
-part("accept").addEventListener("click", () => take([found.path.points_px[0], found.path.points_px.at(-1)].map(rounded)));
-part("reject").addEventListener("click", () => {
-  offers.found([]);
-  dismiss();
-  place();
-  stage.focus();
-});
-part("adjust").addEventListener("click", () => {
-  commit({ ...draft, face: found.scale.corners_px.map(rounded) });
-  choose("face");
-});
-watchScaleFields((edit) => commit(edit(draft)));
-watchShape((edit) => commit(edit(draft)));
+const PRESSED = {
+  undo: () => step(-1),
+  redo: () => step(1),
+  closer: VIEW_KEYS["+"],
+  farther: VIEW_KEYS["-"],
+  fit: VIEW_KEYS[0],
+  swap: () => commit({ ...draft, ends_px: [...draft.ends_px].reverse(), via_px: [...draft.via_px].reverse() }),
+  search,
+  accept: () => take([findings.path.points_px[0], findings.path.points_px.at(-1)].map(rounded)),
+  reject: () => {
+    offers.replace([]);
+    dismiss();
+    place();
+    stage.focus();
+  },
+  adjust: () => {
+    commit({ ...draft, face_corners_px: findings.scale.corners_px.map(rounded) });
+    choose("face");
+  },
+};
+for (const [id, press] of Object.entries(PRESSED)) part(id).addEventListener("click", press);
+watchFields((edit) => commit(edit(draft)));
 
-/** What must be said before a save, all in one sentence. */
+/** A sentence on all that a save still needs, or null. */
 function missing() {
   const lacks = [];
   if (!hasEnds(draft) && !facts.painted) lacks.push("both ends (or accept the line found automatically)");
   const unasked = facts.path_only || facts.tables.includes("depth_mm");
-  if (!draft.depthMm && !unasked) lacks.push("the measured depth in mm");
-  if (facts.is_new && !found.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");
+  if (!draft.depth_mm && !unasked) lacks.push("the measured depth in mm");
+  if (facts.is_new && !findings.scale?.mm_per_px) lacks.push("a scale (ruler, face or mm/px)");
   return lacks.length ? `First give ${lacks.join(", ")}.` : null;
 }
 

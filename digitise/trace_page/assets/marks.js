@@ -1,4 +1,6 @@
-// What lies on the photo: lines that were found, and points that the user placed.
+// Marks on the photo: detected lines, points that the user placed, and lines to choose from.
+
+import { made } from "./page.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -9,7 +11,7 @@ export class Lines {
     this.shown = new Map();
   }
 
-  /** `points` in photo pixels; none takes the line away. */
+  /** `points` in photo pixels; without points the line is removed. */
   set(name, points, closed = false) {
     if (!points?.length) {
       this.shown.get(name)?.remove();
@@ -27,7 +29,7 @@ export class Lines {
     line.setAttribute("d", `M${points.map(([x, y]) => `${x} ${y}`).join("L")}${closed ? "Z" : ""}`);
   }
 
-  /** As many lines as `lists` holds, numbered. */
+  /** A numbered line for each of `lists`. */
   setAll(name, lists, closed) {
     for (const shown of [...this.shown.keys()]) if (shown.startsWith(`${name}-`)) this.set(shown, null);
     (lists ?? []).forEach((points, number) => this.set(`${name}-${number}`, points, closed));
@@ -69,13 +71,13 @@ export class Points {
   }
 
   button({ id, kind }) {
-    const button = document.createElement("button");
-    button.id = id;
-    button.className = `point ${kind}`;
-    button.setAttribute("aria-roledescription", "movable point");
-    button.append(document.createElement("span"));
-    button.addEventListener("keydown", (event) => this.pressed(id, event));
-    button.addEventListener("pointerdown", (event) => this.grab(id, button, event));
+    const button = made("button", {
+      id,
+      class: `point ${kind}`,
+      "aria-roledescription": "movable point",
+      keydown: (event) => this.pressed(id, event),
+      pointerdown: (event) => this.grab(id, button, event),
+    }, made("span"));
     this.shown.set(id, button);
     return button;
   }
@@ -84,8 +86,8 @@ export class Points {
     if (event.button !== 0) return;
     event.stopPropagation();
     button.setPointerCapture(event.pointerId);
-    const held = button.getBoundingClientRect();
-    const off = [event.clientX - (held.left + held.width / 2), event.clientY - (held.top + held.height / 2)];
+    const box = button.getBoundingClientRect();
+    const off = [event.clientX - (box.left + box.width / 2), event.clientY - (box.top + box.height / 2)];
     const start = [event.clientX, event.clientY];
     let dragged = false;
     const move = (now) => {
@@ -101,5 +103,49 @@ export class Points {
     button.addEventListener("pointermove", move);
     button.addEventListener("pointerup", end);
     button.addEventListener("pointercancel", end);
+  }
+}
+
+/** Lines that may be the crack, outlined and numbered: one click on a number takes that one. */
+export class Offers {
+  /** `take(crack)` when one is chosen. */
+  constructor(group, lines, take) {
+    Object.assign(this, { group, lines, take });
+    this.cracks = [];
+  }
+
+  /** Offer the lines of a search, best first; a single line is no choice. */
+  replace(cracks) {
+    this.cracks = cracks.length > 1 ? cracks : [];
+    this.group.replaceChildren(...this.cracks.map((crack, index) => this.button(crack, index + 1)));
+  }
+
+  show(viewport, wanted) {
+    this.group.hidden = !wanted || !this.cracks.length;
+    this.lines.setAll("offer", this.group.hidden ? [] : this.cracks.map((crack) => crack.outline_px), true);
+    this.cracks.forEach((crack, index) => {
+      const [x, y] = viewport.toScreen(crack.middle_px);
+      this.group.children[index].style.transform = `translate(${x}px, ${y}px)`;
+    });
+  }
+
+  /** Take the line with the number of a key; false if there is none. */
+  press(key) {
+    const crack = this.group.hidden ? null : this.cracks[Number(key) - 1];
+    if (crack) this.take(crack);
+    return Boolean(crack);
+  }
+
+  button(crack, number) {
+    const [[left, top], [right, bottom]] = crack.ends_px.map((end) => end.map(Math.round));
+    return made("button", {
+      class: "offered",
+      title: `Take crack ${number} (${number})`,
+      "aria-label": `Take crack ${number}, from x ${left}, y ${top} to x ${right}, y ${bottom}`,
+      "aria-keyshortcuts": number,
+      // A click on the photo would place a point.
+      pointerdown: (event) => event.stopPropagation(),
+      click: () => this.take(crack),
+    }, made("span", {}, number));
   }
 }

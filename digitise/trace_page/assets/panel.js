@@ -1,25 +1,25 @@
-// The findings and fields beside the photo.
+// The panel of findings and fields.
 
-const part = (id) => document.getElementById(id);
+import { replaced } from "./draft.js";
+import { made, part } from "./page.js";
 
-/** A number as somebody typed it, with a point or a comma; null where it is none or not above zero. */
-export function typed(text) {
-  const number = Number(text.trim().replace(",", "."));
-  return text.trim() !== "" && Number.isFinite(number) && number > 0 ? number : null;
-}
+const numberOf = (text) => Number(text.trim().replace(",", ".") || NaN);
+
+/** A number as somebody typed it, with a point or a comma; null unless it is above zero. */
+const typed = (text) => (numberOf(text) > 0 && Number.isFinite(numberOf(text)) ? numberOf(text) : null);
 
 const inUnit = (value, digits, unit) => {
   const whole = Math.abs(value) >= 10_000;
   return `${value.toLocaleString("en", { maximumFractionDigits: whole ? 0 : digits, minimumFractionDigits: whole ? 0 : digits })} ${unit}`;
 };
 
-/** With its 95 % interval, where it is fitted. */
+/** Mean width, with its 95 % interval if it was fitted. */
 const meanWidth = ({ mean_width, width_95, unit }, digits) => {
   const interval = width_95 ? ` (95 %: ${width_95.map((end) => inUnit(end, digits, "").trim()).join(" to ")})` : "";
   return inUnit(mean_width, digits, unit) + interval;
 };
 
-/** `rough`: measured at a glance only. */
+/** `rough`: true for the quick measurement. */
 export function showWalls(walls, rough) {
   const { unit } = walls ?? {};
   part("length").closest("dl").classList.toggle("rough", rough);
@@ -29,33 +29,8 @@ export function showWalls(walls, rough) {
   part("area").textContent = walls ? inUnit(walls.area, digits[2], `${unit}²`) : "–";
 }
 
-/** Depth and tilt of the walls, and the volume that follows from them; `tables`: keys of which the trial has one. */
-export function showShape(draft, tables, volumeMl) {
-  for (const [id, value] of [["depth-mm", draft.depthMm], ["wall-angle", draft.wallAngleDeg]]) {
-    const field = part(id);
-    if (document.activeElement !== field) field.value = value ?? "";
-  }
-  part("tilt").value = draft.tilt ?? "lean";
-  part("depth-mm").disabled = tables.includes("depth_mm");
-  part("wall-angle").disabled = draft.tilt === "vertical" || tables.includes("wall_angle_deg");
-  part("keep-branches").checked = draft.branches === "keep";
-  part("volume").textContent = volumeMl === null || tables.length ? "–" : inUnit(volumeMl, 2, "ml");
-}
-
-/** `change(edit)` with a function from draft to draft. */
-export function watchShape(change) {
-  const watch = (id, read, edit) =>
-    part(id).addEventListener("change", ({ target }) => {
-      const value = read(target.value);
-      target.setAttribute("aria-invalid", String(target.value.trim() !== "" && value === null));
-      if (value !== null || target.value.trim() === "") change((draft) => edit(draft, value));
-    });
-  const angle = (text) => (Number(text.trim().replace(",", ".")) === 0 && text.trim() ? 0 : typed(text));
-  watch("depth-mm", typed, (draft, depthMm) => ({ ...draft, depthMm }));
-  watch("wall-angle", angle, (draft, wallAngleDeg) => ({ ...draft, wallAngleDeg }));
-  watch("tilt", (text) => text, (draft, tilt) => ({ ...draft, tilt }));
-  part("keep-branches").addEventListener("change", ({ target }) =>
-    change((draft) => ({ ...draft, branches: target.checked ? "keep" : "drop" })));
+export function showVolume(volumeMl) {
+  part("volume").textContent = volumeMl === null ? "–" : inUnit(volumeMl, 2, "ml");
 }
 
 const SOURCES = {
@@ -71,19 +46,13 @@ export function showPath(path, walls, viaCount) {
 }
 
 export function showWarnings(warnings) {
-  part("warnings").replaceChildren(
-    ...[...new Set(warnings)].map((warning) => {
-      const line = document.createElement("li");
-      line.textContent = warning;
-      return line;
-    }),
-  );
+  part("warnings").replaceChildren(...[...new Set(warnings)].map((warning) => made("li", {}, warning)));
 }
 
 export function showScale(scale) {
   const facts = [];
   if (scale?.mm_per_px) {
-    const measured = scale.uncertainty != null; // Else it is a number that was given, as the source says.
+    const measured = scale.uncertainty != null; // Otherwise the number was given, as the source states.
     facts.push(measured ? `${scale.mm_per_px.toPrecision(3)} mm/px, ${scale.source}` : scale.source);
     if (measured) facts.push(`uncertain by ${(100 * scale.uncertainty).toPrecision(2)} %`);
     if (scale.residual_mm != null) facts.push(`residual ${scale.residual_mm.toFixed(3)} mm`);
@@ -93,7 +62,7 @@ export function showScale(scale) {
   part("scale-refused").textContent = scale?.refused ?? "";
 }
 
-/** Rows of coordinates, one a point; `edit(id, [x, y])` and `remove(id)`. A row that is typed into is left alone. */
+/** Rows of coordinates, one a point; `edit(id, [x, y])` and `remove(id)`. A row that is being edited is not changed. */
 export function showCoordinates(points, { edit, remove }) {
   const list = part("coordinates");
   const rows = new Map([...list.children].map((row) => [row.dataset.point, row]));
@@ -114,98 +83,76 @@ export function showCoordinates(points, { edit, remove }) {
 /** The folder's photos; `turn(index, button)` shows another one. */
 export function showPhotos(photos, turn) {
   part("photos-section").hidden = !photos.length;
-  part("photos").replaceChildren(
-    ...photos.map(({ name, done, here }, index) => {
-      const row = document.createElement("li");
-      const button = document.createElement("button");
-      const state = document.createElement("span");
-      state.className = "state";
-      state.textContent = done ? "traced" : "open";
-      button.append(name, state);
-      if (here) button.setAttribute("aria-current", "true");
-      else button.addEventListener("click", () => turn(index, button));
-      row.append(button);
-      return row;
-    }),
-  );
+  const buttons = photos.map(({ name, done, here }, index) => {
+    const pressed = here ? { "aria-current": "true" } : { click: () => turn(index, button) };
+    const button = made("button", pressed, name, made("span", { class: "state" }, done ? "traced" : "open"));
+    return button;
+  });
+  part("photos").replaceChildren(...buttons.map((button) => made("li", {}, button)));
 }
 
 /** A row for each stretch of wall that was drawn; `erase(index)`. */
 export function showDrawn(walls, erase) {
   part("drawn-section").hidden = !walls.length;
-  part("drawn").replaceChildren(
-    ...walls.map((line, index) => {
-      const row = document.createElement("div");
-      const name = document.createElement("span");
-      const gone = document.createElement("button");
-      const [x, y] = line[0].map(Math.round);
-      name.textContent = `Wall ${index + 1}, from x ${x}, y ${y}`;
-      gone.textContent = "×";
-      gone.setAttribute("aria-label", `Erase drawn wall ${index + 1}`);
-      gone.addEventListener("click", () => erase(index));
-      row.append(name, gone);
-      return row;
-    }),
-  );
+  const rows = walls.map((line, index) => {
+    const [x, y] = line[0].map(Math.round);
+    const gone = made("button", { "aria-label": `Erase drawn wall ${index + 1}`, click: () => erase(index) }, "×");
+    return made("div", {}, made("span", {}, `Wall ${index + 1}, from x ${x}, y ${y}`), gone);
+  });
+  part("drawn").replaceChildren(...rows);
 }
 
 function coordinateRow(id, edit, remove) {
-  const row = document.createElement("div");
-  row.dataset.point = id;
-  const name = document.createElement("span");
-  const fields = ["x", "y"].map(() => {
-    const field = document.createElement("input");
-    field.inputMode = "decimal";
-    field.autocomplete = "off";
-    field.addEventListener("change", () => {
-      const place = fields.map(({ value }) => Number(value.trim().replace(",", ".") || NaN));
-      fields.forEach((input, axis) => input.setAttribute("aria-invalid", String(!Number.isFinite(place[axis]))));
-      if (place.every(Number.isFinite)) edit(id, place);
-    });
-    return field;
-  });
-  const gone = document.createElement("button");
-  gone.textContent = "×";
-  gone.addEventListener("click", () => remove(id));
-  row.append(name, ...fields, gone);
-  return row;
+  const changed = () => {
+    const place = fields.map(({ value }) => numberOf(value));
+    fields.forEach((input, axis) => input.setAttribute("aria-invalid", String(!Number.isFinite(place[axis]))));
+    if (place.every(Number.isFinite)) edit(id, place);
+  };
+  const fields = ["x", "y"].map(() => made("input", { inputmode: "decimal", autocomplete: "off", change: changed }));
+  return made("div", { "data-point": id }, made("span"), ...fields, made("button", { click: () => remove(id) }, "×"));
 }
 
-/** Fields of the scale as the draft has them; one that is typed into is left alone. */
-export function showScaleFields(draft) {
+/** Fields by their element: key in the draft, place in a pair, how a text is read, and if a wrong one changes nothing. */
+const FIELDS = {
+  "ruler-mm": { key: "ruler_mm" },
+  "face-width-mm": { key: "face_mm", place: 0 },
+  "face-height-mm": { key: "face_mm", place: 1 },
+  "mm-per-px": { key: "mm_per_px" },
+  "depth-mm": { key: "depth_mm", keeps: true },
+  "wall-angle": { key: "wall_angle_deg", read: (text) => (numberOf(text) === 0 ? 0 : typed(text)), keeps: true },
+};
+const TICKS = { assumed: ["scale_is", "assumed", "measured"], "keep-branches": ["branches", "keep", "drop"] };
+
+/** Scale and shape as the draft has them; a field that is being edited is not changed. `tables`: keys with a table. */
+export function showFields(draft, tables) {
+  for (const [id, { key, place }] of Object.entries(FIELDS)) {
+    const value = place === undefined ? draft[key] : draft[key][place];
+    if (document.activeElement !== part(id)) part(id).value = value ?? "";
+  }
+  for (const [id, [key, ticked]] of Object.entries(TICKS)) part(id).checked = draft[key] === ticked;
+  part("tilt").value = draft.tilt ?? "lean";
+  part("depth-mm").disabled = tables.includes("depth_mm");
+  part("wall-angle").disabled = draft.tilt === "vertical" || tables.includes("wall_angle_deg");
   part("scale-kinds").hidden = draft.scale === "markers";
   for (const kind of ["ruler", "face", "mm_per_px"]) {
     part(`scale-${kind}`).hidden = draft.scale !== kind;
     document.querySelector(`input[name="scale"][value="${kind}"]`).checked = draft.scale === kind;
   }
-  const values = {
-    "ruler-mm": draft.rulerMm,
-    "face-width-mm": draft.faceMm[0],
-    "face-height-mm": draft.faceMm[1],
-    "mm-per-px": draft.mmPerPx,
-  };
-  for (const [id, value] of Object.entries(values)) {
-    const field = part(id);
-    if (document.activeElement !== field) field.value = value ?? "";
-  }
-  part("assumed").checked = draft.scaleIs === "assumed";
 }
 
 /** `change(edit)` with a function from draft to draft. */
-export function watchScaleFields(change) {
-  const number = (id, edit) =>
+export function watchFields(change) {
+  const watch = (field, edit) => field.addEventListener("change", () => change((draft) => ({ ...draft, ...edit(draft) })));
+  for (const [id, { key, place, read = typed, keeps }] of Object.entries(FIELDS)) {
     part(id).addEventListener("change", ({ target }) => {
-      const value = typed(target.value);
-      target.setAttribute("aria-invalid", String(target.value.trim() !== "" && value === null));
-      change((draft) => edit(draft, value));
+      const value = read(target.value);
+      const wrong = target.value.trim() !== "" && value === null;
+      target.setAttribute("aria-invalid", String(wrong));
+      if (wrong && keeps) return;
+      change((draft) => ({ ...draft, [key]: place === undefined ? value : replaced(draft[key], place, value) }));
     });
-  number("ruler-mm", (draft, rulerMm) => ({ ...draft, rulerMm }));
-  number("face-width-mm", (draft, width) => ({ ...draft, faceMm: [width, draft.faceMm[1]] }));
-  number("face-height-mm", (draft, height) => ({ ...draft, faceMm: [draft.faceMm[0], height] }));
-  number("mm-per-px", (draft, mmPerPx) => ({ ...draft, mmPerPx }));
-  part("assumed").addEventListener("change", ({ target }) =>
-    change((draft) => ({ ...draft, scaleIs: target.checked ? "assumed" : "measured" })));
-  for (const choice of document.querySelectorAll('input[name="scale"]')) {
-    choice.addEventListener("change", () => change((draft) => ({ ...draft, scale: choice.value })));
   }
+  for (const [id, [key, ticked, not]] of Object.entries(TICKS)) watch(part(id), () => ({ [key]: part(id).checked ? ticked : not }));
+  watch(part("tilt"), () => ({ tilt: part("tilt").value }));
+  for (const choice of document.querySelectorAll('input[name="scale"]')) watch(choice, () => ({ scale: choice.value }));
 }

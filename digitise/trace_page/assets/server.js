@@ -1,14 +1,14 @@
-// Questions to the server, relative to the page's own address, which holds the token.
+// Requests to the server, relative to the page's own address, which contains the token.
 
-/** The page's first facts: photo, hints, where it saves. */
+/** The page's initial facts: photo, hints, and the file that it saves to. */
 export async function opening() {
   const answer = await fetch("session");
   if (!answer.ok) throw new Error(`session: ${answer.status}`);
   return answer.json();
 }
 
-/** Post `content`; every line of the answer is handed to `heard` as it arrives. */
-export async function post(name, content, heard, signal) {
+/** Post `content`; every line of the answer is passed to `each` as it arrives. */
+export async function post(name, content, each, signal) {
   const answer = await fetch(name, {
     method: "POST",
     headers: { "Content-Type": "application/json" },
@@ -27,6 +27,56 @@ export async function post(name, content, heard, signal) {
     if (done) return;
     const lines = (rest + decoder.decode(value, { stream: true })).split("\n");
     rest = lines.pop();
-    for (const line of lines) heard(JSON.parse(line));
+    for (const line of lines) each(JSON.parse(line));
+  }
+}
+
+/** Requests the crack whenever points move, but one request at a time. */
+export class Tracing {
+  /** `show` gets every answer with the meaning of its request; `lost` is called if the server has ended. */
+  constructor(show, lost) {
+    this.show = show;
+    this.lost = lost;
+    this.revision = 0;
+    this.asking = null;
+    this.waiting = null;
+  }
+
+  /** A point is being moved: request as far as `until`; of waiting requests only the last counts. */
+  sketch(hints, meaning, until) {
+    if (this.asking?.sketch) this.waiting = { hints, meaning, until };
+    else this.ask({ hints, meaning, until, sketch: true });
+  }
+
+  /** Request at once, as far as `until`: "scale", "path", "glance" or "walls". */
+  trace(hints, meaning, until) {
+    this.ask({ hints, meaning, until });
+  }
+
+  /** Drop the request in progress and the waiting one. */
+  forget() {
+    this.waiting = null;
+    this.asking?.stop.abort();
+    this.asking = null;
+  }
+
+  async ask({ hints, meaning, until, sketch = false }) {
+    this.forget();
+    const request = { sketch, stop: new AbortController() };
+    this.asking = request;
+    // Increases across reloads and tabs, since the server answers the newest request only.
+    this.revision = Math.max(this.revision + 0.001, performance.timeOrigin + performance.now());
+    const question = { hints, revision: this.revision, until };
+    const each = (answer) => this.asking === request && this.show(answer, meaning);
+    try {
+      await post("trace", question, each, request.stop.signal);
+    } catch (fault) {
+      if (fault.name !== "AbortError") this.lost(fault);
+      return;
+    }
+    if (this.asking !== request) return;
+    this.asking = null;
+    this.show({ done: true }, meaning);
+    if (this.waiting) this.ask({ ...this.waiting, sketch: true });
   }
 }

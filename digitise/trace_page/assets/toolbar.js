@@ -1,4 +1,4 @@
-// One stop of the Tab key for a row of buttons; arrow keys go along it.
+// One stop of the Tab key for a row of buttons; arrow keys move along it.
 
 export function rove(toolbar) {
   const usable = () => [...toolbar.querySelectorAll("button")].filter((button) => !button.disabled);
@@ -17,7 +17,7 @@ export function rove(toolbar) {
   });
   toolbar.addEventListener("focusin", (event) => stopAt(event.target));
   for (const button of toolbar.querySelectorAll("button")) button.tabIndex = -1;
-  /** Call when buttons were enabled or disabled: the stop must be one that can be reached. */
+  /** Call after buttons were enabled or disabled: the stop must be an enabled one. */
   return () => {
     const buttons = usable();
     if (!buttons.some((button) => button.tabIndex === 0)) stopAt(buttons[0]);

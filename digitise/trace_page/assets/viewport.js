@@ -1,4 +1,4 @@
-// The photo under glass: which part is shown, how large, and the tiles that show it.
+// View of the photo: the visible part, its zoom, and its tiles.
 // Photo coordinates count from the centre of the first pixel, x right, y down.
 
 const TILE = 512;
@@ -7,7 +7,7 @@ const MARGIN = 28; // Around the whole photo, in screen pixels.
 const KEPT_TILES = 240; // 60 million pixels at most: more than any screen, less than a tab's memory.
 
 export class Viewport {
-  /** `covered()`: how much of the stage, at its top and bottom, lies under other things. */
+  /** `covered()`: heights of the stage, at its top and bottom, that other elements cover. */
   constructor(stage, canvas, { size, levels, moved, covered }) {
     Object.assign(this, { stage, canvas, size, levels, moved, covered });
     this.tiles = new Map();
@@ -49,19 +49,19 @@ export class Viewport {
     this.refresh();
   }
 
-  /** What lies at the screen point `at` stays there. */
+  /** The screen point `at` stays fixed. */
   zoomBy(factor, at = [this.extent[0] / 2, this.extent[1] / 2]) {
-    const held = this.toPhoto(at);
+    const fixed = this.toPhoto(at);
     const least = Math.min(this.fitZoom, 1) / 2;
     this.zoom = Math.min(Math.max(this.zoom * factor, least), MOST_ZOOM);
-    this.centre = held.map((place, axis) => place - (at[axis] - this.extent[axis] / 2) / this.zoom);
+    this.centre = fixed.map((place, axis) => place - (at[axis] - this.extent[axis] / 2) / this.zoom);
     this.fitted = false;
     this.refresh();
   }
 
   panBy([right, down]) {
     const centre = [this.centre[0] - right / this.zoom, this.centre[1] - down / this.zoom];
-    // Some of the photo stays in sight.
+    // Part of the photo stays visible.
     this.centre = centre.map((place, axis) => Math.min(Math.max(place, 0), this.size[axis] - 1));
     this.fitted = false;
     this.refresh();
@@ -87,12 +87,12 @@ export class Viewport {
     const pen = this.canvas.getContext("2d", { alpha: false });
     pen.fillStyle = getComputedStyle(this.stage).backgroundColor;
     pen.fillRect(0, 0, this.canvas.width, this.canvas.height);
-    // From four screen pixels each, pixels are shown as they are.
+    // Pixels of four screen pixels or more are not smoothed.
     pen.imageSmoothingEnabled = this.zoom * this.density < 4;
     pen.imageSmoothingQuality = "high";
     const wanted = Math.floor(Math.log2(1 / (this.zoom * this.density)));
     const level = Math.min(Math.max(wanted, 0), this.levels - 1);
-    // The coarsest level first: it is there at once, and fills what the finer one still lacks.
+    // The coarsest level first: it loads at once, and fills gaps of the finer one.
     for (const shown of new Set([this.levels - 1, level])) this.drawLevel(pen, shown);
   }
 
@@ -124,7 +124,7 @@ export class Viewport {
       tile.onload = () => this.refresh();
       tile.src = name;
     }
-    // The last used go last, and the first go first.
+    // Tiles are in the order of their last use; the oldest is dropped.
     this.tiles.delete(name);
     this.tiles.set(name, tile);
     if (this.tiles.size > KEPT_TILES) this.tiles.delete(this.tiles.keys().next().value);

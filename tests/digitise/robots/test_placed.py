@@ -108,9 +108,9 @@ def test_a_path_of_one_flow_is_told_from_one_of_several():
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        (lambda it: replace(it, t_s=it.t_s[::-1]), "t_s that grows"),
-        (lambda it: replace(it, position_mm=it.position_mm * np.nan), "numbers in all"),
-        (lambda it: replace(it, **{name: getattr(it, name)[:1] for name in vars(it)}), "two rows or more"),
+        (lambda it: replace(it, t_s=it.t_s[::-1]), "increasing t_s"),
+        (lambda it: replace(it, position_mm=it.position_mm * np.nan), "finite numbers"),
+        (lambda it: replace(it, **{name: getattr(it, name)[:1] for name in vars(it)}), "two or more rows"),
         (lambda it: replace(it, flow_mm3_s=-it.flow_mm3_s), "must not be negative"),
         (lambda it: replace(it, flow_mm3_s=0 * it.flow_mm3_s), "not 0 everywhere"),
         (lambda it: replace(it, speed_mm_s=2 * it.speed_mm_s), "speed_mm_s "),

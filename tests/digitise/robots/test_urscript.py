@@ -70,7 +70,7 @@ def test_a_taught_rotation_vector_is_used_where_it_is_square_to_the_face():
     vector = (2.2, 2.25, 0.02)
     (rotation,) = read_urscript(urscript_text(placed(urscript={"rotation_vector_rad": vector}))).rotations
     assert rotation == vector
-    with pytest.raises(InputError, match=r"rotation_vector_rad holds the nozzle 9\d\.\d degrees off the face's normal"):
+    with pytest.raises(InputError, match=r"rotation_vector_rad puts the nozzle 9\d\.\d degrees off the face's normal"):
         urscript_text(placed(urscript={"rotation_vector_rad": (1.57, 0.0, 0.0)}))
 
 

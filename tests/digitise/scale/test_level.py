@@ -75,7 +75,7 @@ def test_an_offset_that_is_no_bent_frame_is_refused():
 
 @pytest.mark.parametrize(
     ("light", "face_mm", "why"),
-    [(picture(board=MORTAR), FACE_MM, "no edges stand out"), (picture(), None, "without face_mm")],
+    [(picture(board=MORTAR), FACE_MM, "no edges stand out"), (picture(), None, "since face_mm is not given")],
     ids=["hidden", "unmeasured"],
 )
 @pytest.mark.parametrize(

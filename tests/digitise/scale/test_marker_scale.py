@@ -3,7 +3,7 @@ import pytest
 
 from digitise.geometry.polyline import rectangle
 from digitise.photo import Photo, load_photo
-from digitise.scale.marker_scale import BOARD_MM, fit_markers
+from digitise.scale.marker_scale import LIMITS, fit_markers
 from digitise.scale.view import fit_view
 from digitise.settings import MarkerBoard
 from fixtures.generate.recipe import Recipe
@@ -53,7 +53,7 @@ def test_a_bent_photo_is_measured_like_a_straight_one(bent, tmp_path, ids):
 def test_a_lens_that_is_not_wanted_is_not_fitted(bent, tmp_path):
     """Straight markers cannot be laid over bent ones: they miss by twice what is allowed, and the lens is offered."""
     bent.write(tmp_path)
-    with pytest.raises(InputError, match=r"photo\.jpg: the markers are 0\.\d+ mm .* lens"):
+    with pytest.raises(InputError, match=r"photo\.jpg: markers misfit by 0\.\d+ mm .* lens"):
         load_photo(bent.photo_input().model_copy(update={"lens": "none"}), tmp_path)
 
 
@@ -93,7 +93,7 @@ def test_tilt_and_uncertainty_of_a_photo_are_told(bent, tmp_path):
     assert photo.camera_tilt_deg == pytest.approx(4.47, abs=0.2)
     span_mm = np.hypot(70 + 28 + 16, 40 + 28 + 16)
     assert photo.scale_uncertainty is not None
-    assert BOARD_MM / span_mm <= photo.scale_uncertainty < 2 * BOARD_MM / span_mm
+    assert LIMITS.board_mm / span_mm <= photo.scale_uncertainty < 2 * LIMITS.board_mm / span_mm
 
 
 def test_markers_that_lie_below_the_face_make_the_scale_unsure(bent, tmp_path):

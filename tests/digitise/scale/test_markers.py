@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -31,7 +32,7 @@ def photo(specimen, tmp_path):
 def test_corners_are_the_same_whichever_copy_the_markers_were_searched_on(monkeypatch, specimen, photo, search_px):
     """They are taken from the photo itself: to 0.01 px, with markers of 160, 130 or 55 px."""
     whole = find_markers(photo.image, photo.brightness, specimen.board, FILE)
-    monkeypatch.setattr(marker_scale, "SEARCH_PX", search_px)
+    monkeypatch.setattr(marker_scale, "LIMITS", replace(marker_scale.LIMITS, search_px=search_px))
     found = find_markers(photo.image, photo.brightness, specimen.board, FILE)
     assert set(found) == set(range(8))
     for number, corners_px in found.items():

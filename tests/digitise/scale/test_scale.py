@@ -77,7 +77,7 @@ def test_a_marker_printed_twice_is_refused_by_its_number(specimen, photo_with):
 def test_a_marker_that_is_not_where_the_board_says_is_named(specimen, photo_with):
     moved = [replace_marker(marker) if marker.id == 2 else marker.model_dump() for marker in specimen.board.markers]
     board = specimen.board.model_dump() | {"markers": tuple(moved)}
-    with pytest.raises(InputError, match=r"photo\.jpg: the markers are 0\.\d+ mm .* marker 2"):
+    with pytest.raises(InputError, match=r"photo\.jpg: markers misfit by 0\.\d+ mm .* marker 2"):
         photo_with(markers=board)
 
 
@@ -86,7 +86,7 @@ def replace_marker(marker: Marker) -> dict[str, float]:
 
 
 def test_a_face_that_the_markers_put_outside_the_photo_is_refused(photo_with):
-    with pytest.raises(InputError, match="face_mm, lies outside the photo"):
+    with pytest.raises(InputError, match="face_mm is outside the photo"):
         photo_with(face_mm=(900.0, 40.0))
 
 

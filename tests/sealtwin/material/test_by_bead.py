@@ -28,7 +28,7 @@ LAID = LaidBead(density_kg_m3=DENSITY, mass_g=4.4, asked_mm3_s=400.0, speed_mm_s
 @pytest.fixture(scope="module")
 def bead() -> BeadOutline:
     ring = PHOTO.ring_mm
-    return bead_of(ring, ring, 0.001, 0.06, True, (), Path("bead.png"))
+    return bead_of(ring, 0.001, 0.06, (), Path("bead.png"))
 
 
 def test_a_pump_that_gives_less_is_known_by_the_middle_without_the_beads_length(bead):
@@ -100,7 +100,7 @@ def test_what_shows_nothing_is_refused(bead, changes, says):
 def test_a_bead_that_hardly_flowed_is_refused_with_what_to_lay():
     """Lying at half the speed it has twice the section, of whose root the limit is a share."""
     ring = replace(PHOTO, radius_mm=4.5, straight_mm=36.0).ring_mm
-    stiff = bead_of(ring, ring, 0.001, 0.06, True, (), Path("bead.png"))
+    stiff = bead_of(ring, 0.001, 0.06, (), Path("bead.png"))
     with pytest.raises(InputError, match=r"nearly in the shape .* lay it at (\d\.\d+) mm/s or slower") as refusal:
         identify(LAID.model_copy(update={"mass_g": 3.6}), stiff)
     assert "mm long, or spread a cone" in str(refusal.value)
@@ -139,7 +139,7 @@ def test_the_documented_command_makes_a_material_and_a_row_that_a_cell_takes(tmp
     ("words", "says"),
     [
         (["--start-mm", "200,30"], "--start-mm 200,30: x is outside the sheet's opening of 90 x 60 mm"),
-        (["--face-mm", "150x150"], "face_mm is 150 x 150, and marker"),
+        (["--face-mm", "150x150"], "face_mm is 150 x 150, but marker"),
     ],
 )
 def test_what_contradicts_the_sheet_is_refused(tmp_path, monkeypatch, words, says):

@@ -20,8 +20,7 @@ VOLUME = Cone(*CONE).volume_mm3
 
 
 def spread(radius_mm: float, error_mm: float = 0.1) -> SpreadBlob:
-    line = np.zeros((3, 2))
-    return SpreadBlob(radius_mm, error_mm, {}, 0.0, (2 * radius_mm, 2 * radius_mm), line, line, True, ())
+    return SpreadBlob(radius_mm, error_mm, 0.0, (2 * radius_mm, 2 * radius_mm), ())
 
 
 def flat_heap(stress_pa: float) -> tuple[Heap, SpreadBlob]:

@@ -20,8 +20,7 @@ def test_the_time_of_a_radius_tells_the_viscosity():
     radius_mm = 0.85 * true.at_rest_mm
     early_s = float(np.interp(radius_mm, np.maximum.accumulate(true.radius_mm), true.t_s))
     found = PasteEstimate(STRESS_PA, 1.0, (23.0, 27.0), 30.0, 0.3, cone.volume_mm3, True, {})
-    empty = np.zeros((0, 2))
-    early = SpreadBlob(radius_mm, 0.2, {}, 0.0, (2 * radius_mm, 2 * radius_mm), empty, empty, True, ())
+    early = SpreadBlob(radius_mm, 0.2, 0.0, (2 * radius_mm, 2 * radius_mm), ())
     value, percent = viscosity(heap, found, [(early, early_s)])
     assert value == pytest.approx(true.viscosity_pa_s, rel=0.15)
     assert 25 < percent < 60
