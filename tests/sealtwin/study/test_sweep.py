@@ -328,7 +328,7 @@ def test_a_plan_whose_trial_has_no_table_of_readings_is_refused(fresh):
     plan = json.loads((fresh / "plan.json").read_text())
     plan["runs"][0]["trial"]["readings"] = "readings.csv"
     (fresh / "plan.json").write_text(json.dumps(plan))
-    with pytest.raises(InputError, match=r"plan\.json: not as it was written .*readings is no table"):
+    with pytest.raises(InputError, match=r"plan\.json: not as it was written .*readings is not a table"):
         read_plan(fresh)
 
 
@@ -405,7 +405,7 @@ def test_folders_of_somebody_else_are_left_alone(lab, tmp_path, fresh):
         sweep(lab, tmp_path / "theirs", HERE, Progress())
     other = tiny_lab(tmp_path / "lab")
     other.write_text(other.read_text().replace('name = "tiny"', 'name = "another"'))
-    with pytest.raises(InputError, match="holds the study 'tiny'; this is 'another'"):
+    with pytest.raises(InputError, match="has the study 'tiny'; this is 'another'"):
         sweep(other, fresh, HERE, Progress())
 
 
