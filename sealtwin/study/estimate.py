@@ -146,7 +146,7 @@ def timings_of(runs: Iterable[StudyRun]) -> list[Timing]:
 
 
 def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
-    """Return the time of a run whose time by the model is ``work_s``, corrected by finished runs of the nearest size.
+    """Return the expected time of a run: ``work_s`` of the model, corrected by finished runs of the nearest size.
 
     Runs of about the same size are used, since the model's error depends on the particle radius.
     """
@@ -158,7 +158,7 @@ def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
 
 
 def time_of_all(waiting_s: Iterable[float], busy_s: Sequence[float]) -> float:
-    """Return the time until tasks of ``waiting_s``, started in that order, end on processes busy for ``busy_s``."""
+    """Return the time until all tasks end: ``waiting_s`` long, started in that order, on processes busy for ``busy_s``."""
     free = [*busy_s]
     heapq.heapify(free)
     for task_s in waiting_s:

@@ -22,7 +22,7 @@ OF_THE_PATH = ("speed_mm_s", "start_mm")
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """The trial's own run, with which extra runs are compared. It can be sent to another process."""
+    """The trial's own run, to compare extra runs with. It can be sent to another process."""
 
     path: Path  # Run folder
     trial: Trial

@@ -221,7 +221,7 @@ def _figures(run: Run) -> dict[str, Any]:
 
 
 def _compared(sample: Sample, trial: Trial, profile: Profile) -> dict[str, Any]:
-    """Return the errors of a run by the readings; empty if there are none."""
+    """Return the errors of a run by the readings; empty without readings."""
     if trial.readings is None or sample.readings is None:
         return {}
     from validate.compare import compare

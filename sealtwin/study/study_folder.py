@@ -152,7 +152,7 @@ def holds_study(folder: Path) -> bool:
 
 
 def read_plan(folder: Path) -> Plan:
-    """Read the plan with the outcomes so far. Raises InputError if there is no study, or if its files are damaged."""
+    """Read the plan with the outcomes so far. Raises InputError if the plan is missing or a file is damaged."""
     if not holds_study(folder):
         raise InputError(f"{folder}: no study (it has no {PLAN}). 'sealtwin sweep STUDY.toml' makes one.")
     plan = read_record(Plan, folder / PLAN, AGAIN)
@@ -170,7 +170,7 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
 
 
 def _computed_by_others(plan: Plan, own: Mapping[str, int]) -> str:
-    """Return how many finished runs were computed by other stage numbers, and by which; empty if all match ``own``."""
+    """Return a sentence on finished runs that other stage numbers computed; empty if all match ``own``."""
     done = sum(run.state == "done" for run in plan.runs)
     runs = "one finished run was" if done == 1 else f"{done} finished runs were"
     other = other_numbers(plan.numbers, own)
@@ -192,7 +192,7 @@ def write_plan(folder: Path, plan: Plan) -> None:
 
 
 def with_outcome(folder: Path, run: StudyRun) -> StudyRun:
-    """Return a run with the outcome in its folder, or unchanged if there is no outcome."""
+    """Return a run with the outcome in its folder, or unchanged while it waits."""
     path = run_path(folder, run.key) / OUTCOME
     if not path.is_file():
         return run

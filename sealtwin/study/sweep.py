@@ -123,7 +123,7 @@ def status(folder: Path) -> dict[str, Any]:
 
 
 def require_own(folder: Path) -> None:
-    """Raises InputError if a folder has files but no study."""
+    """Raises InputError if a folder has files that are not a study's."""
     require_folder(folder)
     if folder.is_dir() and not study_folder.holds_study(folder):
         refuse_foreign(folder, "sweep")
@@ -250,7 +250,7 @@ def _holder(folder: Path) -> str | None:
 
 
 def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
-    """Return the ranked run with the least mean error, and its baselines; None if there is none."""
+    """Return the ranked run with the least mean error, and its baselines; None without readings or ranked runs."""
     compared = [
         (run.figures.mean_error_mm, run, run.figures)
         for run in runs
@@ -298,7 +298,7 @@ def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:
 
 
 def screening(runs: Sequence[study_folder.StudyRun]) -> str:
-    """Return a sentence on the runs of the fast model; empty if there are none."""
+    """Return a sentence on the runs of the fast model; empty for particles."""
     if not (fast := [run for run in runs if run.fast]):
         return ""
     unfit = sum(run.figures is not None and bool(run.figures.unfit) for run in fast)
