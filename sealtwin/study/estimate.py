@@ -158,7 +158,7 @@ def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
 
 
 def time_of_all(waiting_s: Iterable[float], busy_s: Sequence[float]) -> float:
-    """Return the time until all tasks end: ``waiting_s`` long, started in that order, on processes busy for ``busy_s``."""
+    """Return the time until tasks of ``waiting_s``, started in order, end on processes busy for ``busy_s``."""
     free = [*busy_s]
     heapq.heapify(free)
     for task_s in waiting_s:
