@@ -137,7 +137,7 @@ def watch_runs(folder: Path, runs: Sequence[StudyRun], device: str, progress: Pr
         time_s = sum(run.wall_s or 0.0 for run in waiting) / max(1, jobs)
         progress.note(
             f"Computing {len(waiting)} runs again to draw how they fill, as a sweep writes no frames: about "
-            f"{in_words(time_s)}. --no-fills draws none."
+            f"{in_words(time_s)}."
         )
         progress.start("Computing again", len(waiting))
         tasks = ((run, (folder.resolve(), run, device)) for run in waiting)

@@ -152,7 +152,7 @@ def test_a_profile_that_somebody_changed_is_not_mapped(study):
     run = read_plan(study).runs[2]
     path = profile_path(study, run.key)
     path.write_text(path.read_text(encoding="utf-8") + "99.0,1.0\n", encoding="utf-8")
-    with pytest.raises(InputError, match=f"not as run {run.number} left it"):
+    with pytest.raises(InputError, match=f"not as run {run.number} wrote it"):
         mapped_without_fills(study)
 
 
