@@ -11,7 +11,7 @@ from sealtwin.calibration.search import Setting
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats
+from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
@@ -53,7 +53,7 @@ class Twin:
         trial = load_trial(file, settings)
         sheet_settings = _fit_to_calibrate(file, trial)
         self.trial = trial.loaded(file.parent)
-        self.data = sheet_settings.data
+        self.data: DataKind = sheet_settings.data
         self._content = self.trial.model_dump(mode="json", exclude_none=True, exclude={"readings", "gate"})
         self._content["fluid"].pop("material", None)
         self.folder = library / self.trial.folder_name
