@@ -69,7 +69,7 @@ def calibrate(
 
     Raises:
         InputError: A trial, a setting or a role cannot be used, or the folder has other files.
-        NumericalError: A quarter of the runs failed.
+        NumericalError: Over a quarter of the runs are unusable.
         BusyError: Another process uses the folder.
     """
     frees = _checked(trials, ranges, held_out, settings)

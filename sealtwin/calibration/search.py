@@ -21,9 +21,8 @@ from validate.calibration.posterior import BasisReach, Posterior, ReadLevels, re
 FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
 """Runs of the first design, more seeds of one of them, runs of a round, and seeds that confirm the best setting."""
 FEWEST = FIRST + AGAIN + ROUND + CONFIRM
-HOPELESS = (
-    2.0  # The search stops early above this implausibility; not above 1, as few runs make an emulator overconfident
-)
+HOPELESS = 2.0
+"""The search stops early above this implausibility, not above 1, since few runs make an emulator overconfident."""
 LEAST_USABLE = 0.75  # Least share of runs with a result
 DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
 
@@ -142,7 +141,7 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
     """Spend ``budget`` runs of each trial, at least ``FEWEST``, and return the posterior.
 
     Stops early if no setting in the ranges, or no combination of the runs' levels, can reproduce the readings. The same
-    runs give the same search. Raises NumericalError if a quarter of the runs failed.
+    runs give the same search. Raises NumericalError if over a quarter of the runs are unusable.
     """
     from scipy.stats import qmc
 
