@@ -1,4 +1,4 @@
-"""Commands that run a trial many times and that compare runs: sweep, map and compare."""
+"""Commands that compute a trial many times, and that compare runs: compare, map, sweep, calibrate."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
