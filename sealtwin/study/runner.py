@@ -89,9 +89,8 @@ def compute(
 
     for group, outcomes in run_tasks(seal_in_worker, tasks(), jobs, how.scheduler, own_numbers):
         if isinstance(outcomes, Lost):
-            outcomes = [Outcome("failed", 0.0, reason=f"{outcomes.reason}: give fewer --jobs, and --retry.")] * len(
-                group
-            )
+            reason = f"{outcomes.reason}: give fewer --jobs, and --retry."
+            outcomes = [Outcome("failed", 0.0, reason=reason)] * len(group)
         for run, outcome in zip(group, outcomes, strict=True):
             current[run.key] = _keep(folder, run, outcome)
         del launches[group[0].key]
