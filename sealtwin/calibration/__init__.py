@@ -1,1 +1,1 @@
-"""Calibration: runs of trials with readings, chosen one after the other, to a posterior of free settings."""
+"""Calibration: the settings of trials by their readings, as a posterior."""

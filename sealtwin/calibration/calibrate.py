@@ -1,4 +1,4 @@
-"""Calibration of one trial or several, and the prediction of trials that are held out."""
+"""Calibration of one or more trials, and the prediction of other trials that were not calibrated on."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -27,23 +27,23 @@ from validate.figures.calibration_sheet import calibration_sheet
 from validate.figures.figure_sheet import write_sheet_of_figures
 from validate.units import counted
 
-LIBRARY = "library"  # Folder of the runs of all trials, each in that of a study
-PREDICTING = 12  # Draws of the posterior that run in a trial that is held out
-MOST_FREE = 6  # Forty runs resolve no more
-OF_A_POUR = ("path", "crack", "sample", "nozzle")  # Tables whose settings are another trial's own
+LIBRARY = "library"  # Folder of the runs of all trials, in a study folder for each trial
+PREDICTING = 12  # Draws of the posterior that are run in a held-out trial
+MOST_FREE = 6  # Forty runs cannot resolve more free settings
+OF_A_POUR = ("path", "crack", "sample", "nozzle")  # Tables of one pour; other trials have their own
 LEAST_BUDGET = 40
 POSTERIOR, MATERIAL, RECORD, PAGE = "posterior.csv", "material.toml", "calibration.json", "calibration.html"
 STRESS, THICKNESS = "fluid.yield_stress_pa", ("fluid.viscosity_pa_s", "fluid.U")
 NOT_FOR = (
     "another particle radius or number of substeps: at one viscosity, radii of 0.6 and 0.8 mm differ by 0.5 to 0.8 mm",
-    "a setting that is not identified, taken alone: only what the posterior predicts is supported",
-    "another paste, or the same at another age or temperature",
+    "a setting by itself that is not identified: the readings support only predictions of the whole posterior",
+    "another paste, or the same paste at another age or temperature",
 )
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Result of a calibration; its files are in the folder."""
+    """Result of a calibration."""
 
     content: dict[str, Any]  # The --json object, and calibration.json
     calibrated: Sequence[Twin]
@@ -61,16 +61,16 @@ def calibrate(
     date: day | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> Calibration:
-    """Find the settings ``ranges`` of trials by their readings; write material, posterior, record and page.
+    """Fit the settings in ``ranges`` to the readings of trials; write material, posterior, record and page.
 
-    ``ranges`` gives the ends of each setting by dotted name; ``out`` None stands for reports/<trial>-calibrated;
-    ``settings`` by dotted name replace those of all trial files. Runs that are made are kept: after a kill the same
-    call goes on, and gives the same files.
+    ``ranges`` has the ends of each free setting by dotted name; the default of ``out`` is reports/<trial>-calibrated;
+    ``settings`` by dotted name replace those of all trial files. Finished runs are not computed again: after a kill the
+    same call continues and writes the same files.
 
     Raises:
-        InputError: A trial, a setting or a role cannot be used, or the folder holds something else.
-        NumericalError: A quarter of the runs has no result.
-        BusyError: Another process works in the folder.
+        InputError: A trial, a setting or a role cannot be used, or the folder has other files.
+        NumericalError: Over a quarter of the runs are unusable.
+        BusyError: Another process uses the folder.
     """
     frees = _checked(trials, ranges, held_out, settings)
     folder = out or Path("reports", f"{load_trial(trials[0], settings).folder_name}-calibrated")
@@ -88,8 +88,8 @@ def calibrate(
 
         def say(text: str) -> None:
             spent_s = [run.wall_s for twin in twins for run in twin.plan.runs if run.wall_s is not None]
-            left = sum(budget - len(twin.plan.runs) for twin in twins) * float(np.mean(spent_s)) / max(1, how.jobs)
-            progress.note(f"{text} About {in_words(left)} of runs left.")
+            rest_s = sum(budget - len(twin.plan.runs) for twin in twins) * float(np.mean(spent_s)) / max(1, how.jobs)
+            progress.note(f"{text} The remaining runs take about {in_words(rest_s)}.")
 
         result = search(frees, [Source(twin.name, twin.evidence, twin.run) for twin in twins], budget, say)
         predictions = list[Prediction]()
@@ -121,20 +121,20 @@ def _checked(
             raise InputError(f"--free {name}={low:g}:{high:g}: the first end must be below the second.")
         if len(trials) > 1 and name.partition(".")[0] in OF_A_POUR:
             raise InputError(
-                f"--free {name}: is another number in each of {len(trials)} pours, and they share the free settings. "
-                "Measure it, and leave it out; or calibrate one trial."
+                f"--free {name}: differs between the {len(trials)} pours, but free settings are shared by all trials. "
+                "Measure it and leave it out, or calibrate one trial."
             )
     roles: dict[Literal["held-out", "calibrated-on"], Sequence[Path]] = {"held-out": trials, "calibrated-on": held_out}
     for wrong, group in roles.items():
         for file in group:
             trial = load_trial(file, settings)
-            if lost := replaced(trial, settings or {}, ranges):
-                raise InputError(f"--set {lost[0]} beside --free, which gives what replaces it; give one.")
+            if overridden := replaced(trial, settings or {}, ranges):
+                raise InputError(f"--set {overridden[0]}: a --free setting replaces it; give one of the two.")
             readings = trial.readings
             if readings is not None and readings.role == wrong:
                 right = "calibrated-on" if wrong == "held-out" else "held-out"
                 raise InputError(
-                    f'{file}: readings.role = "{wrong}", and this calibration would use them as {right}. Write '
+                    f'{file}: readings.role = "{wrong}", but this calibration would use them as {right}. Write '
                     f'"{right}", or give another trial.'
                 )
     return [Free(name, low, high) for name, (low, high) in ranges.items()]
@@ -146,36 +146,38 @@ def _require_different(twins: Sequence[Twin]) -> None:
             same = np.array_equal(twin.readings.level_mm, other.readings.level_mm)
             if twin.folder == other.folder or (same and np.array_equal(twin.readings.s_mm, other.readings.s_mm)):
                 what = "name" if twin.folder == other.folder else "readings"
-                raise InputError(f"{twin.file}: has the {what} of {other.file}; give each trial once, by its own name.")
+                raise InputError(
+                    f"{twin.file}: has the {what} of {other.file}; give each trial once, with its own name."
+                )
 
 
 def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
-    """Return value and uncertainty of a setting that was measured, the same in all trials, or None."""
-    known = {twin.measured(free.name) for twin in twins}
-    if len(known) > 1:
+    """Return value and uncertainty of a setting that was measured, equal in all trials; None if it was not measured."""
+    values = {twin.measured(free.name) for twin in twins}
+    if len(values) > 1:
         raise InputError(
-            f"--free {free.name}: the trials have different measured values or uncertainties of it, and they share the "
-            "free settings. Give them the same, or calibrate them one by one."
+            f"--free {free.name}: the trials have different measured values or uncertainties of it, but free settings "
+            "are shared by all trials. Give them the same, or calibrate them one by one."
         )
-    measured = known.pop()
+    measured = values.pop()
     if measured is not None and not free.low <= measured[0] <= free.high:
         raise InputError(
-            f"--free {free.name}={free.low:g}:{free.high:g}: the trial's own {measured[0]:g}, which was measured to "
-            f"{measured[1]:g}, lies outside. Give a range around it."
+            f"--free {free.name}={free.low:g}:{free.high:g}: the measured value of the trial, {measured[0]:g} with "
+            f"uncertainty {measured[1]:g}, is outside this range. Give a range around it."
         )
     return measured
 
 
 def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
-    """Run draws of the posterior in a trial that is held out; a pour keeps its own path and crack."""
+    """Run draws of the posterior in a trial that was not calibrated on, with its own path, crack and nozzle."""
     chosen = draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
     settings = [settings_at(result.frees, point) for point in chosen]
     own = [{name: one[name] for name in one if name.partition(".")[0] not in OF_A_POUR} for one in settings]
     levels_mm = [level for level in twin.run([(one, seed) for seed, one in enumerate(own)]) if level is not None]
     if len(levels_mm) < PREDICTING // 2:
         raise NumericalError(
-            f"{twin.name}: {PREDICTING - len(levels_mm)} of {PREDICTING} runs of the trial that is held out failed or "
-            f"lost over 5 % of their volume: {'; '.join(sorted({reason for _, reason in twin.unused()}))}"
+            f"{twin.name}: {PREDICTING - len(levels_mm)} of {PREDICTING} runs of this held-out trial failed or have a "
+            f"volume that is off by over 5 %: {'; '.join(sorted({reason for _, reason in twin.unused()}))}"
         )
     return _prediction(twin, "held out", *predicted_by_runs(np.array(levels_mm), twin.evidence))
 
@@ -183,19 +185,19 @@ def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
 def _prediction(twin: Twin, role: Literal["calibrated", "held out"], mean_mm: Floats, half_mm: Floats) -> Prediction:
     evidence = twin.evidence
     error_mm = 1.96 * np.sqrt(evidence.covariance_mm2.diagonal())
-    return Prediction(twin.name, role, twin.held.data, evidence.s_mm, evidence.level_mm, error_mm, mean_mm, half_mm)
+    return Prediction(twin.name, role, twin.data, evidence.s_mm, evidence.level_mm, error_mm, mean_mm, half_mm)
 
 
 def _summary(
     result: SearchResult, twins: Sequence[Twin], others: Sequence[Twin], predictions: Sequence[Prediction]
 ) -> Calibrated:
-    warned = [sentence for twin in (*twins, *others) for sentence in twin.warnings]
+    warnings = [sentence for twin in (*twins, *others) for sentence in twin.warnings]
     if len(result.frees) >= (stations := sum(twin.stations for twin in twins)):
-        read = f"{counted(len(result.frees), 'setting')} free, and {counted(stations, 'station')} read"
-        warned.append(f"{read}: so many settings can fit any readings exactly.")
+        counts = f"{counted(len(result.frees), 'free setting')} for {counted(stations, 'station')}"
+        warnings.append(f"{counts}: so many settings can fit any readings exactly.")
     return Calibrated(
         name=" and ".join(twin.name for twin in twins),
-        emulated=any(twin.held.data != "measured" for twin in twins),
+        emulated=any(twin.data != "measured" for twin in twins),
         frees=tuple(result.frees),
         draws=result.draws,
         best=result.best,
@@ -211,14 +213,14 @@ def _summary(
         ),
         predictions=tuple(predictions),
         radius_mm=tuple(twin.radius_mm for twin in twins),
-        warned=tuple(warned),
+        warned=tuple(warnings),
     )
 
 
 def _written(
     folder: Path, result: SearchResult, calibrated: Calibrated, twins: Sequence[Twin], others: Sequence[Twin], date: day
 ) -> dict[str, Any]:
-    """Write posterior and material, if there is a posterior, and return the content of the record."""
+    """Write posterior and material, if there is a posterior, and return the content of calibration.json."""
     written: list[str] = [RECORD]
     for name in (POSTERIOR, MATERIAL):
         (folder / name).unlink(missing_ok=True)
@@ -258,7 +260,7 @@ def _written(
                 "trial": twin.name,
                 "file": shown(twin.file),
                 "role": "calibrated" if twin in twins else "held out",
-                "readings": {"file": twin.held.file.name, "data": twin.held.data, "sha256": files.sha256(twin.sheet)},
+                "readings": {"file": twin.sheet.name, "data": twin.data, "sha256": files.sha256(twin.sheet)},
             }
             for twin in (*twins, *others)
         ],
@@ -296,7 +298,7 @@ def _rounded(values: Sequence[float]) -> list[float]:
 
 
 def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
-    """Root mean square distance of the readings from the mean of the runs that confirm the best setting."""
+    """RMS distance of the readings from the mean level of the runs that confirm the best setting."""
     levels_mm = result.confirmed_mm(trial)
     if not len(levels_mm):
         return None
@@ -305,28 +307,28 @@ def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
 
 
 def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
-    """Return the material; None if the paste is a curve or thins with shear, since a material has two numbers."""
+    """Return the material; None if the paste has a curve or thins with shear, as a material has only two numbers."""
     fluid, best = twin.trial.fluid, settings_at(result.frees, result.best)
     if fluid is None or fluid.curve is not None or fluid.consistency_pa_s_n is not None:
         return None
-    ran = twin.health(len(result.points))
+    health = twin.health(len(result.points))
     draws = {free.name: free.values(column) for free, column in zip(result.frees, drawn.T, strict=True)}
-    known = twin.trial.uncertainty
+    declared = twin.trial.uncertainty
     stress_pa = best.get(STRESS, fluid.yield_stress_pa)
-    low_pa, high_pa, error_pa = stress_pa, stress_pa, known.yield_stress_pa or 0.0
+    low_pa, high_pa, error_pa = stress_pa, stress_pa, declared.yield_stress_pa or 0.0
     if STRESS in draws:
         low_pa, high_pa, error_pa = _spread(draws[STRESS], stress_pa)
-    thick_pa_s, percent = ran.viscosity_pa_s, known.viscosity_percent or 0.0
+    thick_pa_s, percent = health.viscosity_pa_s, declared.viscosity_percent or 0.0
     if free := [draws[name] for name in THICKNESS if name in draws]:
         percent = 100 * float(np.std(np.log(np.maximum(free[0], 1e-9))))
     basis = ["readings that nobody measured (EMULATED)"] if calibrated.emulated else []
     basis.append(f"joint distribution: {POSTERIOR}; the numbers here are its likeliest draw")
     if not error_pa:
-        basis.append("the yield stress was not free, and its uncertainty is not stated: no interval")
-    if beside := [f"{name} = {value:g}" for name, value in best.items() if name not in (STRESS, *THICKNESS)]:
-        basis.append(f"found together with {', '.join(beside)}: set them beside it")
-    if unknown := [one.free.name for one in calibrated.marginals if not one.identified]:
-        basis.append(f"not identified by the readings: {', '.join(unknown)}")
+        basis.append("the yield stress was not free and has no stated uncertainty: no interval")
+    if others := [f"{name} = {value:g}" for name, value in best.items() if name not in (STRESS, *THICKNESS)]:
+        basis.append(f"fitted together with {', '.join(others)}: set them too")
+    if unidentified := [one.free.name for one in calibrated.marginals if not one.identified]:
+        basis.append(f"not identified by the readings: {', '.join(unidentified)}")
     return Material(
         method=f"calibration on {len(result.levels_mm)} trial(s), {len(result.points)} runs each",
         date=date.isoformat(),
@@ -341,11 +343,11 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
         basis=tuple(sentence[:300] for sentence in basis),
         not_for=NOT_FOR,
         radius_mm=twin.radius_mm,
-        substeps=ran.substeps,
+        substeps=health.substeps,
     )
 
 
 def _spread(drawn: Floats, best: float) -> tuple[float, float, float]:
-    """Return the ends of the 95 % interval, with the best value in it, and half its half-width."""
+    """Return the ends of the 95 % interval, widened to include the best value, and the standard uncertainty."""
     low, high = np.quantile(drawn, [0.025, 0.975])
     return float(f"{min(low, best):.6g}"), float(f"{max(high, best):.6g}"), float(f"{(high - low) / 4:.6g}")

@@ -1,8 +1,9 @@
-"""The search: the runs of a calibration, in their order, until its budget is spent.
+"""The search: chooses the runs of a calibration one after the other until its budget is spent.
 
-Sixteen runs of a Sobol sequence, one of them with three further seeds, and then three at a time at which the emulator
-leaves the posterior most open; three new seeds confirm the likeliest setting. The profile is modelled and not its
-error (Astudillo and Frazier 2019, Proc. Mach. Learn. Res. 97:354).
+Sixteen runs are points of a Sobol sequence, and one of them is repeated with three more seeds. Then each round runs
+three settings at which the emulator is least certain under the posterior. At the end three new seeds confirm the most
+likely setting. The emulator models the profile, not its error (Astudillo and Frazier 2019, Proc. Mach. Learn. Res.
+97:354).
 """
 
 from collections.abc import Callable, Sequence
@@ -18,21 +19,22 @@ from validate.calibration.free import Free
 from validate.calibration.posterior import BasisReach, Posterior, ReadLevels, reach_of
 
 FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
-"""Runs of the first design, further seeds of one of them, runs of a round, and seeds that confirm the best."""
+"""Runs of the first design, more seeds of one of them, runs of a round, and seeds that confirm the best setting."""
 FEWEST = FIRST + AGAIN + ROUND + CONFIRM
-HOPELESS = 2.0  # Implausibility at which the search stops early: after few runs the emulator may be too sure of itself
-LEAST_USABLE = 0.75  # Share of the runs that must have a result
+HOPELESS = 2.0
+"""The search stops early above this implausibility, not above 1, since few runs make an emulator overconfident."""
+LEAST_USABLE = 0.75  # Least share of runs with a result
 DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
 
 Setting = dict[str, float]
 Runner = Callable[[Sequence[tuple[Setting, int]]], Sequence[Floats | None]]
-"""Function of the settings of all runs so far, each with its addition to the seed. It returns each run's levels at the
-stations, None for one that failed, and keeps the runs that it made before."""
+"""Takes the settings of all runs so far, each with the number added to the seed. Returns each run's levels at the
+stations, None for one that failed; computes only new runs."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A trial that is calibrated on."""
+    """A trial whose readings are used for the calibration."""
 
     name: str
     evidence: ReadLevels
@@ -57,7 +59,7 @@ class SearchResult:
 
     @property
     def discrepancy_mm(self) -> float | None:
-        """Mean size of the model's own error by the posterior; None with one trial, which cannot show it."""
+        """Posterior mean of the size of the model's own error; None for one trial, which cannot determine it."""
         if self.draws is None or len(self.levels_mm) < 2:
             return None
         logs = self.posterior.log_densities(self.draws)
@@ -83,9 +85,8 @@ class _Search:
             failed = sum(level is None for level in levels_mm)
             if failed > (1 - LEAST_USABLE) * max(FIRST, len(levels_mm)):
                 raise NumericalError(
-                    f"{source.name}: {failed} of {len(levels_mm)} runs failed or lost over 5 % of their volume, and "
-                    "an emulator of the others would be of a part of the range. Narrow the ranges, or give finer "
-                    "particles."
+                    f"{source.name}: {failed} of {len(levels_mm)} runs failed or have a volume off by over 5 %; "
+                    "too few runs are left to cover the ranges. Narrow the ranges, or use finer particles."
                 )
             for point in np.unique(self.points, axis=0):
                 alike = np.flatnonzero((self.points == point).all(axis=1)).tolist()
@@ -94,9 +95,9 @@ class _Search:
                 require_different(done.values(), list(done), source.name)
 
     def done(self, trial: int) -> tuple[Floats, Floats]:
-        """Points and levels of a trial's runs that have a result."""
-        kept = [number for number, level in enumerate(self.levels_mm[trial]) if level is not None]
-        return self.points[kept], np.array([self.levels_mm[trial][number] for number in kept])
+        """Return points and levels of a trial's runs that have a result."""
+        numbers = [number for number, level in enumerate(self.levels_mm[trial]) if level is not None]
+        return self.points[numbers], np.array([self.levels_mm[trial][number] for number in numbers])
 
     def posterior(self) -> tuple[Posterior, list[BasisReach]]:
         emulators, reaches = [], []
@@ -108,7 +109,7 @@ class _Search:
         return Posterior(self.frees, emulators, [source.evidence for source in self.sources]), reaches
 
     def nearest(self) -> int:
-        """Number of the run that is nearest to the readings of all trials, by their covariance."""
+        """Return the number of the run that is nearest to the readings of all trials, weighted by their covariance."""
         total = np.zeros(len(self.points))
         for levels_mm, source in zip(self.levels_mm, self.sources, strict=True):
             root = np.linalg.cholesky(source.evidence.covariance_mm2)
@@ -118,7 +119,7 @@ class _Search:
         return int(total.argmin())
 
     def next_round(self, posterior: Posterior, count: int) -> Floats:
-        """Return the likeliest draw, and those at which the emulators are least sure given it."""
+        """Return the most likely draw, and the draws at which the emulators are least certain once it is run."""
         draws, _ = posterior.draws(DRAWS, STEPS_OF_A_ROUND)
         chosen = [draws[posterior.log_density(draws).argmax()]]
         while len(chosen) < count:
@@ -132,15 +133,15 @@ class _Search:
 
 
 def settings_at(frees: Sequence[Free], point: Floats) -> Setting:
-    """Return the settings at a point of the unit cube; six digits are finer than any is known, and can be read."""
+    """Return the settings at a point of the unit cube, with six digits: precise enough, and easy to read."""
     return {free.name: float(f"{free.values(share):.6g}") for free, share in zip(frees, point, strict=True)}
 
 
 def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: Callable[[str], None]) -> SearchResult:
     """Spend ``budget`` runs of each trial, at least ``FEWEST``, and return the posterior.
 
-    It stops early if no setting of the ranges, or no sum of the shapes of the runs, makes the readings. The same runs
-    give the same search. Raises NumericalError if a quarter of the runs has no result.
+    Stops early if no setting in the ranges, or no combination of the runs' levels, can reproduce the readings. The same
+    runs give the same search. Raises NumericalError if over a quarter of the runs are unusable.
     """
     from scipy.stats import qmc
 
@@ -149,7 +150,7 @@ def search(frees: Sequence[Free], sources: Sequence[Source], budget: int, say: C
     at.run(np.repeat(at.points[[at.nearest()]], AGAIN, axis=0))
     posterior, reaches = at.posterior()
     while len(at.points) < budget - CONFIRM and posterior.least_implausibility <= HOPELESS:
-        nearest = f"the nearest setting misses by {posterior.least_implausibility:.2f} of what readings and runs allow"
+        nearest = f"implausibility of the best setting {posterior.least_implausibility:.2f} (at most 1 is plausible)"
         say(f"{len(at.points)} of {budget} runs: {nearest}.")
         at.run(at.next_round(posterior, min(ROUND, budget - CONFIRM - len(at.points))))
         posterior, reaches = at.posterior()

@@ -1,4 +1,4 @@
-"""A trial with readings as a calibration runs it: the same trial with other settings, in a folder of a study's form."""
+"""A trial with readings in a calibration, which runs it with other settings in a folder like a study's."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,7 +11,7 @@ from sealtwin.calibration.search import Setting
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.records import Floats
+from sealtwin.core.records import DataKind, Floats
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.settings import checked
 from sealtwin.study import study_folder
@@ -28,13 +28,13 @@ from validate.settings import Readings, Uncertainty
 MEASURED = {name: key for name in SETTINGS if (key := name.rpartition(".")[2]) in Uncertainty.model_fields} | {
     "path.trim_mm": "start_mm"
 }
-"""Settings whose uncertainty [uncertainty] holds, or the material or fill that the trial names; and its name there."""
-JITTER_MM2 = 1e-6  # Keeps the covariance of readings without a stated error invertible
+"""Settings with an uncertainty in [uncertainty], in the trial's material or in its weighed fill, and its key there."""
+JITTER_MM2 = 1e-6  # Makes the covariance of readings invertible if they have no stated error
 SEEDS = 2**31
 
 
 class Twin:
-    """A trial, digitised, with its readings and the runs of it that were made."""
+    """A digitised trial with its readings and its runs so far."""
 
     def __init__(
         self,
@@ -51,9 +51,9 @@ class Twin:
 
         self.file, self._how, self._progress = file, how, progress
         trial = load_trial(file, settings)
-        held = _fit_to_calibrate(file, trial)
+        sheet_settings = _fit_to_calibrate(file, trial)
         self.trial = trial.loaded(file.parent)
-        self.held: Readings = held
+        self.data: DataKind = sheet_settings.data
         self._content = self.trial.model_dump(mode="json", exclude_none=True, exclude={"readings", "gate"})
         self._content["fluid"].pop("material", None)
         self.folder = library / self.trial.folder_name
@@ -61,14 +61,15 @@ class Twin:
         self.plan = self._plan([self._planned(1, {}, 0)], dry_run=True)
         sample = self.folder / "samples" / self.plan.runs[0].sample
         self.outline, self.solid = record_files.read_outline(sample), record_files.read_solid(sample)
-        self.sheet = file.parent / held.file
-        self.readings = read_readings(self.sheet, held, self.outline.length_mm, self.solid.depth_mm)
+        self.sheet = file.parent / sheet_settings.file
+        self.readings = read_readings(self.sheet, sheet_settings, self.outline.length_mm, self.solid.depth_mm)
         s_mm = self.readings.s_mm
-        budget = budget_of(self.readings, held, self.trial.uncertainty, mouth_widths_mm(s_mm, self.outline, self.solid))
+        mouth_mm = mouth_widths_mm(s_mm, self.outline, self.solid)
+        budget = budget_of(self.readings, sheet_settings, self.trial.uncertainty, mouth_mm)
         self._unused = budget.unused
         errors_mm = budget.at_stations_mm
         covariance_mm2 = np.cov(errors_mm.T) + JITTER_MM2 * np.eye(len(s_mm))
-        # What is read is the level and the error, whose mean need not be 0.
+        # A reading is the level plus an error, whose mean may differ from 0.
         self.evidence = ReadLevels(s_mm, self.readings.level_mm - errors_mm.mean(axis=0), covariance_mm2)
 
     @property
@@ -80,55 +81,55 @@ class Twin:
         return self.trial.solver.for_crack(self.outline.mean_width_mm).size_mm
 
     def measured(self, name: str) -> tuple[float, float] | None:
-        """Return a setting's value and standard uncertainty, where both are known."""
-        known = self.trial.uncertainty.with_sample(self.outline.width_doubt_mm, self.solid.figures.weighed)
+        """Return a setting's value and standard uncertainty; None unless the trial has both."""
+        declared = self.trial.uncertainty.with_sample(self.outline.width_doubt_mm, self.solid.figures.weighed)
         table, _, key = name.rpartition(".")
         value = self._content.get(table, {}).get(key)
         if isinstance(value, list) and name == "path.trim_mm":
             value = value[self.trial.path.reverse]
         if not isinstance(value, int | float) or isinstance(value, bool):
             return None
-        if name == "fluid.viscosity_pa_s" and known.viscosity_percent is not None:
-            return value, value * known.viscosity_percent / 100
-        standard = getattr(known, MEASURED[name]) if name in MEASURED else None
+        if name == "fluid.viscosity_pa_s" and declared.viscosity_percent is not None:
+            return value, value * declared.viscosity_percent / 100
+        standard = getattr(declared, MEASURED[name]) if name in MEASURED else None
         return None if standard is None else (float(value), standard)
 
     def require(self, frees: Sequence[Free]) -> None:
-        """Raise InputError where an end of a range cannot be a setting of this trial."""
+        """Raise InputError if an end of a range is out of bounds for this trial."""
         for free in frees:
             for end in (free.low, free.high):
                 self._planned(1, {free.name: end}, 0)
 
     def run(self, wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
-        """Make the runs that are not made; return the levels at the stations, None without a result to trust."""
+        """Compute the runs that are not done; return the levels at the stations, None for a run that is not used."""
         planned = [self._planned(number, *one) for number, one in enumerate(wanted, start=1)]
         self.plan = self._plan(planned)
         runs = {run.number: run for run in self.plan.runs}
         return [self._level_mm(runs[one.number]) for one in planned]
 
     def unused(self) -> list[tuple[int, str]]:
-        """Return number and reason of each run that has no result to trust."""
-        told = []
+        """Return number and reason of each run that is not used."""
+        reasons = []
         for run in self.plan.runs:
             if run.state == "failed":
-                told.append((run.number, run.reason or "failed"))
+                reasons.append((run.number, run.reason or "failed"))
             elif run.figures is not None and not kept_volume(run.figures.volume_ratio):
-                told.append((run.number, f"its volume is off by over 5 % (ratio {run.figures.volume_ratio:.3f})"))
-        return told
+                reasons.append((run.number, f"its volume is off by over 5 % (ratio {run.figures.volume_ratio:.3f})"))
+        return reasons
 
     @property
     def stations(self) -> int:
-        """Number of stations over the crack."""
+        """Number of stations within the length of the crack."""
         return int(are_compared(self.readings, 0.0, self.outline.length_mm).sum())
 
     @property
     def fluid_warnings(self) -> list[str]:
-        """Sentences on what is not sound of the fluids of its runs."""
+        """Warnings about the fluid of its runs."""
         return [f"{self.name}: {sentence}" for sentence in study_folder.fluid_warnings(self.plan.runs)]
 
     @property
     def warnings(self) -> list[str]:
-        """These sentences, and those on declared errors that the readings contradict."""
+        """All warnings: on the fluid, and on declared errors that the readings contradict."""
         return [*self.fluid_warnings, *(f"{self.name}: {sentence}" for sentence in self._unused)]
 
     def health(self, number: int) -> RunHealth:
@@ -160,10 +161,10 @@ def _fit_to_calibrate(file: Path, trial: Trial) -> Readings:
     if trial.fluid is None:
         raise InputError(f"{file}: no [fluid] table; give viscosity_pa_s, or U and D_cm.")
     if trial.readings is None:
-        raise InputError(f"{file}: no [readings]; a calibration, and its check, need a sheet of readings.")
+        raise InputError(f"{file}: no [readings]; a calibration, and a check of one, need a sheet of readings.")
     if not trial.solver.has_particles:
         raise InputError(
-            f'{file}: solver.model is "{trial.solver.model}"; a calibration is of particles. Take "particles".'
+            f'{file}: solver.model is "{trial.solver.model}"; a calibration needs particles. Set it to "particles".'
         )
     require_sample(trial, file.parent)
     check_sheet(file.parent / trial.readings.file)

@@ -22,11 +22,11 @@ MOST_NAMED = 8  # Failed runs in the text of an answer; all of them are in the t
 def compare(
     command: Command,
     folders: Annotated[list[Path], argument("RUN RUN ...", "Run folders, 2 to 28.")],
-    out: Annotated[Path, option("Where the page goes.", "DIR")] = Path("reports", "compare"),
+    out: Annotated[Path, option("Folder of the page.", "DIR")] = Path("reports", "compare"),
 ) -> None:
-    """Put runs side by side: settings and stage numbers that differ, levels and errors in one plot, held-out trials.
+    """Compare runs: settings and stage numbers that differ, levels and errors in one plot, held-out trials.
 
-    Replicates, which have the same settings and readings of their own, also get the area validation metric.
+    Replicates, which have equal settings and their own readings, also get the area validation metric.
 
     Example: sealtwin compare reports/paper-trial reports/paper-trial-lean
     """
@@ -44,24 +44,22 @@ def map(
     folder: Annotated[Path, argument("STUDY", "The folder of a sweep.")],
     caliper: Annotated[
         File,
-        option(
-            "Readings to hold the runs against, written as those of the study's trial are; default: those.", "SHEET"
-        ),
+        option("Readings to compare with, in the format of the study's own sheet; default: that sheet.", "SHEET"),
     ] = None,
     data: Annotated[
         Literal["measured", "reconstructed", "synthetic"] | None,
-        option("Where the readings of another sheet come from."),
+        option("Origin of the readings of another sheet."),
     ] = None,
-    out: Annotated[File, option("Where the page goes; default: STUDY/map.", "DIR")] = None,
+    out: Annotated[File, option("Folder of the page; default: STUDY/map.", "DIR")] = None,
     any_volume: Annotated[
-        bool, flag("--any-volume", 'Map runs whose volume is off by over 5 % too, as those of preset "paper".')
+        bool, flag("--any-volume", 'Map runs whose volume is off by over 5 % too, as with preset "paper".')
     ] = False,
-    fills: Annotated[bool, option("Compute some nine runs once more, to draw how they fill.")] = True,
+    fills: Annotated[bool, option("Compute about nine runs again, to draw how they fill.")] = True,
 ) -> None:
-    """Draw a study of two settings as the paper draws its own: levels, map of the error, influences, fills, cost.
+    """Draw a study of two settings like the paper's figures: levels, map of the error, influences, fills, cost.
 
-    It says which pair is nearest to the readings, how many others come as near, and which runs are not in it and why.
-    A page, single SVG files, and their numbers as CSV.
+    Reports the pair with the least error, the pairs that fit equally well, and the excluded runs with reasons. Writes a
+    page, single SVG files, and their numbers as CSV.
 
     Example: sealtwin map reports/paper-132 --caliper fixtures/paper-trial/caliper.csv
     """
@@ -77,7 +75,7 @@ def map(
     command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
-LAUNCH = 256  # Runs of the paper's size in one launch on a GPU: 2 GB of its memory, 6 if nothing freezes
+LAUNCH = 256  # Runs in one launch on a GPU: at the paper's size they take 2 GB of its memory, 6 if nothing freezes
 
 
 @answers(device=True)
@@ -97,7 +95,7 @@ def sweep(
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
     batch: Annotated[
         int | None,
-        count_option(f"Runs in one launch that differ in the fluid alone; default: 1, {LAUNCH} on a GPU.", 1, 4096),
+        count_option(f"Runs in one launch that differ only in the fluid; default: 1, {LAUNCH} on a GPU.", 1, 4096),
     ] = None,
     scheduler: Annotated[
         Text,
@@ -107,17 +105,17 @@ def sweep(
         ),
     ] = None,
     shard: Annotated[
-        Text, option("Compute only the I-th of N parts of the study, into a folder of its own.", "I/N")
+        Text, option("Compute only the I-th of N parts of the study, in a separate folder.", "I/N")
     ] = None,
     keep_runs: Annotated[bool, flag("--keep-runs", "Keep the particles of each run too.")] = False,
-    retry: Annotated[bool, flag("--retry", "Compute runs once more that failed.")] = False,
-    dry_run: Annotated[bool, flag("--dry-run", "Check all settings, digitise, estimate; inject nothing.")] = False,
+    retry: Annotated[bool, flag("--retry", "Compute failed runs again.")] = False,
+    dry_run: Annotated[bool, flag("--dry-run", "Check all settings, digitise and estimate; compute no run.")] = False,
     example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
 ) -> None:
-    """Run a trial many times with other settings: a grid, a list or a Latin hypercube, on all cores.
+    """Run a trial many times with different settings: a grid, a list or a Latin hypercube, on all cores.
 
-    Finished runs are kept: killed or interrupted, the same command computes what is left. A failed run is named, with
-    its reason.
+    Finished runs are not computed again: after a kill or an interruption the same command computes the rest. A failed
+    run is reported with its reason.
 
     Examples: sealtwin sweep fixtures/paper-trial/study-paper.toml --dry-run
 
@@ -127,7 +125,7 @@ def sweep(
     """
     if example is not None:
         if targets:
-            raise typer.BadParameter("--example beside a study: it only writes a study file to start from")
+            raise typer.BadParameter("--example with a study: it only writes a study file to start from")
         from sealtwin.trial.starter_files import write_example_study
 
         write_example_study(example)
@@ -141,8 +139,8 @@ def sweep(
     if verb == "status":
         if len(targets) != 2:
             raise typer.BadParameter("status: give the folder of one sweep")
-        found = sweeps.status(targets[1])
-        command.reply(Answer(found, swept_lines(found)))
+        state = sweeps.status(targets[1])
+        command.reply(Answer(state, swept_lines(state)))
         return
     if verb == "merge":
         if len(targets) < 2 or out is None:
@@ -270,7 +268,7 @@ def _ranges(given: list[str]) -> dict[str, tuple[float, float]]:
 
 
 def swept_lines(swept: dict[str, Any]) -> list[str]:
-    """Return the lines that a person reads of a sweep, from its --json object."""
+    """Return the lines to print for a sweep, from its --json object."""
     from sealtwin.core.progress import in_words
 
     runs, total, best = swept["runs"], swept["runs_of_study"], swept["best"]
@@ -280,35 +278,35 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
         lines.append(f"These are {len(runs)} of the study's {total} runs; 'sealtwin sweep merge' joins its shards.")
     lines += swept["other_versions"]
     if swept["computed_by"]:
-        left = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"
-        lines.append(f"Computed by {swept['computed_by']}{left}.")
+        rest = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"
+        lines.append(f"Computed by {swept['computed_by']}{rest}.")
     elif swept["states"]["waiting"]:
-        lines.append("No process computes it now; the same command computes what is left.")
+        lines.append("No process computes it now; the same command computes the remaining runs.")
     if swept["screening"]:
         lines.append(swept["screening"])
     lines += swept["fluid_warnings"]
     if best is not None:
         lines.append(
-            f"Nearest to the readings: run {best['number']} ({_said(best['settings'])}), "
+            f"Nearest to the readings: run {best['number']} ({_listed(best['settings'])}), "
             f"{best['mean_error_mm']:.2f} mm on average."
         )
         if best["against_baselines"] is not None:
             lines.append(best["against_baselines"])
     if unranked := swept["not_ranked"]:
-        which = ", ".join(f"{run['number']} ({run['volume_ratio']:.3f})" for run in unranked[:MOST_NAMED])
+        which = ", ".join(f"{run['number']} (ratio {run['volume_ratio']:.3f})" for run in unranked[:MOST_NAMED])
         more = f" and {len(unranked) - MOST_NAMED} more" if len(unranked) > MOST_NAMED else ""
-        lines.append(f"In no ranking, since the settled volume is off by over 5 %: run {which}{more}.")
+        lines.append(f"Not ranked, as the settled volume is off by over 5 %: run {which}{more}.")
     failed = [run for run in runs if run["state"] == "failed"]
     for run in failed[:MOST_NAMED]:
         settings = {name: value for name, value in run.items() if name == "seed" or "." in name}
-        lines.append(f"failed: run {run['number']} ({_said(settings)}): {run['reason']}")
+        lines.append(f"failed: run {run['number']} ({_listed(settings)}): {run['reason']}")
     if len(failed) > MOST_NAMED:
         lines.append(f"failed: and {len(failed) - MOST_NAMED} more.")
     return [*lines, f"Folder: {swept['folder']}"]
 
 
 def mapped_lines(mapped: "Mapped") -> list[str]:
-    """Return the lines that a person reads of a map."""
+    """Return the lines to print for a map."""
     chart, best = mapped.chart, mapped.chart.best
     return [
         *mapped.sheet.cautions,
@@ -322,7 +320,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
 
 
 def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
-    """Return the lines that a person reads of runs side by side."""
+    """Return the lines to print for a comparison."""
     from validate.figures.side_by_side import setting_words
 
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
@@ -331,7 +329,7 @@ def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
     return [*sheet.cautions, sheet.finding, *lines, f"Page: {content['page']}"]
 
 
-def _said(settings: dict[str, Any]) -> str:
+def _listed(settings: dict[str, Any]) -> str:
     from validate.figures.side_by_side import setting_words
 
     return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())

@@ -268,8 +268,9 @@ def as_record(
 ) -> Kind:
     """Return a JSON text as a record. Raises InputError as ``read_record``, naming ``where``."""
     try:
-        # A field of any value takes NaN and infinity, which the other reading refuses.
-        record, _ = _adapter(kind).validate_json(text, strict=strict), files.parse_json(text)
+        record: Kind = _adapter(kind).validate_json(text, strict=strict)
+        # A field of any value takes NaN and infinity, which this reading refuses.
+        files.parse_json(text)
         return record
     except ValidationError as faults:
         fault = faults.errors()[0]

@@ -120,7 +120,7 @@ def _checked(
     planned = [PlannedPhoto(place / name / TRIAL, f"{name}/{RUN}", {}) for name in tried]
     if not planned:
         return Batch(place), []
-    batch = digitise_many(planned, place, progress, jobs, missed, held=True)
+    batch = digitise_many(planned, place, progress, jobs, missed, locked=True)
     progress.start(f"Checking {len(batch.rows)} trials", len(batch.rows))
     faults = list[CatalogueFault]()
     for number, row in enumerate(batch.rows, start=1):

@@ -1,1 +1,1 @@
-"""Many runs of a trial, or many photos, and what they say together."""
+"""Studies: a trial that is computed many times with other settings, and comparisons of runs."""

@@ -1,4 +1,4 @@
-"""The fast model on inputs drawn from their uncertainties: runs in parts, of which a kill loses those at work."""
+"""Runs of the fast model on inputs drawn from their uncertainties, saved in parts so that a kill loses only a few."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,30 +19,29 @@ from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
 PART = 50  # Runs in a part
 COARSER = 2
-"""Steps of time of the fast model in one step here: what longer ones do to a level, they do to both of a difference."""
-PLACES = 121  # Twice the cells of the fast model and one: nothing finer is in its level
-
-
+"""Time steps of the fast model that one step here replaces: the error of longer steps cancels in a difference."""
+PLACES = 121  # Places of a level: twice the cells of the fast model and one, which resolves all of its level
 AGAIN = "Delete it, and give the same command again."
 
 
 class Drawn(RootModel[Numbers]):
-    """Levels of a part's runs, (runs, PLACES)."""
+    """Levels of the runs of a part, (runs, PLACES)."""
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
 
 def takes_draws(base: Base) -> bool:
-    """Return True if the fast model moves the inputs: if it is declared, makes the level, or the case is in its domain.
+    """Return True if the fast model runs the moved inputs.
 
-    Raises InputError if particles are declared beside a level by the fast model.
+    It does if the trial declares it, if it computes the level, or by default if the case is in its domain. Raises
+    InputError if the trial declares particles, and the fast model for the level.
     """
     declared, solver = base.trial.uncertainty.differences, base.trial.solver
     if not solver.has_particles:
         if declared == PARTICLES:
             raise InputError(
-                f'{base.path / "trial.toml"}: uncertainty.differences = "{declared}" beside solver.model = '
-                f'"{solver.model}": the differences are of the model that makes the level. Leave it out.'
+                f'{base.path / "trial.toml"}: uncertainty.differences = "{declared}" with solver.model = '
+                f'"{solver.model}": the model of the level also computes the differences. Leave it out.'
             )
         return True
     if declared is not None:
@@ -50,11 +49,11 @@ def takes_draws(base: Base) -> bool:
     try:
         return not unfit_for(base)
     except InputError:
-        return False  # A paste that the fast model does not know.
+        return False  # The fast model does not support the paste.
 
 
 def unfit_for(base: Base) -> tuple[str, ...]:
-    """Return why the fast model is unfit for a trial. Raises InputError for a paste that it does not know."""
+    """Return reasons why the fast model is unfit for a trial. Raises InputError if it does not support the paste."""
     from simulate.slot.run import pour
 
     trial = base.trial
@@ -62,10 +61,10 @@ def unfit_for(base: Base) -> tuple[str, ...]:
 
 
 def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RUNS) -> InputDraws:
-    """Run the fast model on the inputs as they are and on all draws; ``folder`` keeps the parts that are done.
+    """Run the fast model on the inputs as they are and on all draws; finished parts are files in ``folder``.
 
     Raises:
-        InputError: The fast model does not know the paste, or an input cannot be moved as far as it is drawn.
+        InputError: The fast model does not support the paste, or an input cannot be moved as far as a draw moves it.
         NumericalError: Memory ran out.
     """
     refuse_immovable(base)
@@ -78,7 +77,7 @@ def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RU
     tasks = ((path, (base, part, s_mm)) for path, part in waiting.items())
     for done, (path, levels_mm) in enumerate(run_tasks(levels_of, tasks, min(jobs, len(waiting))), start=1):
         if isinstance(levels_mm, Lost):
-            raise NumericalError(f"{folder}: {levels_mm.reason}. The same command computes what is left.")
+            raise NumericalError(f"{folder}: {levels_mm.reason}. The same command computes the remaining runs.")
         if isinstance(levels_mm, str):
             raise InputError(levels_mm)
         files.write_json(path, levels_mm)
@@ -89,26 +88,28 @@ def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RU
 
 
 def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Floats | str:
-    """Return the levels of some runs, (runs, k); the sentence of an input that cannot be moved so far."""
+    """Return the levels of some runs, (runs, k), or an error message if an input cannot be moved so far."""
     levels_mm = []
     for steps in moves:
         try:
             levels_mm.append(level_of(base, steps, s_mm))
         except InputError as fault:
-            told = ", ".join(f"{name} {step:+.3g}" for name, step in steps.items())
-            return f'{fault} One of the draws cannot be ({told}); uncertainty.differences = "particles" draws none.'
+            moves_text = ", ".join(f"{name} {step:+.3g}" for name, step in steps.items())
+            return (
+                f'{fault} A draw is out of range ({moves_text}); uncertainty.differences = "particles" needs no draws.'
+            )
     return np.array(levels_mm)
 
 
 def _read_levels(path: Path, runs: int) -> Floats:
     levels_mm = read_record(Drawn, path, AGAIN).root
     if levels_mm.shape != (runs, PLACES):
-        raise InputError(f"{path}: {levels_mm.shape} levels, where {runs} runs have {PLACES} each. {AGAIN}")
+        raise InputError(f"{path}: has {levels_mm.shape} levels, expected {runs} runs of {PLACES} each. {AGAIN}")
     return levels_mm
 
 
 def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
-    """Return the level by the fast model with inputs moved. Raises InputError for an input that cannot be."""
+    """Return the level by the fast model with inputs moved. Raises InputError for an input out of range."""
     from simulate.slot.fill import STEPS, fill
     from simulate.slot.run import paste_of
 
@@ -120,9 +121,9 @@ def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
 
 
 def _steps(base: Base, z: dict[str, float]) -> dict[str, float]:
-    """Return how far each input is moved, ``z`` standard uncertainties of it.
+    """Return how far each input is moved; ``z`` counts its standard uncertainties.
 
-    A viscosity is drawn in its logarithm, and nothing below a yield stress or an angle of 0.
+    The logarithm of a viscosity is drawn; a yield stress and a wall angle are not moved below 0.
     """
     inputs, trial = base.inputs, base.trial
     steps = {name: value * inputs[name] for name, value in z.items()}

@@ -1,4 +1,4 @@
-"""Estimates of the time, memory and disk that a study takes, by a model that finished runs correct."""
+"""Estimates of the time, memory and disk space of a study, by a model that is corrected by finished runs."""
 
 import heapq
 from collections.abc import Iterable, Sequence
@@ -17,53 +17,53 @@ if TYPE_CHECKING:
     from simulate.setup.release_schedule import Schedule
 
 SETUP_S = 0.2
-"""Walls, distances and reading the profile, on a core of the machine that the README names; so is the next."""
-FAST_S = 0.2  # A run of the fast model
-PARTICLE_S = 2e-6  # A moving particle's part of a substep
+"""Time for walls, distances and the profile, on one core of the machine of docs/accuracy.md; so are the next two."""
+FAST_S = 0.2  # Time of a run of the fast model
+PARTICLE_S = 2e-6  # Time of one moving particle in one substep
 PROCESS_BYTES = 300e6  # Python and its libraries, in a process that has done some runs
 WALLS_BYTES = 18e3
-"""Distance grid and wall particles, per particle: both get finer with it. 270 and 115 MB at radii of 0.4 and 0.6 mm."""
-PARTICLE_BYTES = 240.0  # Position, velocity and age, the search's sorting, and its part of the cells
+"""Distance grid and wall particles, for each particle: 270 and 115 MB at radii of 0.4 and 0.6 mm."""
+PARTICLE_BYTES = 240.0  # Position, velocity, age, sorting for the neighbour search and a share of its cells
 MOVER_BYTES = 1810.0
-"""A moving particle's lists of 224 neighbours of 4 bytes, the links of its 128 pairs of 6 bytes, and work space."""
-ALIKE = 0.1  # Largest difference of two runs' expected times, as a share, at which they count as of one size
-OVERDUE = 0.1  # Share of its time so far that a run which takes longer than expected is expected to take yet
+"""A moving particle's list of 224 neighbours of 4 bytes, 128 pairs of 6 bytes, and work space."""
+ALIKE = 0.1  # Runs whose expected times differ by less than this share count as of one size
+OVERDUE = 0.1  # A run that takes longer than expected is expected to take this share of its time so far in addition
 RUN_BYTES = 25e3  # Files of a run without its particles
-PARTICLE_ROW_BYTES = 75  # A line of particles.csv
+PARTICLE_ROW_BYTES = 75  # One line of particles.csv
 
 
 @dataclass(frozen=True)
 class RunSize:
-    """The size of a run, known before it starts."""
+    """The size of a run, computed before it starts."""
 
     particles: int
-    moving: int  # Largest number that move at the same time
+    moving: int  # Largest number of particles that move at the same time
     work_s: float  # Computing time on one core, by the model
-    substeps: int = 0  # Of a frame; runs of one launch share them
+    substeps: int = 0  # Substeps per frame, equal in all runs of one launch
 
     @property
     def bytes(self) -> float:
-        """The memory of its arrays on the device, for each such run in a launch."""
+        """Memory of its arrays on the device; each run of a launch adds as much."""
         return self.particles * PARTICLE_BYTES + self.moving * MOVER_BYTES
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """The resources that the waiting runs of a study take."""
+    """The resources that the waiting runs of a study need."""
 
     runs: int
-    time_s: float  # Time until the last is finished
-    processor_s: float  # Computing time of all of them
-    measured: bool  # True if finished runs have corrected the model, which alone may be off by a factor of three
-    memory_bytes: float  # Memory of all processes together
+    time_s: float  # Time until the last one is finished
+    processor_s: float  # Computing time of all runs
+    measured: bool  # True if finished runs have corrected the model, which by itself may be off by a factor of three
+    memory_bytes: float  # Memory of all processes
     disk_bytes: float
 
     @property
     def sentence(self) -> str:
         basis = "by the runs that are done" if self.measured else "by a model; the first runs will correct it"
         return (
-            f"{self.runs} runs are left: about {in_words(self.time_s)}, {in_words(self.processor_s)} of computing time "
-            f"({basis}), {self.memory_bytes / 1e9:.1f} GB of memory, {self.disk_bytes / 1e6:.1f} MB on disk."
+            f"{self.runs} runs to compute: about {in_words(self.time_s)}, {in_words(self.processor_s)} of computing "
+            f"time ({basis}), {self.memory_bytes / 1e9:.1f} GB of memory, {self.disk_bytes / 1e6:.1f} MB on disk."
         )
 
 
@@ -107,14 +107,14 @@ def _releases(trial: Trial, sample: Sample) -> "Schedule":
 
 @lru_cache(maxsize=8)
 def _schedule(sample: Sample, radius_mm: float, nozzle_mm: float, seed: int) -> "Schedule":
-    """Return the plan of a run's releases, which runs that differ in their fluids alone share."""
+    """Return the release schedule of a run. It is cached, since runs that differ only in the fluid have the same."""
     from simulate.setup.release_schedule import plan_releases
 
     return plan_releases(sample.trajectory, radius_mm, nozzle_mm, seed)
 
 
 Timing = tuple[float, float]
-"""Computing time of a run by the model and as it was, in seconds."""
+"""Computing time of a finished run by the model, and as measured, in seconds."""
 
 
 def estimate(
@@ -126,18 +126,18 @@ def estimate(
     keep_runs: bool,
     timings: Sequence[Timing] = (),
 ) -> Estimate:
-    """Estimate what the waiting runs among ``runs`` take with ``jobs`` processes; ``timings`` are of other runs."""
-    left = [run for run in runs if run.state == "waiting"]
-    jobs, batch = (max(1, min(most, len(left))) for most in (jobs, batch))
+    """Estimate what the waiting runs among ``runs`` need with ``jobs`` processes; ``timings`` are of other runs."""
+    waiting = [run for run in runs if run.state == "waiting"]
+    jobs, batch = (max(1, min(most, len(waiting))) for most in (jobs, batch))
     timed = [*timings, *timings_of(runs)]
-    expected_s = [expected_time(run.work_s, timed) for run in left]
+    expected_s = [expected_time(run.work_s, timed) for run in waiting]
     return Estimate(
-        runs=len(left),
+        runs=len(waiting),
         time_s=time_of_all(expected_s, [0.0] * jobs),
         processor_s=sum(expected_s),
         measured=bool(timed),
         memory_bytes=jobs * (PROCESS_BYTES + largest.particles * WALLS_BYTES + batch * largest.bytes),
-        disk_bytes=len(left) * (RUN_BYTES + keep_runs * largest.particles * PARTICLE_ROW_BYTES),
+        disk_bytes=len(waiting) * (RUN_BYTES + keep_runs * largest.particles * PARTICLE_ROW_BYTES),
     )
 
 
@@ -146,9 +146,9 @@ def timings_of(runs: Iterable[StudyRun]) -> list[Timing]:
 
 
 def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
-    """Return the time of a run of ``work_s`` by the model, which the finished runs nearest to it in size correct.
+    """Return the expected time of a run: ``work_s`` of the model, corrected by finished runs of the nearest size.
 
-    A smaller radius costs far more, and not quite as the model says: runs of the same size know best.
+    Runs of about the same size are used, since the model's error depends on the particle radius.
     """
     if not timings:
         return work_s
@@ -158,7 +158,7 @@ def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
 
 
 def time_of_all(waiting_s: Iterable[float], busy_s: Sequence[float]) -> float:
-    """Return the time until tasks of ``waiting_s`` are finished, in that order, by processes busy for ``busy_s``."""
+    """Return the time until tasks of ``waiting_s``, started in order, end on processes busy for ``busy_s``."""
     free = [*busy_s]
     heapq.heapify(free)
     for task_s in waiting_s:
@@ -167,23 +167,23 @@ def time_of_all(waiting_s: Iterable[float], busy_s: Sequence[float]) -> float:
 
 
 class Forecast:
-    """The time that the launches of a study still take while they are computed."""
+    """The remaining time of the launches of a study, while they are computed."""
 
     def __init__(self, jobs: int, timings: Sequence[Timing]) -> None:
         self._jobs, self._timings = max(1, jobs), [*timings]
         self._begun: dict[str, float] = {}
 
     def begin(self, key: str, now_s: float) -> None:
-        """Note that a launch begins, named by its first run."""
+        """Record that a launch begins; ``key`` is its first run's."""
         self._begun[key] = now_s
 
     def finish(self, key: str, runs: Iterable[StudyRun]) -> None:
-        """Note that a launch has ended, with its runs and their outcomes."""
+        """Record that a launch has ended, with the outcomes of its runs."""
         self._begun.pop(key, None)
         self._timings += timings_of(runs)
 
     def left_s(self, groups: Iterable[Sequence[StudyRun]], now_s: float) -> float:
-        """Return the time that ``groups``, begun or waiting, still take."""
+        """Return the remaining time of the launches ``groups``, begun or waiting."""
         busy_s, waiting_s = list[float](), list[float]()
         for group in groups:
             expected_s = sum(expected_time(run.work_s, self._timings) for run in group)
@@ -200,12 +200,12 @@ def require_disk(expected: Estimate, free_bytes: float, folder: str) -> None:
     if expected.disk_bytes > free_bytes:
         raise InputError(
             f"{folder}: {free_bytes / 1e6:.0f} MB are free there, the results need {expected.disk_bytes / 1e6:.0f} MB. "
-            "Give --out another disk, or leave out --keep-runs."
+            "Set --out to another disk, or leave out --keep-runs."
         )
 
 
 def require_memory(expected: Estimate, free_bytes: float, device: str, batch: int) -> None:
-    """Raises InputError if a launch of ``batch`` runs does not fit a GPU."""
+    """Raises InputError if a launch of ``batch`` runs does not fit into the memory of a GPU."""
     if expected.memory_bytes > free_bytes:
         raise InputError(
             f"--batch {batch}: that many runs in one launch need {expected.memory_bytes / 1e9:.1f} GB, "

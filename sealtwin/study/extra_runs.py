@@ -1,7 +1,7 @@
-"""The extra runs that give a simulated level its uncertainty: three of each particle size, and inputs moved.
+"""Extra runs for the uncertainty of a simulated level: three of each particle size, and runs with inputs moved.
 
-Particles move inputs by a design, the fast model by draws. Both are kept in RUN/uncertainty, a folder like that of a
-sweep, and computed once: after a kill the same command computes what is left.
+With particles a design moves the inputs, with the fast model random draws do. Results are written to RUN/uncertainty, a
+folder like a sweep's, and computed once: after a kill the same command computes the remaining runs.
 """
 
 import shutil
@@ -32,33 +32,34 @@ from validate.uncertainty.computed import RUNS, Effect, InputDraws, SizeRuns, Sp
 from validate.wording.of_runs import sentences_of_runs
 
 RATIO = 1.3
-"""Ratio of neighbouring particle sizes, the least that Celik et al. 2008 recommend: a finer run costs four times as
-much, and a coarser one soon has too few particles abreast."""
+"""Ratio of neighbouring particle sizes, the least that Celik et al. 2008 recommend: a larger ratio would make the finer
+runs dear (they cost four times as much already) and leave the coarser ones too few particles abreast."""
 REPLICATES = 3
-"""Runs of each particle size, which differ in seed. With two, the error has Student's t of 4 instead of 7 degrees of
-freedom and sqrt(3/2) times the noise: its interval is 1.4 times wider."""
+"""Runs of each particle size, with different seeds. With two the error would have 4 instead of 7 degrees of freedom and
+sqrt(3/2) times the noise: an interval 1.4 times as wide."""
 SEEDS = 2**31  # Number of seeds that a trial may have
-A_LITTLE = 0.1  # Of its uncertainty, by which each input is moved in the run that is timed
+A_LITTLE = 0.1  # Share of its standard uncertainty by which each input is moved in the timed run
 
 
 _Variant = tuple[dict[str, float], Trial, Sample]
-"""Settings of an extra run that differ from the trial, the particle size or the steps of its inputs; and its own."""
+"""An extra run: settings that differ from the trial's (particle size and seed, or steps of inputs), its trial, its
+sample."""
 
 
 def vary(job: Job) -> bool:
-    """Bring RUN/uncertainty.json up to date, and return True if anything was computed.
+    """Bring RUN/uncertainty.json up to date; return True if anything was computed.
 
     Raises:
-        InputError: The trial's run is not finished, or was computed by other stage numbers than extra runs would be;
-            or an input cannot be varied as declared.
-        NumericalError: An extra run failed; it is named, and the same command tries it again.
+        InputError: The trial's run is not finished, or other stage numbers than this version's computed it; or an input
+            cannot be varied as declared.
+        NumericalError: An extra run failed. The message names it, and the same command tries it again.
     """
     from simulate.device import choose_device
 
     inputs = {**made_by(job, "digitise", DIGITISED), **made_by(job, "simulate", ("particles.csv", "profile.csv"))}
     if other := job.other_numbers("simulate"):
         raise InputError(
-            f"{job.path}: its level was computed by {other}, and extra runs would be of another solver than it. Run "
+            f"{job.path}: its level was computed by {other}, so extra runs would come from another solver. Run "
             f"'sealtwin run TRIAL --out {job.path}' first."
         )
     base, settings = Base.of(job), varied_settings(job.trial)
@@ -73,11 +74,11 @@ def vary(job: Job) -> bool:
     if not (particles or drawn):
         raise InputError(
             f"{job.path / 'trial.toml'}: [uncertainty] declares no input, such as volume_ml, and the fast model has no "
-            "numerics to assess. Declare one, or leave --uncertainty out."
+            "numerical error to assess. Declare an input, or leave --uncertainty out."
         )
     began, folder = time.monotonic(), job.path / UNCERTAINTY
     folder.mkdir(exist_ok=True)
-    # Before the particles: seconds, and an input that cannot be moved is refused before minutes are spent.
+    # Draws take seconds: an input that cannot be moved is refused before particles run for minutes.
     draws = draw(base, folder / f"drawn-{key[:12]}", cores(), job.progress) if drawn else None
     drew_s = time.monotonic() - began
     runs = _compute(base, folder, device, inputs, job.progress, designed=not drawn) if particles else []
@@ -86,13 +87,13 @@ def vary(job: Job) -> bool:
     files.write_json(job.path / SPREAD, spread.content())
     wall_s = drew_s + sum(run.wall_s or 0.0 for run in runs)
     job.folder.record(UNCERTAINTY, key, settings, inputs, [SPREAD], wall_s, numbers=numbers)
-    for done in folder.glob("drawn-*"):
-        shutil.rmtree(done)
+    for parts in folder.glob("drawn-*"):
+        shutil.rmtree(parts)
     return True
 
 
 def time_of_extra_runs(job: Job) -> str:
-    """Return the time in words: that of the trial's own run, by how much more the model takes for the others."""
+    """Return the time of the extra runs in words, scaled by the model from the trial's own run; empty if unknown."""
     base = Base.of(job)
     trial, run = base.trial, base.run
     drawn = bool(base.inputs) and takes_draws(base)
@@ -112,10 +113,10 @@ def time_of_extra_runs(job: Job) -> str:
         try:
             sizes.append(size_of(trial.model_copy(update={"solver": solver}), base.sample))
         except InputError:
-            # Particles so small are too many, or its sealant is too stiff in them: 'sealtwin validate' says which.
+            # There are too many particles, or the sealant is too stiff for them; 'sealtwin validate' reports which.
             return ""
         runs += [replace(waiting, work_s=sizes[-1].work_s)] * number
-    # One of the trial's own size is done.
+    # One run of the trial's own size is done.
     wall_s = job.folder.manifest["stages"]["simulate"]["wall_time_s"]
     runs[REPLICATES] = replace(runs[REPLICATES], state="done", wall_s=wall_s)
     jobs = cores() if run.device.startswith("CPU") else 1
@@ -123,7 +124,7 @@ def time_of_extra_runs(job: Job) -> str:
 
 
 def _time_of_a_draw_s(base: Base) -> float:
-    """Run the fast model once with its inputs moved, and time it."""
+    """Time one run of the fast model with its inputs moved."""
     began_s = time.perf_counter()
     level_of(base, {name: A_LITTLE * by for name, by in base.inputs.items()}, np.linspace(0.0, 1.0, PLACES))
     return time.perf_counter() - began_s
@@ -132,7 +133,7 @@ def _time_of_a_draw_s(base: Base) -> float:
 def _compute(
     base: Base, folder: Path, device: str, inputs: Mapping[str, str], progress: Progress, *, designed: bool
 ) -> list[study_folder.StudyRun]:
-    """Compute the runs of particles that are not done yet, and return all. Raises NumericalError if one failed."""
+    """Compute the particle runs that are not done yet, and return all. Raises NumericalError if one failed."""
     variants = _variants(base, designed=designed)
     if study_folder.holds_study(folder):
         study_folder.remove_temporary_files(folder)
@@ -148,19 +149,19 @@ def _compute(
             progress.warn(f"note: {remark}")
         runs = compute(folder, runs, how, "Extra runs", progress, timings)
     if failed := [run for run in runs if run.state == "failed"]:
-        told = "\n".join(f"{_said(run.settings)}: {run.reason}" for run in failed)
+        reasons = "\n".join(f"{_words_of(run.settings)}: {run.reason}" for run in failed)
         raise NumericalError(
-            f"{folder}: {len(failed)} of {len(runs)} extra runs failed, and without them nothing is said of the "
-            f"uncertainty. The same command tries them again; the others are kept.\n{told}"
+            f"{folder}: {len(failed)} of {len(runs)} extra runs failed, so there is no uncertainty. The same command "
+            f"tries only these again.\n{reasons}"
         )
     return runs
 
 
 def _variants(base: Base, *, designed: bool) -> list[_Variant]:
-    """Return the runs of each size, from the finest, without the trial's own, and then those of the design, if any.
+    """Return the runs of each size from the finest, without the trial's own run, and then those of the design, if any.
 
     The longest come first, so that no process waits long for the last. The design moves each declared input by a
-    standard uncertainty, at the coarser size, which is quick.
+    standard uncertainty, with the coarser particles, which are quick.
     """
     inputs, variants = base.inputs, list[_Variant]()
     for size_mm in _sizes_mm(base):
@@ -183,7 +184,7 @@ def _sizes_mm(base: Base) -> tuple[float, float, float]:
 
 
 def _own_timing(base: Base) -> list[Timing]:
-    """Return how long the trial's own run took, if it is recorded: the extra runs take their time from it at first."""
+    """Return the time of the trial's own run if it was recorded, for the first estimate of the extra runs' time."""
     health = base.run.health
     if health.setup_s is None or health.frames_s is None:
         return []
@@ -191,7 +192,7 @@ def _own_timing(base: Base) -> list[Timing]:
 
 
 def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[str, float]) -> Trial:
-    """Return the trial at another particle size with the same viscosity: U and D depend on radius and frame.
+    """Return the trial at another particle size with the same viscosity, as U and D depend on radius and frame.
 
     Raises InputError if its settings cannot be used.
     """
@@ -204,12 +205,12 @@ def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[s
     changes: dict[str, Any] = {
         "solver.radius_mm": radius_mm,
         **moved_paste(base, steps),
-        # Left out, it follows from the viscosity again.
+        # If unset, it follows from the viscosity again.
         "fluid.D_cm": None if trial.given_fluid.D_cm is None else trial.given_fluid.D_cm * frame_s / health["frame_s"],
     }
     changed = base.changed(changes)
     if trial.given_fluid.U is not None:
-        # A viscosity in physical units would move particles otherwise than the trial's U does (decision 0155).
+        # A viscosity in physical units moves particles differently from the trial's U (decision 0155).
         weight = rheology_of(changed.given_fluid, 4 * radius_mm * CM, frame_s).viscous_weight
         changed = base.changed({**changes, "fluid.U": weight, "fluid.viscosity_pa_s": None})
     return changed.model_copy(update={"readings": None, "gate": None})
@@ -218,7 +219,7 @@ def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[s
 def _runs(
     folder: Path, variants: Sequence[_Variant], device: str, inputs: Mapping[str, str]
 ) -> tuple[list[study_folder.StudyRun], RunSize, list[str]]:
-    """Return the runs, their samples written, the largest size and remarks on the fluids.
+    """Write the samples; return the runs, the largest size and remarks on the fluids.
 
     Raises InputError if particles do not fit a crack.
     """
@@ -228,7 +229,7 @@ def _runs(
             size, remarks[number] = checked_size(trial, sample)
         except InputError as fault:
             raise InputError(
-                f"{folder}: the extra run with {_said(moved)} cannot be: {fault} Extra runs have particles "
+                f"{folder}: the extra run with {_words_of(moved)} is not possible: {fault} Extra runs have particles "
                 f"{RATIO:g} times smaller and larger than the trial's: give the trial another solver.radius_mm."
             ) from None
         sizes.append(size)
@@ -237,7 +238,7 @@ def _runs(
         home = folder / "samples" / name
         if not all((home / file).is_file() for file in DIGITISED):
             record_files.write_sample(home, sample)
-        # A sloping sample has a table of that name.
+        # The settings of a sloping sample have a table "sample" already.
         place = {"sample" if trial.sample.level else "bench": name}
         settings = {**stage_settings(trial, "simulate"), **place, "device": device}
         key = stage_key(inputs, settings, numbers_up_to("simulate"))
@@ -247,8 +248,8 @@ def _runs(
     return runs, largest, sentences_of_runs(remarks, len(runs))
 
 
-def _said(settings: Mapping[str, float]) -> str:
-    """Describe a run by its particle size and what was added to the seed, or by how far its inputs are moved."""
+def _words_of(settings: Mapping[str, float]) -> str:
+    """Describe a run by its particle size and the number added to the seed, or by how far its inputs are moved."""
     return ", ".join(
         f"{name} = {value:g}" if "." in name else f"{name} {value:+g} from the trial's"
         for name, value in settings.items()
@@ -265,9 +266,9 @@ def _spread(base: Base, profiles: Sequence[Profile], draws: InputDraws | None) -
     fine, same, coarse = (SizeRuns(*size) for size in zip(radii_mm, runs_mm, strict=True))
     if not len(designed):
         return Spread(own.s_mm, (fine, same, coarse), (), None, None, draws)
-    found_mm, scatter_mm = effects_of(designed, len(inputs))
+    effects_mm, scatter_mm = effects_of(designed, len(inputs))
     if scatter_mm is None:
-        # Of single runs of this size, of which an effect is the mean of half less that of the other half.
+        # From single runs of this size: an effect is the mean of half of the runs less that of the other half.
         scatter_mm = float(np.sqrt(coarser.var(axis=0, ddof=1).mean() / len(designed)))
-    effects = (Effect(*declared, level_mm) for declared, level_mm in zip(inputs.items(), found_mm, strict=True))
+    effects = (Effect(*declared, level_mm) for declared, level_mm in zip(inputs.items(), effects_mm, strict=True))
     return Spread(own.s_mm, (fine, same, coarse), tuple(effects), scatter_mm, radii_mm[-1])

@@ -1,4 +1,4 @@
-"""A trial with its uncertain inputs moved: crack, path and paste as they would be, were they larger or smaller."""
+"""A trial with its uncertain inputs moved: crack, path and paste for larger or smaller values of them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ OF_THE_PATH = ("speed_mm_s", "start_mm")
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """The run that extra runs are held against, which can be sent to another process."""
+    """The trial's own run, to compare extra runs with. It can be sent to another process."""
 
     path: Path  # Run folder
     trial: Trial
@@ -32,35 +32,35 @@ class Base:
 
     @classmethod
     def of(cls, job: Job) -> "Base":
-        """Read the run of a trial."""
+        """Read a finished run."""
         records = record_files.read_run(job.path), record_files.read_profile(job.path)
         return cls(job.path, job.trial, record_files.read_sample(job.path), *records)
 
     @property
     def inputs(self) -> dict[str, float]:
-        """Standard uncertainty of each input that is moved, by name."""
+        """Standard uncertainty of each moved input, by name."""
         return self.trial.known_inputs(self.sample.outline, self.sample.solid).moved
 
     def changed(self, changes: Mapping[str, Any]) -> Trial:
-        """Return the trial with other settings, by dotted name; None stands for no setting. Raises InputError."""
+        """Return the trial with other settings by dotted name; None unsets one. Raises InputError."""
         where = Path(f"{self.path / 'trial.toml'}, moved by its [uncertainty]")
         return checked(Trial, where, with_settings(self.trial.model_dump(mode="json", exclude_none=True), changes))
 
 
 def refuse_immovable(base: Base) -> None:
-    """Raises InputError for an input that the sample's walls do not have."""
+    """Raises InputError for a declared input that does not apply to this sample or path."""
     crack, outline, inputs = base.trial.crack, base.sample.outline, base.inputs
     walls, width_mm, fault = [name for name in OF_THE_WALLS if name in inputs], inputs.get("width_mm", 0.0), None
     if base.trial.path.plan is not None and (fixed := [name for name in OF_THE_PATH if name in inputs]):
-        fault = f"{', '.join(fixed)}: path.plan gives the path, of which only the volume is moved. Leave it out."
+        fault = f"{', '.join(fixed)}: path.plan sets the path, and only its volume can be uncertain. Leave it out."
     elif walls and crack is None:
-        fault = f"{', '.join(walls)}: the sample is a mesh, whose walls are its own. Leave it out."
+        fault = f"{', '.join(walls)}: the sample is a mesh, whose walls are fixed. Leave it out."
     elif width_mm and outline.branches_kept:
-        fault = "width_mm: side cracks are part of the outline, and only a main crack is widened. Leave it out."
+        fault = "width_mm: the outline has side cracks, and only a main crack can be widened. Leave it out."
     elif width_mm > outline.mean_width_mm / 2:
-        fault = f"width_mm = {width_mm:g}: of a crack {outline.mean_width_mm:.2f} mm wide at most half can be in doubt."
+        fault = f"width_mm = {width_mm:g}: at most half of the crack's mean width, {outline.mean_width_mm:.2f} mm."
     elif crack is not None and crack.tilt == "vertical" and ANGLE in walls:
-        fault = f"{ANGLE}: the walls are vertical. Leave it out, or give crack.tilt a reading that has an angle."
+        fault = f"{ANGLE}: the walls are vertical. Leave it out, or set crack.tilt to one that has an angle."
     if fault is not None:
         raise InputError(f"{base.path / 'trial.toml'}: [uncertainty] {fault}")
 
@@ -68,12 +68,12 @@ def refuse_immovable(base: Base) -> None:
 def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True) -> Sample:
     """Move crack and path of the sample by ``steps``. The path is still planned on the crack as it was traced.
 
-    Without a mesh (``meshed`` false) the solid has moved sections alone, which is all that the fast model takes of it.
+    If ``meshed`` is false, only the sections of the solid are moved; the fast model reads nothing else of it.
     """
     from digitise.trajectory import plan_trajectory
 
     trial, sample = base.trial, base.sample
-    # How far each input is moved; what a weighed fill leaves of width, angle and depth moves together.
+    # After a weighed fill the errors of width, angle and depth are correlated, so the three move together.
     step = dict.fromkeys((*OF_THE_WALLS, "speed_mm_s", "volume_ml"), 0.0) | dict(steps)
     shape, weighed = trial.crack, sample.solid.figures.weighed
     if weighed is not None and shape is not None:
@@ -81,7 +81,7 @@ def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True)
         root, own = np.array(weighed.steps), np.array([step[name] for name in OF_THE_WALLS])
         signs = np.divide(own, root.diagonal(), out=np.zeros(len(own)), where=root.diagonal() > 0)
         step |= dict(zip(OF_THE_WALLS, (root @ signs).tolist(), strict=True))
-        # Beyond upright the walls would have another tilt.
+        # Past vertical the tilt would be another one.
         step[ANGLE] = max(step[ANGLE], -weighed.wall_angle_deg)
     first_mm, last_mm = trial.path.trims_mm
     start_mm = steps.get("start_mm", 0.0)
@@ -118,7 +118,7 @@ def _meshed(sample: Sample, shape: CrackShape, wider_mm: float) -> tuple[Outline
 
 
 def _in_sections(sample: Sample, shape: CrackShape, wider_mm: float) -> tuple[Outline, Solid]:
-    """Move walls and sections alone: ring and mesh take longer than a run of the fast model."""
+    """Move only walls and sections: ring and mesh take longer than a run of the fast model."""
     from digitise.solid.tilt_variants import crack_sections
 
     outline = walls_apart(sample.outline, wider_mm / sample.outline.mean_width_mm)
@@ -127,7 +127,7 @@ def _in_sections(sample: Sample, shape: CrackShape, wider_mm: float) -> tuple[Ou
 
 
 def _fresh_pa_s(base: Base) -> float:
-    """Return the viscosity of the run's sealant in Pa s, or what its U amounts to if U alone is no viscosity."""
+    """Return the viscosity of the run's sealant in Pa s, computed from its U if the run recorded none."""
     from simulate.setup.rheology import dynamic_viscosity
     from simulate.setup.signed_distance import CM
 
@@ -140,12 +140,12 @@ def _fresh_pa_s(base: Base) -> float:
 
 
 def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
-    """Return the settings, by dotted name, of the moved paste in physical units: U depends on radius and frame."""
+    """Return the settings of the moved paste by dotted name, in physical units, since U depends on radius and frame."""
     from simulate.material_curve import MaterialCurve
 
     fluid = base.trial.given_fluid
     thicker = 1 + steps.get("viscosity_percent", 0.0) / 100
-    # Its record is of the measured numbers, not of moved ones.
+    # The material file has the measured numbers, not the moved ones.
     changes: dict[str, Any] = {"fluid.material": None}
     if not isinstance(curve := fluid.curve, MaterialCurve):
         thickness = "fluid.viscosity_pa_s" if fluid.consistency_pa_s_n is None else "fluid.consistency_pa_s_n"

@@ -1,4 +1,4 @@
-"""Many photos in one command: each in a run folder of its own, a table and a contact sheet of all."""
+"""Many photos in one command: a run folder for each, a table and a contact sheet of all."""
 
 import base64
 import glob
@@ -25,11 +25,11 @@ from sealtwin.trial.trial_file import Trial, load_trial, sample_trial
 from validate.readings.samples import named_cells, read_table
 
 BUG, SOME_FAILED = 1, 6
-REMEDY = "the same command digitises what is left; give it fewer --jobs."
-LISTING = "batch.json"  # Marks a folder as a batch's own, and lists it for programs
+REMEDY = "the same command digitises the remaining photos; give it fewer --jobs."
+LISTING = "batch.json"  # Marks a folder as a batch's, and lists its photos for programs
 CSV, SHEET = "photos.csv", "index.html"
 FAULT = "fault.txt"
-THUMBNAIL_PX = 720  # Wide enough to see the walls, small enough for a page of a hundred
+THUMBNAIL_PX = 720  # Walls are visible at this size, and a page of a hundred photos still loads
 OWN = {LISTING, CSV, SHEET}
 
 
@@ -37,15 +37,15 @@ OWN = {LISTING, CSV, SHEET}
 class PlannedPhoto:
     file: Path  # The photo, or a trial file that names one
     name: str  # Name of its run folder
-    settings: Mapping[str, Any]  # From the command line, by dotted name
+    settings: Mapping[str, Any]  # Settings from the command line, by dotted name
 
     @property
     def crack(self) -> int | str | None:
-        """Number of the crack to take, of those that are found."""
+        """Number of the crack to take, of the cracks in the photo."""
         return self.settings.get("photo.crack")
 
     def trial(self) -> Trial:
-        """Return its trial. Raises InputError if its settings cannot be used."""
+        """Return the trial of the photo. Raises InputError if its settings cannot be used."""
         if _is_trial(self.file):
             return load_trial(self.file, self.settings)
         return sample_trial("photo", self.file, self.settings)
@@ -53,7 +53,7 @@ class PlannedPhoto:
 
 @dataclass(frozen=True)
 class BatchRow:
-    """Result of one photo; lengths and volumes are None if it failed, and all but the length for a path alone."""
+    """Result of one photo. Lengths and volumes are None if it failed; a path alone has only a length."""
 
     file: str
     folder: str
@@ -73,15 +73,15 @@ class BatchRow:
 
     @property
     def fault(self) -> str:
-        """The reason with the photo's name, with which most reasons begin."""
+        """The reason with the photo's name before it."""
         return self.reason if self.reason.startswith(self.file) else f"{self.file}: {self.reason}"
 
 
 @dataclass(frozen=True)
 class Batch:
     out: Path
-    rows: Sequence[BatchRow] = ()  # Photos that were digitised, or could not be
-    held_back: Sequence[BatchRow] = ()  # Photos that were not tried, for an earlier fault
+    rows: Sequence[BatchRow] = ()  # Photos that were tried
+    held_back: Sequence[BatchRow] = ()  # Photos that were not tried, because of an earlier fault
 
     @property
     def listed(self) -> list[BatchRow]:
@@ -112,25 +112,25 @@ class Batch:
 
 
 def are_several(targets: Sequence[Path]) -> bool:
-    """Return whether these are several photos: also a folder, or a pattern that no shell has expanded."""
+    """Return True for several photos, a folder, or a pattern that the shell has not expanded."""
     return len(targets) > 1 or targets[0].is_dir() or _is_pattern(targets[0])
 
 
 def plan(targets: Sequence[Path], settings: Mapping[str, Any]) -> list[PlannedPhoto]:
     """Return an entry for each photo, in the order given.
 
-    ``settings`` by dotted name replace those of a trial file that is given. A trial file of a photo's name beside it
-    replaces them: it is what differs in this photo. Raises InputError if a folder or a pattern holds no photo.
+    ``settings`` by dotted name replace those of a trial file that is given. They do not apply to a photo that has a
+    trial file of the same name in its folder. Raises InputError if a folder or a pattern has no photo.
     """
     named = [file for target in targets for file in _photos(target)]
-    own = [beside if (beside := file.with_suffix(".toml")).is_file() else file for file in named]
+    own = [trial if (trial := file.with_suffix(".toml")).is_file() else file for file in named]
     # A mask or a second photo is part of another photo's trial.
     parts = {part for file in set(own) if _is_trial(file) for part in _parts(file)}
-    kept = list(dict.fromkeys(file for photo, file in zip(named, own, strict=True) if photo.absolute() not in parts))
+    chosen = list(dict.fromkeys(file for photo, file in zip(named, own, strict=True) if photo.absolute() not in parts))
     given = {*named}
     return [
         PlannedPhoto(file, name, settings if file in given else {})
-        for file, name in zip(kept, _names(kept), strict=True)
+        for file, name in zip(chosen, _names(chosen), strict=True)
     ]
 
 
@@ -141,21 +141,21 @@ def digitise_many(
     jobs: int = 1,
     held_back: Sequence[BatchRow] = (),
     *,
-    held: bool = False,
+    locked: bool = False,
 ) -> Batch:
-    """Digitise every photo into a folder below ``out``, whatever happens to the others.
+    """Digitise every photo into a folder below ``out``; a photo that fails does not stop the others.
 
-    Finished photos are not digitised again. The table of an earlier call may name the crack of a photo without a trial
-    file, by its number. Photos ``held_back`` for an earlier fault are listed and counted as failed. ``held`` means that
-    the caller holds ``out`` already. Raises InputError if ``out`` has files of something else.
+    Finished photos are not digitised again. The user may choose the crack of a photo without a trial file by its number
+    in the table of an earlier call. Photos ``held_back`` because of an earlier fault are listed and counted as failed.
+    ``locked``: the caller has locked ``out`` already. Raises InputError if ``out`` has other files.
     """
     _refuse_foreign(out)
-    with nullcontext() if held else holding(out), progress:
+    with nullcontext() if locked else holding(out), progress:
         files.write_json(out / LISTING, {"version": 1, "photos": []})
         progress.start(f"Digitising {len(planned)} photos", len(planned))
         planned = _chosen(planned, out / CSV)
         rows: dict[str, BatchRow] = {}
-        # One photo at a time needs no other process.
+        # One photo at a time is digitised in this process.
         processes = min(jobs, len(planned)) if jobs > 1 else 0
         try:
             tasks = ((item, (item, out)) for item in planned)
@@ -166,7 +166,7 @@ def digitise_many(
                     progress.note(row.fault)
                 progress.advance(done, row.folder)
         finally:
-            # Interrupted, it still lists what is finished.
+            # If interrupted, list the photos that are finished.
             batch = Batch(out, [rows[item.name] for item in planned if item.name in rows], held_back)
             files.write_json(out / LISTING, batch.content())
             write_csv(out / CSV, batch.listed)
@@ -175,7 +175,7 @@ def digitise_many(
 
 
 def _chosen(planned: Sequence[PlannedPhoto], table: Path) -> list[PlannedPhoto]:
-    """Return the photos with the cracks that the user chose in the table. Raises InputError if that is none."""
+    """Return the photos with the cracks that the user chose in the table. Raises InputError if it cannot be read."""
     if not table.is_file():
         return [*planned]
     cells = [row for _, row in named_cells(read_table(table, "a batch writes it"), ("file",), ("crack",))]
@@ -191,13 +191,13 @@ def _chosen(planned: Sequence[PlannedPhoto], table: Path) -> list[PlannedPhoto]:
 
 def _photos(target: Path) -> list[Path]:
     if target.is_dir():
-        # As a shell's patterns, without hidden files: a Mac leaves a ._photo.jpg beside each photo that it copies.
+        # Without hidden files, like a shell's patterns: macOS writes a ._photo.jpg for each photo that it copies.
         visible = [file for file in target.iterdir() if not file.name.startswith(".")]
         photos = [file for file in visible if file.suffix.lower() in PHOTO_SUFFIXES]
     else:
         photos = [Path(file) for file in glob.glob(str(target))] if _is_pattern(target) else [target]  # noqa: PTH207
     if not photos:
-        raise InputError(f"{target}: no photos there; expected files ending in {', '.join(sorted(PHOTO_SUFFIXES))}.")
+        raise InputError(f"{target}: no photos; expected files ending in {', '.join(sorted(PHOTO_SUFFIXES))}.")
     return sorted(photos)
 
 
@@ -223,7 +223,7 @@ def _digitise_one(item: PlannedPhoto, out: Path) -> BatchRow:
     except OSError as fault:
         return _failed(item, f"{fault.filename or item.file}: {fault.strerror}.")
     except Exception as fault:
-        # A bug that one photo reveals must not cost the others their result; the command ends with code 1.
+        # A bug in one photo must not lose the results of the others; the command ends with code 1.
         return _failed(item, f"{type(fault).__name__}: {fault}. A bug: please report {_traced(folder)}.", "bug")
 
 
@@ -232,7 +232,7 @@ def _failed(item: PlannedPhoto, reason: str, status: str = "failed") -> BatchRow
 
 
 def _traced(folder: Path) -> str:
-    """Write the current traceback to a file and return its path, or itself on a full disk."""
+    """Write the current traceback to a file and return the path; on a full disk, return the traceback."""
     try:
         files.write_text(folder / FAULT, traceback.format_exc())
     except OSError:
@@ -264,7 +264,7 @@ def _done(item: PlannedPhoto, folder: Path, data: str) -> BatchRow:
 
 
 def _parts(trial_file: Path) -> set[Path]:
-    """Return the pictures that a trial needs beside its photo; none if it cannot be read, which is reported later."""
+    """Return the other pictures of a trial; none if it cannot be read, which is reported later."""
     try:
         named = sample_files(load_trial(trial_file))
     except InputError:
@@ -272,18 +272,20 @@ def _parts(trial_file: Path) -> set[Path]:
     return {(trial_file.parent / file).absolute() for role, file in named.items() if role != "file"}
 
 
-def _names(kept: Sequence[Path]) -> list[str]:
-    """Name a folder for each photo: unique on any file system, not hidden, and not a file of the batch."""
-    names = [_whole(file) if file.stem.startswith(".") or file.stem.casefold() in OWN else _stem(file) for file in kept]
+def _names(photos: Sequence[Path]) -> list[str]:
+    """Name a folder for each photo: unique on any file system, not hidden, and not the name of a file of the batch."""
+    names = [
+        _whole(file) if file.stem.startswith(".") or file.stem.casefold() in OWN else _stem(file) for file in photos
+    ]
     for longer in (_whole, lambda file: f"{file.absolute().parent.name.lstrip('.')}-{_stem(file)}"):
         times = Counter(name.casefold() for name in names)
-        names = [longer(file) if times[name.casefold()] > 1 else name for file, name in zip(kept, names, strict=True)]
+        names = [longer(file) if times[name.casefold()] > 1 else name for file, name in zip(photos, names, strict=True)]
     taken = {name.casefold() for name in names}
-    seen: set[str] = set()
+    used: set[str] = set()
     for place, name in enumerate(names):
-        if name.casefold() in seen:
+        if name.casefold() in used:
             names[place] = next(longer for number in count(2) if (longer := f"{name}-{number}").casefold() not in taken)
-        seen.add(name.casefold())
+        used.add(name.casefold())
         taken.add(names[place].casefold())
     return names
 
@@ -304,7 +306,7 @@ def _refuse_foreign(out: Path) -> None:
         pass  # No listing, or another program's.
     foreign = [name for name in (LISTING, MANIFEST, CSV, SHEET) if (out / name).exists()]
     if foreign:
-        raise InputError(f"{out}: holds {foreign[0]}, which no batch wrote; give --out another folder.")
+        raise InputError(f"{out}: has {foreign[0]}, which no batch wrote; give --out another folder.")
 
 
 def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
@@ -314,7 +316,7 @@ def write_csv(path: Path, rows: Sequence[BatchRow]) -> None:
 
 
 def write_contact_sheet(path: Path, folder: Path, rows: Sequence[BatchRow]) -> None:
-    """Write one page that needs no other file, though its pictures lead to the run folders beside it."""
+    """Write a self-contained page; its pictures link to the run folders."""
     import jinja2
 
     environment = jinja2.Environment(

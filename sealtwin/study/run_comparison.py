@@ -1,4 +1,4 @@
-"""Finished run folders side by side."""
+"""A comparison of finished run folders."""
 
 import json
 from collections import Counter
@@ -48,14 +48,16 @@ OF_A_COMPARISON = ("readings", "uncertainty")  # Tables of a trial that change c
 def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], FigureSheet]:
     """Write compare.html, compare.json and figures/ into ``out``; return the content of compare.json, and the page.
 
-    Raises InputError if a folder is no finished run, holds results of other settings or files than it holds now, or is
-    named twice, or if there are too many.
+    Raises InputError if a folder is not a finished run or is named twice, if its settings or files were changed after
+    its results, or if there are too many.
     """
     if len(folders) > MOST:
-        raise InputError(f"{len(folders)} runs: at most {MOST} can be distinguished; 'sealtwin map' shows a study.")
+        raise InputError(
+            f"{len(folders)} runs: at most {MOST} can be distinguished in a plot; 'sealtwin map' shows a study."
+        )
     twice = [str(folder) for folder, times in Counter(folder.resolve() for folder in folders).items() if times > 1]
     if twice:
-        raise InputError(f"{twice[0]}: named twice; a run compared with itself differs in nothing.")
+        raise InputError(f"{twice[0]}: named twice; name each run once.")
     jobs = [_finished(folder) for folder in folders]
     names = Counter(job.trial.name for job in jobs)
     sides = [
@@ -100,13 +102,13 @@ def _listed(comparison: Comparison | None) -> dict[str, Any]:
 
 
 def _finished(folder: Path) -> Job:
-    """Read a run and check its stages against its manifest, as 'sealtwin validate' does."""
+    """Read a run and check its stages by its manifest, as 'sealtwin validate' does."""
     job = resume_job(look_into(folder), "cpu", Progress())
     made_by(job, "digitise", DIGITISED)
     made_by(job, "simulate", SIMULATED)
     if job.trial.readings is None:
         return job
-    again = f"'sealtwin validate {job.path}' does that"
+    again = f"Run 'sealtwin validate {job.path}'"
     made_with = job.folder.settings_of("validate")
     if made_with is None or not (job.path / COMPARISON).is_file():
         raise InputError(f"{job.path}: not compared with its readings yet. {again}.")
@@ -115,7 +117,7 @@ def _finished(folder: Path) -> Job:
         f"[{table}]" for table in OF_A_COMPARISON if _flat(made_with.get(table) or {}) != _flat(wanted[table] or {})
     ]
     if changed := [*changed, *job.folder.changed_since("validate")]:
-        raise InputError(f"{job.path}: {changed[0]} is not what was compared with the readings. {again} again.")
+        raise InputError(f"{job.path}: {changed[0]} was changed since the readings were compared. {again} again.")
     return job
 
 
@@ -169,9 +171,9 @@ def _flat(content: dict[str, Any], before: str = "") -> dict[str, Any]:
 
 
 def _replicate_of(trial: Trial, numbers: dict[str, int]) -> str:
-    """Return the nominal crack, path, paste and solver, without the photo: each replicate has a sample of its own.
+    """Return the nominal crack, path, paste and solver as text, equal for replicates, which have different photos.
 
-    ``numbers`` are the stage numbers of its level: levels by two solvers are no replicates.
+    ``numbers`` are the stage numbers of the level: levels by two versions of the solver are not replicates.
     """
     digitised = stage_settings(trial, "digitise")
     ordered = {name: digitised[name] for name in ("crack", "path")}

@@ -1,4 +1,4 @@
-"""Runs of a study on cracks that are digitised already: inject, measure, compare, and keep the results."""
+"""Runs of a study on digitised cracks: inject the sealant, measure the level, compare it, write the results."""
 
 import pickle
 import time
@@ -32,10 +32,10 @@ from sealtwin.trial.stage_numbers import own_numbers
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
 
-MOST_NUMBERS = 8  # Of the curves that a run is held against; a sweep that varies more settings names the last
+MOST_NUMBERS = 8  # Most coefficients of a baseline curve; also used for a sweep that varies more settings
 
 SUMMARY = "summary.json"
-INPUTS = "inputs"  # Folder in a run folder that holds the copy of the readings
+INPUTS = "inputs"  # Folder of the copied readings, in a run folder
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Sealing:
     profile: Profile
     figures: RunFigures
     wall_s: float
-    run: Run | None  # The particles, if they are to be kept
+    run: Run | None  # The particles; None unless they are written too
 
 
 @dataclass(frozen=True)
@@ -67,56 +67,55 @@ def compute(
     progress: Progress,
     timings: Sequence[Timing] = (),
 ) -> list[StudyRun]:
-    """Compute the runs that wait, write each result as soon as it is there, and return all runs with their outcomes.
+    """Compute the waiting runs, write each result at once, and return all runs with their outcomes.
 
-    Runs that were computed when a process was killed are computed again by the next call. ``timings`` are of other
-    runs, for the time that these will take.
+    If the process is killed, the next call computes the runs that were not finished. ``timings`` of other runs improve
+    the estimate of the remaining time.
     """
     current = {run.key: run for run in runs}
     work_s = sum(run.work_s for run in runs if run.state == "waiting")
-    # Hundredths, since a bar counts in whole steps.
+    # In hundredths of a second, since a bar counts whole steps.
     progress.start(title, max(1, round(100 * work_s)))
-    left = {group[0].key: group for group in _groups(runs, how.batch)}
-    jobs = min(how.jobs, len(left))
+    launches = {group[0].key: group for group in _groups(runs, how.batch)}
+    jobs = min(how.jobs, len(launches))
     forecast = Forecast(jobs, [*timings, *timings_of(runs)])
 
     def tasks() -> Iterator[tuple[list[StudyRun], tuple[Any, ...]]]:
-        for key, group in [*left.items()]:
-            # It is read when a worker takes it, except by the workers of a scheduler, whose number is not known here.
+        for key, group in [*launches.items()]:
+            # A task is read when a local worker takes it. A scheduler's workers, of unknown number, take some ahead.
             if how.scheduler is None:
                 forecast.begin(key, time.monotonic())
             yield group, _arguments(folder, group, how)
 
     for group, outcomes in run_tasks(seal_in_worker, tasks(), jobs, how.scheduler, own_numbers):
         if isinstance(outcomes, Lost):
-            outcomes = [Outcome("failed", 0.0, reason=f"{outcomes.reason}: give fewer --jobs, and --retry.")] * len(
-                group
-            )
+            reason = f"{outcomes.reason}: give fewer --jobs, and --retry."
+            outcomes = [Outcome("failed", 0.0, reason=reason)] * len(group)
         for run, outcome in zip(group, outcomes, strict=True):
             current[run.key] = _keep(folder, run, outcome)
-        del left[group[0].key]
+        del launches[group[0].key]
         forecast.finish(group[0].key, (current[run.key] for run in group))
         if how.scheduler is None:
-            progress.expect(forecast.left_s(left.values(), time.monotonic()))
-        left_s = sum(run.work_s for run in current.values() if run.state == "waiting")
+            progress.expect(forecast.left_s(launches.values(), time.monotonic()))
+        waiting_s = sum(run.work_s for run in current.values() if run.state == "waiting")
         states = [run.state for run in current.values()]
-        told = ", ".join(f"{states.count(state)} {state}" for state in STATES if state in states)
-        progress.advance(round(100 * (work_s - left_s)), told)
+        counts = ", ".join(f"{states.count(state)} {state}" for state in STATES if state in states)
+        progress.advance(round(100 * (work_s - waiting_s)), counts)
     return list(current.values())
 
 
 def seal_in_worker(sample: bytes, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Outcome]:
-    """Call ``seal`` with a pickled ``Sample``, of which a process keeps the last with the walls that it made."""
+    """Call ``seal`` with a pickled ``Sample``. A process caches the last one, with its wall particles."""
     return seal(_unpickled(sample), trials, device=device, keep_runs=keep_runs)
 
 
 def seal(sample: Sample, trials: Sequence[Trial], *, device: str, keep_runs: bool) -> list[Sealing | Outcome]:
-    """Compute runs that differ in their fluids alone in one launch, each with the result that it has alone.
+    """Compute runs that differ only in the fluid, in one launch; each result is the same as in a launch of its own.
 
-    An exception becomes the failure of the run that caused it; the others are then computed one by one.
+    If a launch raises an exception, its runs are computed one by one, and an exception fails only its own run.
     """
     began = time.monotonic()
-    # Explicit passes are as many as the stiffest of a launch needs, which is another result for the others.
+    # With the explicit solve the stiffest fluid sets the number of passes, which would change the other results.
     if len(trials) == 1 or trials[0].solver.viscosity_solve == "implicit":
         try:
             return [*_seal(sample, trials, device, keep_runs)]
@@ -127,7 +126,7 @@ def seal(sample: Sample, trials: Sequence[Trial], *, device: str, keep_runs: boo
 
 
 def _groups(runs: Sequence[StudyRun], batch: int) -> list[list[StudyRun]]:
-    """Waiting runs in launches of at most ``batch`` that differ in the fluid alone, in the order of the study."""
+    """Group the waiting runs into launches of at most ``batch`` runs of equal ``kin``, in the order of the study."""
     alike: dict[str, list[StudyRun]] = {}
     for run in runs:
         if run.state == "waiting":
@@ -145,7 +144,7 @@ def _arguments(folder: Path, group: Sequence[StudyRun], how: Computing) -> tuple
 
 @lru_cache(maxsize=1)
 def _pickled(folder: Path, given: str) -> bytes:
-    """Return a digitised sample with its readings, pickled; runs of one sample mostly follow each other.
+    """Return a digitised sample with its readings, pickled, and cached for the next runs of the same sample.
 
     Raises InputError if a file is missing or cannot be read.
     """
@@ -162,12 +161,12 @@ def _pickled(folder: Path, given: str) -> bytes:
 
 @lru_cache(maxsize=1)
 def _unpickled(sample: bytes) -> Sample:
-    # Made by this sweep's parent and carried by Dask like the task itself: no file is read.
+    # The parent process made these bytes and Dask carried them like the task itself; they come from no file.
     return pickle.loads(sample)
 
 
 def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome) -> StudyRun:
-    """Write the files of a run, its outcome last."""
+    """Write the files of a run, its outcome last, and return the run with it."""
     home = run_path(folder, run.key)
     if isinstance(outcome, Sealing):
         record_files.write_profile(home, outcome.profile)
@@ -182,7 +181,7 @@ def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome) -> StudyRun:
 
 
 def _seal(sample: Sample, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Outcome]:
-    """Compute one launch. Raises InputError from one of the runs, and NumericalError if all diverge."""
+    """Compute one launch. Raises InputError if settings of a run cannot be used, and NumericalError if all diverge."""
     from simulate.run import fill_each
 
     began, first = time.monotonic(), trials[0]
@@ -210,8 +209,8 @@ def _figures(run: Run) -> dict[str, Any]:
 
     if run.escaped_particles:
         raise NumericalError(
-            f"{run.escaped_particles} particles went through a wall, which must never happen; no number of this run is "
-            "kept. Please report it with its settings."
+            f"{run.escaped_particles} particles went through a wall, which must never happen; the results of this run "
+            "are discarded. Please report it with its settings."
         )
     names = ("particles", "escaped_particles", "spilled_particles")
     counts = {name: getattr(run, name) for name in names} if run.has_particles else {"unfit": run.unfit}
@@ -221,7 +220,7 @@ def _figures(run: Run) -> dict[str, Any]:
 
 
 def _compared(sample: Sample, trial: Trial, profile: Profile) -> dict[str, Any]:
-    """Return the figures of a run against the readings; none without them."""
+    """Return the errors of a run by the readings; empty without readings."""
     if trial.readings is None or sample.readings is None:
         return {}
     from validate.compare import compare

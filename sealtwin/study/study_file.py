@@ -1,4 +1,4 @@
-"""A study file: one trial that is run many times, each time with other settings."""
+"""A study file: one trial, run many times with different settings."""
 
 import itertools
 import math
@@ -21,13 +21,13 @@ from sealtwin.trial.trial_file import (
     with_settings,
 )
 
-MOST_RUNS = 20_000  # A night's work on one core at a second each; more is a value too many in a grid
+MOST_RUNS = 20_000  # At a second each, a night on one core; more is likely a mistake in a grid
 
 Value = TypeVar("Value")
 
 
 def _by_dotted_name(given: Any) -> Any:
-    """Read fluid.U without quotes, which TOML takes for a table in a table, as "fluid.U"."""
+    """Read fluid.U without quotes, which is a table in a table by TOML, as "fluid.U"."""
     if not isinstance(given, dict):
         return given
     named: dict[str, Any] = {}
@@ -36,7 +36,7 @@ def _by_dotted_name(given: Any) -> Any:
         for dotted, content in {f"{name}.{key}": value[key] for key in value}.items() if is_table else [(name, value)]:
             if dotted in named:
                 raise ValueError(f"{dotted} is given twice")
-            # After a validator pydantic no longer knows that this was JSON, where a tuple is a list.
+            # After a validator pydantic treats the value as Python's, and its strict mode refuses a list for a tuple.
             named[dotted] = tuple(content) if isinstance(content, list) else content
     return named
 
@@ -61,14 +61,14 @@ class Rows(Settings):
 
 
 class Range(Settings):
-    """The range from which a Latin hypercube draws a setting."""
+    """Range of a setting in a Latin hypercube."""
 
     low: float
     """Lower end."""
     high: float
     """Upper end."""
     scale: Literal["linear", "log"] = "linear"
-    """Draws are even over the range, or over its logarithm."""
+    """Draws are uniform over the range, or over its logarithm."""
     whole: bool = False
     """Round to whole numbers, for settings that are counts."""
 
@@ -86,15 +86,15 @@ class Range(Settings):
             value = self.low * (self.high / self.low) ** share
         else:
             value = self.low + (self.high - self.low) * share
-        # Six digits are finer than any setting is known, and can be read.
+        # Six digits are more precise than any setting is known, and are easy to read.
         return round(value) if self.whole else float(f"{value:.6g}")
 
 
 class Latin(Settings):
-    """A Latin hypercube: each setting's range in ``count`` slices, each slice drawn once."""
+    """A Latin hypercube: each range is cut into ``count`` slices, and one value is drawn in each."""
 
     count: Annotated[int, Field(ge=2, le=MOST_RUNS)]
-    """Number of runs, and of slices."""
+    """Number of runs."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     """Seed of the draws."""
     ranges: Annotated[Named[Range], Field(min_length=1)]
@@ -107,16 +107,16 @@ class Latin(Settings):
 
 
 class Study(Settings):
-    """A study file: the trial it starts from, and what varies."""
+    """A study file: a trial, and the settings that vary."""
 
     name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
     """Name of the study, and of its folder under reports/."""
     trial: Path
-    """Trial file to start from, relative to the study file's folder or absolute."""
+    """Trial file, relative to the study file's folder or absolute."""
     fixed: Named[Any] = Field(default={})
-    """Settings of all runs in place of the trial's own, by dotted name, for example a coarser radius."""
+    """Settings that replace the trial's own in all runs, by dotted name, for example a coarser radius."""
     grid: Annotated[Named[tuple[Any, ...]], Field(min_length=1)] | None = None
-    """Each value of each setting with each of all others; the first one named varies slowest."""
+    """All combinations of the values of the settings; the setting that is named first varies slowest."""
     list: Rows | None = None
     latin: Latin | None = None
 
@@ -124,8 +124,8 @@ class Study(Settings):
     def _check(self) -> Self:
         given = [name for name in ("grid", "list", "latin") if getattr(self, name) is not None]
         if len(given) != 1:
-            found = "none is" if not given else f"{' and '.join(given)} are"
-            raise ValueError(f"give one of [grid], [list] and [latin] to say what varies; {found} given")
+            these = "none is" if not given else f"{' and '.join(given)} are"
+            raise ValueError(f"give one of [grid], [list] and [latin], the settings that vary; {these} given")
         varied, runs, _ = self._design()
         if unknown := [name for name in (*self.fixed, *varied) if name not in SETTINGS]:
             raise ValueError("; ".join(no_such_setting(name) for name in unknown))
@@ -153,7 +153,7 @@ class Study(Settings):
 
     @property
     def names(self) -> set[str]:
-        """Dotted names of all settings that it gives."""
+        """Dotted names of all settings in the study file."""
         return {*self.fixed, *self._design()[0]}
 
     @property
@@ -176,15 +176,15 @@ class PlannedRun:
 
 
 def load_study(path: Path) -> Study:
-    """Raises InputError if the file is missing, is no TOML, or holds a key or a value that cannot be used."""
+    """Raises InputError if the file is missing, is not TOML, or has a key or a value that cannot be used."""
     starter = "'sealtwin sweep --example study.toml' writes one to start from"
     return read_settings(Study, path, name="study file", starter=starter)
 
 
 def plan_runs(study: Study, path: Path, base: Trial) -> list[PlannedRun]:
-    """Return a checked trial for each run of a study that starts from ``base``; ``path`` is for messages.
+    """Return a checked trial for each run of a study of the trial ``base``; messages name ``path``.
 
-    Raises InputError if settings cannot be used, each reported once with its runs, or if two runs are the same.
+    Raises InputError if settings cannot be used, each fault once with its runs, or if two runs are the same.
     """
     content = base.model_dump(mode="json", exclude_none=True)
     planned: list[PlannedRun] = []
@@ -200,14 +200,14 @@ def plan_runs(study: Study, path: Path, base: Trial) -> list[PlannedRun]:
     raise_faults(faults)
     first: dict[str, int] = {}
     for run in planned:
-        twin = first.setdefault(run.trial.model_dump_json(), run.number)
-        if twin != run.number:
-            raise InputError(f"{path}: runs {twin} and {run.number} have the same settings; each must differ.")
+        same = first.setdefault(run.trial.model_dump_json(), run.number)
+        if same != run.number:
+            raise InputError(f"{path}: runs {same} and {run.number} have the same settings; each must differ.")
     return planned
 
 
 def raise_faults(faults: Mapping[str, list[int]]) -> None:
-    """Raises InputError with each sentence once, and the numbers of its runs, if there are any."""
+    """Raises InputError that has each sentence once, with the numbers of its runs, if there are any."""
     if not faults:
         return
     shown = [f"{_runs(numbers)}: {sentence}" for sentence, numbers in list(faults.items())[:MOST_FAULTS]]

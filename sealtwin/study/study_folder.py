@@ -1,7 +1,7 @@
-"""The folder of a study: its plan, and for each finished run a folder that is named by its key.
+"""The folder of a study: its plan, and a folder for each finished run, named by the run's key.
 
-A key is the hash of all that a result depends on. ``outcome.json`` is the last file that a run writes, and every file
-appears whole or not at all: a process that is killed leaves a run waiting or finished, never half of one.
+A key is the hash of everything that a result depends on. ``outcome.json`` is the last file that a run writes, and each
+file is written whole or not at all, so a killed process leaves a run either waiting or finished.
 """
 
 import json
@@ -55,9 +55,9 @@ class RunFigures(RunErrors):
 
 
 class StudyFigures(RunFigures):
-    """The same with the hash of the run's profile, as its outcome.json has them."""
+    """Figures of a finished run, as its outcome.json has them."""
 
-    profile_sha256: str
+    profile_sha256: str  # Hash of profile.csv, to detect that the file was changed
 
 
 @with_config(FROM_JSON)
@@ -69,8 +69,8 @@ class Outcome:
     wall_s: Amount | None = None
     finished_unix_s: Amount | None = None
     reason: str | None = None  # One sentence on why the run failed
-    trace: str | None = None  # Traceback, where a bug made it fail
-    figures: StudyFigures | None = None  # Of a finished run. Runs of one launch share their health
+    trace: str | None = None  # Traceback, if a bug made it fail
+    figures: StudyFigures | None = None  # Set if the run is done. Runs of one launch have the same health
 
     @model_validator(mode="after")
     def _have_figures(self) -> Self:
@@ -80,31 +80,31 @@ class Outcome:
 
 
 def _with_tables(trial: dict[str, Any]) -> dict[str, Any]:
-    """Check the tables that are read of a trial without its other settings, which versions may have otherwise."""
+    """Check the two tables that are read without the rest of the trial, which another version may not understand."""
     if not isinstance(trial.get("solver"), dict):
         raise ValueError("solver is missing")
     if not isinstance(trial.get("readings") or {}, dict):
-        raise ValueError("readings is no table")
+        raise ValueError("readings is not a table")
     return trial
 
 
 @dataclass(frozen=True)
 class ScheduledRun:
-    """One run of a study as its plan has it."""
+    """One run of a study, as plan.json has it."""
 
     number: Annotated[int, Field(ge=1)]  # Position in the study, from 1
     key: Annotated[str, Field(pattern="^[0-9a-f]{16,}$")]
     settings: dict[str, Any]  # Varied settings by dotted name, for example {"fluid.U": 30.0, "fluid.D_cm": 0.3}
     trial: Annotated[dict[str, Any], AfterValidator(_with_tables)] = field(repr=False)  # All settings
-    sample: Annotated[str, Field(pattern=r"^[\w-]+$")]  # Folder below samples/ that holds the digitised crack
-    kin: str  # Equal for runs that may share a launch: those that differ in the fluid alone, of as many substeps
+    sample: Annotated[str, Field(pattern=r"^[\w-]+$")]  # Folder of the digitised crack, below samples/
+    kin: str  # Equal for runs that may share a launch: those that differ only in the fluid, with equal substeps
     work_s: Amount  # Expected computing time on the machine that the estimate was calibrated on
 
 
 @with_config(FROM_JSON | ConfigDict(extra="forbid"))
 @dataclass(frozen=True)
 class StudyRun(Outcome, ScheduledRun):
-    """One run of a study, as the plan has it, with its outcome once it has one."""
+    """One run of a study, with its outcome if it has been computed."""
 
     @property
     def method(self) -> Method:
@@ -117,7 +117,7 @@ class StudyRun(Outcome, ScheduledRun):
 
     @property
     def ranked(self) -> bool:
-        """True where its result counts: its volume was kept, and the fast model, if that made it, is fit for it."""
+        """False if the volume is off by over 5 %, or if the fast model is unfit for the case; such runs do not rank."""
         return self.figures is None or (kept_volume(self.figures.volume_ratio) and not self.figures.unfit)
 
     @property
@@ -128,18 +128,18 @@ class StudyRun(Outcome, ScheduledRun):
 @with_config(FROM_JSON)
 @dataclass(frozen=True)
 class Plan:
-    """The runs that a study, or one shard of it, consists of."""
+    """The runs of a study, or of one shard of it."""
 
     study: str  # Name of the study
     runs: list[StudyRun]
     total: Count  # Number of runs of the whole study; a shard has fewer
-    started_unix_s: Amount = 0.0  # Time of the latest start
+    started_unix_s: Amount = 0.0  # Time of the last start
     numbers: Annotated[Mapping[str, int], Field(validation_alias="stage_numbers")] = field(default_factory=dict)
-    """Stage numbers in the keys; empty before the first run is planned."""
+    """Stage numbers that the keys contain; empty before the first run is planned."""
 
 
 def profile_path(folder: Path, key: str) -> Path:
-    """Return the path of a run's level along the crack."""
+    """Return the path of a run's profile, its level along the crack."""
     return run_path(folder, key) / PROFILE
 
 
@@ -152,7 +152,7 @@ def holds_study(folder: Path) -> bool:
 
 
 def read_plan(folder: Path) -> Plan:
-    """Read the plan with the outcomes so far. Raises InputError if the folder holds no study, or a damaged one."""
+    """Read the plan with the outcomes so far. Raises InputError if the plan is missing or a file is damaged."""
     if not holds_study(folder):
         raise InputError(f"{folder}: no study (it has no {PLAN}). 'sealtwin sweep STUDY.toml' makes one.")
     plan = read_record(Plan, folder / PLAN, AGAIN)
@@ -160,9 +160,9 @@ def read_plan(folder: Path) -> Plan:
 
 
 def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> list[str]:
-    """Return a sentence if finished runs were computed by other stage numbers, up to ``stage``, than this version's.
+    """Return a sentence if finished runs were computed by stage numbers, up to ``stage``, other than this version's.
 
-    A study without readings does not depend on validate, and records no number of it.
+    A study without readings does not depend on validate and does not record its number.
     """
     own = {name: number for name, number in numbers_up_to(stage).items() if name in (plan.numbers or NUMBERS)}
     others = _computed_by_others(plan, own)
@@ -170,7 +170,7 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
 
 
 def _computed_by_others(plan: Plan, own: Mapping[str, int]) -> str:
-    """Return how many finished runs of a plan were computed by which other stage numbers; empty if none was."""
+    """Return a sentence on finished runs that other stage numbers computed; empty if all match ``own``."""
     done = sum(run.state == "done" for run in plan.runs)
     runs = "one finished run was" if done == 1 else f"{done} finished runs were"
     other = other_numbers(plan.numbers, own)
@@ -178,13 +178,13 @@ def _computed_by_others(plan: Plan, own: Mapping[str, int]) -> str:
 
 
 def fluid_warnings(runs: Sequence[StudyRun]) -> list[str]:
-    """Return what is not sound of the fluids of finished runs, each sentence once, with the number of its runs."""
+    """Return warnings about the fluid of finished runs, each once, with the number of runs that have it."""
     warnings = {run.number: run.figures.fluid_warnings for run in runs if run.figures is not None}
     return sentences_of_runs(warnings, len(warnings))
 
 
 def write_plan(folder: Path, plan: Plan) -> None:
-    """Write the plan. Outcomes are files of their own, so that nothing else has to be locked or updated."""
+    """Write the plan. Outcomes are separate files, so the plan is never locked or updated for one of them."""
     runs = [_part(ScheduledRun, run) for run in plan.runs]
     content = {"version": 1, "study": plan.study, "total": plan.total, "started_unix_s": plan.started_unix_s}
     content |= {"stage_numbers": dict(plan.numbers), "runs": runs}
@@ -192,7 +192,7 @@ def write_plan(folder: Path, plan: Plan) -> None:
 
 
 def with_outcome(folder: Path, run: StudyRun) -> StudyRun:
-    """Return a run with the outcome that its folder holds."""
+    """Return a run with the outcome in its folder, or unchanged while it waits."""
     path = run_path(folder, run.key) / OUTCOME
     if not path.is_file():
         return run
@@ -200,7 +200,7 @@ def with_outcome(folder: Path, run: StudyRun) -> StudyRun:
 
 
 def write_outcome(folder: Path, run: StudyRun) -> None:
-    """Mark a run as finished, after all its other files are written."""
+    """Mark a run as finished. All its other files must be written before."""
     outcome = _part(Outcome, run)
     if run.figures is not None:
         outcome["figures"] = run.figures.model_dump(exclude_unset=True)
@@ -208,7 +208,7 @@ def write_outcome(folder: Path, run: StudyRun) -> None:
 
 
 def forget_outcome(folder: Path, run: StudyRun) -> StudyRun:
-    """Return the run as waiting, and remove its outcome."""
+    """Remove the outcome of a run, and return the run as waiting."""
     (run_path(folder, run.key) / OUTCOME).unlink(missing_ok=True)
     return StudyRun(**_part(ScheduledRun, run))
 
@@ -220,24 +220,24 @@ def _part(of: type[ScheduledRun | Outcome], run: StudyRun) -> dict[str, Any]:
 def resume(
     folder: Path, plan: Plan, note: Callable[[str], None], *, retry: bool, keep_runs: bool = False
 ) -> list[StudyRun]:
-    """Write a plan, and return its runs with their outcomes so far; ``note`` receives what is made anew, and why.
+    """Write a plan, and return its runs with their outcomes so far; ``note`` receives a sentence on runs to recompute.
 
-    A run is waiting again if its files are not as they were written, or its particles are missing and to be kept; with
-    ``retry`` also if it failed.
+    A run waits again if its files were changed, if ``keep_runs`` and its particles are missing, or if ``retry`` and it
+    failed.
     """
     if holds_study(folder) and (others := _computed_by_others(read_plan(folder), plan.numbers)):
-        note(f"{folder}: {others}: they are made anew.")
+        note(f"{folder}: {others}: they are computed again.")
     runs = []
     for run in (with_outcome(folder, run) for run in plan.runs):
-        kept = not keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()
-        lost = run.state == "done" and not (kept and is_intact(folder, run))
+        complete = not keep_runs or (run_path(folder, run.key) / "particles.csv").is_file()
+        lost = run.state == "done" and not (complete and is_intact(folder, run))
         runs.append(forget_outcome(folder, run) if lost or (run.state == "failed" and retry) else run)
     write_plan(folder, plan)
     return runs
 
 
 def is_intact(folder: Path, run: StudyRun) -> bool:
-    """Return True for a finished run whose profile is as it was written."""
+    """Return True if the run is done and its profile was not changed since."""
     profile = profile_path(folder, run.key)
     if run.state != "done" or run.figures is None or not profile.is_file():
         return False
@@ -245,7 +245,7 @@ def is_intact(folder: Path, run: StudyRun) -> bool:
 
 
 def remove_temporary_files(folder: Path) -> None:
-    """Remove what a killed process was writing. Only the process that holds the folder may call this."""
+    """Remove half-written files of a killed process. Only the process that locked the folder may call this."""
     for path in folder.rglob(".*"):
         if files.is_temporary(path):
             path.unlink()

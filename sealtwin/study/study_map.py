@@ -1,4 +1,4 @@
-"""A map of a study: all its runs compared with one sheet of readings, drawn as the paper's figures."""
+"""A map of a study: all its runs compared with one sheet of readings, in the figures of the paper."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -54,9 +54,9 @@ from validate.settings import Readings
 
 MAP = "map"  # Default folder of the map in the study's
 PAGE, CONTENT = "map.html", "map.json"
-FEWEST = 4  # Smallest number of runs: three span a triangle without anything inside
+FEWEST = 4  # Fewest runs of a map: three would span a triangle with nothing inside
 WATCHED, SEEN = "watched", "seen.json"
-"""Folder of a run that was computed once more, in the run's own, and its last file: the others are complete."""
+"""Folder of the frames of a repeated run, in the run's folder, and the file that is written last there."""
 DIGITS = {"mean_error_mm": 4, "bias_mm": 4, "worst_error_mm": 4, "worst_at_mm": 2, "share_under_1_mm": 4}
 """Decimals of a run's errors in map.json."""
 NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study computes it."
@@ -64,7 +64,7 @@ NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study compute
 
 @dataclass(frozen=True)
 class Mapped:
-    """A study on a map, and its page."""
+    """A map of a study, and its page."""
 
     content: dict[str, Any]  # The --json object, and map.json
     chart: Chart
@@ -82,42 +82,41 @@ def map_study(
     *,
     any_volume: bool = False,
 ) -> Mapped:
-    """Write map.html, map.json and figures/ of a sweep, finished or not, into ``out``; None: map/ in its folder.
+    """Write map.html, map.json and figures/ of a sweep, finished or not, into ``out`` (default: map/ in its folder).
 
-    Runs are compared with the sheet ``caliper``, whose origin is ``data``; None: the one that the study's trial names.
-    Chosen runs are computed once more on ``device``, to draw how they fill the crack; None: they are not. Runs whose
-    volume is off by over 5 %, and those that the fast model is unfit for, are left out, unless ``any_volume`` is true.
+    Runs are compared with the sheet ``caliper`` of origin ``data`` (default: the readings of the study's trial). Some
+    runs are computed again on ``device`` to draw how they fill the crack; none if it is None. Runs whose volume is off
+    by over 5 %, and runs outside the domain of the fast model, are excluded unless ``any_volume`` is true.
 
     Raises:
-        InputError: There is no study, or one that cannot be mapped; or the readings cannot be read.
-        BusyError: The study is being computed, and fills are wanted.
+        InputError: The folder is not a study, it cannot be mapped, or the readings cannot be read.
+        BusyError: The study is being computed, and ``device`` is given.
     """
     plan = read_plan(folder)
     done = {run.number: run for run in plan.runs if run.state == "done"}
     if len(done) < FEWEST:
         raise InputError(f"{folder}: {len(done)} of {len(plan.runs)} runs are done; a map needs {FEWEST}.")
-    # A run without figures is not as it was left, which is said when it is read.
-    kept = [run for run in done.values() if any_volume or run.ranked]
-    if len(kept) < FEWEST:
+    ranked = [run for run in done.values() if any_volume or run.ranked]
+    if len(ranked) < FEWEST:
         raise InputError(
-            f"{folder}: {len(kept)} of {len(done)} runs that are done kept their volume within 5 % and are inside the "
-            f"fast model's domain, if it made them; a map needs {FEWEST}. Finer particles or more substeps keep the "
-            "volume; --any-volume maps all of them."
+            f"{folder}: only {len(ranked)} of {len(done)} finished runs can be ranked: their volume is within 5 %, "
+            f"and the fast model, if used, is fit for the case. A map needs {FEWEST}. Finer particles or more substeps "
+            "keep the volume; --any-volume maps all runs."
         )
-    chart = chart_of(folder, kept, plan, caliper, data)
+    chart = chart_of(folder, ranked, plan, caliper, data)
     fills: list[Fill] = []
     if device is not None:
         # The fast model has no particles to draw.
-        chosen = [held for held in chosen_few(chart) if not done[held.number].fast]
+        chosen = [run for run in chosen_few(chart) if not done[run.number].fast]
         if chosen and (other := other_numbers(plan.numbers, numbers_up_to("simulate"))):
-            progress.warn(f"{folder}: its runs were computed by {other}; those that are drawn may differ from them.")
+            progress.warn(f"{folder}: its runs were computed by {other}; the drawn fills may differ from them.")
         with holding(folder), progress:
-            watched = watch_runs(folder, [done[held.number] for held in chosen], device, progress)
-        for letter, held, seen in zip(ascii_lowercase, chosen, watched, strict=False):
-            scene = _scene(folder, done[held.number])
-            fills.append(Fill(held, f"{letter}  {chart.said(held)}", scene, seen))
+            watched = watch_runs(folder, [done[run.number] for run in chosen], device, progress)
+        for letter, run, frames in zip(ascii_lowercase, chosen, watched, strict=False):
+            scene = _scene(folder, done[run.number])
+            fills.append(Fill(run, f"{letter}  {chart.said(run)}", scene, frames))
     target = out or folder / MAP
-    # Levels are compared anew; digitise and simulate made them.
+    # The map itself compares the levels, so the number of validate does not count.
     others = other_versions(folder, plan, "simulate")
     sheet = map_sheet(chart, fills, others)
     written = write_sheet_of_figures(target, PAGE, sheet)
@@ -127,34 +126,35 @@ def map_study(
 
 
 def watch_runs(folder: Path, runs: Sequence[StudyRun], device: str, progress: Progress) -> list[Watched]:
-    """Compute finished runs once more, or read what an earlier call kept of them: particles would fill a disk.
+    """Compute finished runs again for their frames, which a sweep does not write; read those of an earlier call.
 
-    On a CPU the second run is the first one to the last bit. Frames are those at the moments that the trial's [output]
-    names, and the last one.
-
-    Raises NumericalError if a second run fails.
+    On a CPU the second run equals the first to the last bit. Frames are those at the times in the trial's [output], and
+    the last one. Raises NumericalError if a second run fails.
     """
     waiting = [run for run in runs if not (run_path(folder, run.key) / WATCHED / SEEN).is_file()]
     if waiting:
         jobs = min(cores() if device == "cpu" else 1, len(waiting))
         time_s = sum(run.wall_s or 0.0 for run in waiting) / max(1, jobs)
-        progress.note(f"{len(waiting)} runs are computed once more, to be drawn: about {in_words(time_s)}.")
-        progress.start("Computing once more", len(waiting))
+        progress.note(
+            f"Computing {len(waiting)} runs again to draw how they fill, as a sweep writes no frames: about "
+            f"{in_words(time_s)}."
+        )
+        progress.start("Computing again", len(waiting))
         tasks = ((run, (folder.resolve(), run, device)) for run in waiting)
         for done, (run, lost) in enumerate(run_tasks(_watch, tasks, jobs), start=1):
             if lost is not None:
-                raise NumericalError(f"{folder}: run {run.number} was computed once more, and failed: {lost.reason}.")
+                raise NumericalError(f"{folder}: run {run.number}, computed again to be drawn, failed: {lost.reason}.")
             progress.advance(done, f"run {run.number}")
     return [_watched(run_path(folder, run.key) / WATCHED) for run in runs]
 
 
 def _watched(home: Path) -> Watched:
-    seen = files.read_json(home / SEEN)
+    written = files.read_json(home / SEEN)
     with files.understood(home / SEEN):
         health = read_health(home / HEALTH)
         moved = health["moving"] > 0
-        frames = tuple(read_frame(home / name) for name in seen["frames"])
-        return Watched(frames, health["moving"][moved], health["ms_a_frame"][moved], float(seen["differs_mm"]))
+        frames = tuple(read_frame(home / name) for name in written["frames"])
+        return Watched(frames, health["moving"][moved], health["ms_a_frame"][moved], float(written["differs_mm"]))
 
 
 def _watch(folder: Path, run: StudyRun, device: str) -> None:
@@ -179,7 +179,7 @@ def _watch(folder: Path, run: StudyRun, device: str) -> None:
         write_frame(home / name, frame)
     again = measure_profile(outcome, sample.outline, sample.solid)
     before = record_files.read_profile(run_path(folder, run.key))
-    # The file holds millionths.
+    # profile.csv is rounded to 1e-6 mm.
     level_mm = np.round(np.interp(before.s_mm, again.s_mm, again.level_mm), 6)
     differs_mm = float(np.abs(level_mm - before.level_mm).mean())
     files.write_json(home / SEEN, {"version": 1, "frames": names, "differs_mm": differs_mm})
@@ -198,18 +198,18 @@ def chart_of(
     readings, settings = _readings(sample, trial, _largest_mm(folder, done), caliper, data)
     fast = all(run.fast for run in done)
     compared = [hold(finished_run(folder, run), readings, axes) for run in done]
-    held, replicates = first_of_each_pair(compared, f"{folder}", fast=fast)
-    scatter_mm = scatter_of_runs(held, axes)
-    as_near = tuple(run is min(held, key=lambda each: each.mean_error_mm) for run in held)
+    runs, replicates = first_of_each_pair(compared, f"{folder}", fast=fast)
+    scatter_mm = scatter_of_runs(runs, axes)
+    as_near = tuple(run is min(runs, key=lambda each: each.mean_error_mm) for run in runs)
     outline, solid = record_files.read_outline(sample), record_files.read_solid(sample)
     budget = budget_of(readings, settings, trial.uncertainty, mouth_widths_mm(readings.s_mm, outline, solid))
     if replicates is not None and replicates.scatter_mm is not None:
-        as_near = as_near_as_the_best(held, readings, budget, replicates.scatter_mm)
+        as_near = as_near_as_the_best(runs, readings, budget, replicates.scatter_mm)
     numbers = {run.number for run in done}
     return Chart(
         name=plan.study,
         axes=axes,
-        runs=held,
+        runs=runs,
         excluded=tuple(_excluded(run) for run in plan.runs if run.number not in numbers),
         readings=readings,
         band_mm=budget.profile_band_mm,
@@ -234,13 +234,15 @@ def finished_run(folder: Path, run: StudyRun) -> Finished:
     """Read a run. Raises InputError if its profile was changed since."""
     path = profile_path(folder, run.key)
     if run.figures is None or not is_intact(folder, run):
-        raise InputError(f"{path}: not as run {run.number} left it. 'sealtwin sweep' with its study computes it again.")
+        raise InputError(
+            f"{path}: not as run {run.number} wrote it. 'sealtwin sweep' with its study computes it again."
+        )
     profile = record_files.read_profile(path.parent)
     return Finished(run.number, run.settings, profile, run.wall_s or 0.0)
 
 
 def _largest_mm(folder: Path, runs: Sequence[StudyRun]) -> tuple[float, float]:
-    """Return the length and depth of the study's longest and deepest crack, within which every reading lies."""
+    """Return the length of the study's longest crack and the depth of its deepest, as limits for the readings."""
     samples = [folder / "samples" / name for name in dict.fromkeys(run.sample for run in runs)]
     lengths_mm = [record_files.read_outline(sample).length_mm for sample in samples]
     return max(lengths_mm), max(record_files.read_solid(sample).depth_mm for sample in samples)
@@ -256,15 +258,14 @@ def _readings(
         own = sample / INPUTS / settings.file.name
     sheet = caliper or own
     if sheet is None:
-        raise InputError(f"{sample.parent.parent}: its trial names no readings. Give --caliper SHEET and --data.")
+        raise InputError(f"{sample.parent.parent}: its trial has no readings. Give --caliper SHEET and --data.")
     check_sheet(sheet)
     if own is None or files.sha256(sheet) != files.sha256(own):
         if data is None:
             raise InputError(
-                f"{sheet}: another sheet than the study's trial names; give --data measured, reconstructed or "
-                "synthetic."
+                f"{sheet}: not the sheet of the study's trial; give --data measured, reconstructed or synthetic."
             )
-        # The same lab writes its sheets the same way.
+        # The settings of the trial's own sheet apply to the other one too.
         settings = settings or Readings(file=sheet, data=data, role="held-out")
         settings = settings.model_copy(update={"data": data})
     settings = present(settings, "the settings of the study's own sheet")

@@ -1,4 +1,4 @@
-"""A sweep: all runs of a study brought up to date, in a folder of their own, or in shards by a job array and joined."""
+"""A sweep: the runs of a study, computed in one folder, or in shards by a job array and then merged."""
 
 import hashlib
 import json
@@ -30,9 +30,9 @@ from validate.wording.of_runs import sentences_of_runs
 BUG, SOME_FAILED = 1, 6
 TABLE = "runs.csv"
 FIGURES = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "spilled_particles", "particles")
-"""Figures of a run in the table; the others are in its summary.json."""
+"""Columns of runs.csv that are figures of a run; its summary.json has all of them."""
 HIDDEN = shutil.ignore_patterns(".*", study_folder.OUTCOME)
-"""Files that are not copied: locks, files of a killed process, and the outcome, which must be written last."""
+"""Files that a merge does not copy: locks, half-written files, and the outcome, which must be written last."""
 
 
 @dataclass(frozen=True)
@@ -53,18 +53,18 @@ def sweep(
 ) -> dict[str, Any]:
     """Compute all runs of a study that are not done yet, and return the --json object of the command.
 
-    ``out`` is its folder; None: reports/<name of the study>. ``settings`` by dotted name replace those of its trial.
+    The default of ``out`` is reports/<name of the study>. ``settings`` by dotted name replace those of its trial.
 
     Raises:
-        InputError: Settings of any run cannot be used, which is checked before the first one starts; or the folder is
-            not this study's.
-        BusyError: Another process works in the folder.
+        InputError: Settings of a run cannot be used, which is checked before the first one starts; or the folder is
+            another study's.
+        BusyError: Another process uses the folder.
     """
     study = load_study(file)
     base = file.parent / study.trial
     given, trial = settings or {}, load_trial(base, settings)
     if twice := sorted({*(study.names & given.keys()), *replaced(trial, given, study.names)}):
-        raise InputError(f"--set {twice[0]} beside {file}, which gives it or what replaces it; change it there.")
+        raise InputError(f"--set {twice[0]}: {file} sets it too, or a setting that replaces it; change it there.")
     planned = plan_runs(study, file, trial)
     if planned[0].trial.fluid is None:
         raise InputError(f"{base}: no [fluid] table; give U and D_cm, or viscosity_pa_s, there or in the study.")
@@ -87,14 +87,14 @@ def sweep(
 def brought_up_to_date(
     name: str, planned: Sequence[PlannedRun], source: Path, folder: Path, options: SweepOptions, progress: Progress
 ) -> study_folder.Plan:
-    """Compute the runs of a shard that are not done, in a folder that this process holds; return all its runs.
+    """Compute the runs of a shard that are not done, in a folder that this process has locked; return all its runs.
 
-    ``source`` is the folder that names in the trials start from. A later call may plan more runs: those that are done
-    are kept. Raises as ``sweep`` does.
+    File names in the trials are relative to ``source``. A later call may plan more runs; finished ones are not computed
+    again. Raises as ``sweep`` does.
     """
     from simulate.device import free_bytes
 
-    # Readings are compared in the run.
+    # Each run compares its level with the readings.
     numbers = numbers_up_to("simulate" if planned[0].trial.readings is None else "validate")
     plan = study_folder.Plan(name, [], len(planned), time.time(), numbers)
     shard, shards = options.shard
@@ -118,31 +118,31 @@ def brought_up_to_date(
 
 
 def status(folder: Path) -> dict[str, Any]:
-    """Report how far a sweep is, also while it runs. Raises InputError if ``folder`` holds none."""
+    """Return the state of a sweep, also while it runs. Raises InputError if ``folder`` has none."""
     return report(folder, study_folder.read_plan(folder), _holder(folder), table=False)
 
 
 def require_own(folder: Path) -> None:
-    """Raises InputError where a folder holds files, but no study."""
+    """Raises InputError if a folder has files that are not a study's."""
     require_folder(folder)
     if folder.is_dir() and not study_folder.holds_study(folder):
         refuse_foreign(folder, "sweep")
 
 
 def adopt(folder: Path, study: str) -> None:
-    """Make the folder that study's. Raises InputError if it holds another one."""
+    """Assign the folder to a study. Raises InputError if another study is in it."""
     if not study_folder.holds_study(folder):
         study_folder.write_plan(folder, study_folder.Plan(study, [], 0, time.time()))
-    held = study_folder.read_plan(folder).study
-    if held != study:
-        raise InputError(f"{folder}: holds the study '{held}'; this is '{study}'. Give --out another folder.")
+    present = study_folder.read_plan(folder).study
+    if present != study:
+        raise InputError(f"{folder}: has the study '{present}'; this is '{study}'. Give --out another folder.")
     study_folder.remove_temporary_files(folder)
 
 
 def _digitise(planned: Sequence[PlannedRun], source: Path, folder: Path, progress: Progress) -> dict[int, str]:
-    """Digitise each crack once, into samples/, and return the folder's name for the number of each run.
+    """Digitise each crack once, into samples/; return the name of its folder by the number of each run.
 
-    Raises InputError with the runs that each fault concerns.
+    Raises InputError that names the runs of each fault.
     """
     runs: dict[str, list[PlannedRun]] = {}
     for run in planned:
@@ -185,7 +185,7 @@ def _runs(
             continue
         validated = stage_settings(trial, "validate")["readings"]
         if validated is not None:
-            # It names what was chosen and changes no result.
+            # It only names the fitted settings and changes no result.
             validated.pop("fitted", None)
         key = stage_key(inputs[name], {**settings, "readings": validated, "device": device}, numbers)
         sizes.append(size)
@@ -198,7 +198,7 @@ def _runs(
 
 
 def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:
-    """Return the --json object of a study, and write its runs as a ``table`` for spreadsheets too."""
+    """Return the --json object of a study; ``table`` also writes its runs as runs.csv."""
     runs = plan.runs
     failed = [run for run in runs if run.state == "failed"]
     rows = [_row(run) for run in runs]
@@ -227,17 +227,17 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
 
 
 def _left_s(plan: study_folder.Plan) -> float | None:
-    """Expected time until all runs are finished, at the pace since the sweep was started; None before its first run."""
+    """Estimate the time until all runs are finished, by the pace since the last start; None before the first run."""
     since = [run for run in plan.runs if (run.finished_unix_s or 0.0) > plan.started_unix_s]
     if not since:
         return None
     elapsed_s = max(run.finished_unix_s or 0.0 for run in since) - plan.started_unix_s
-    left = sum(run.work_s for run in plan.runs if run.state == "waiting")
-    return round(elapsed_s * left / (sum(run.work_s for run in since) or 1.0), 1)
+    waiting_s = sum(run.work_s for run in plan.runs if run.state == "waiting")
+    return round(elapsed_s * waiting_s / (sum(run.work_s for run in since) or 1.0), 1)
 
 
 def _holder(folder: Path) -> str | None:
-    """Return the process that computes the sweep, or None. Processes of another machine are taken as alive."""
+    """Return the process that computes the sweep, or None. A process on another machine is assumed to be alive."""
     import psutil
 
     try:
@@ -250,7 +250,7 @@ def _holder(folder: Path) -> str | None:
 
 
 def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
-    """The run whose surface is nearest to the readings, of those whose result counts; None where there are none."""
+    """Return the ranked run with the least mean error, and its baselines; None without readings or ranked runs."""
     compared = [
         (run.figures.mean_error_mm, run, run.figures)
         for run in runs
@@ -271,7 +271,7 @@ def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
 
 
 def _baselines(run: study_folder.StudyRun, figures: study_folder.StudyFigures, error_mm: float) -> dict[str, Any]:
-    """Return the curves that a run is held against, which is the nearest by as many settings as vary or were fitted."""
+    """Compare the best run with curves of as many coefficients as settings that vary or were fitted."""
     from validate.metrics.baselines import ALWAYS, against_baselines, beaten
 
     declared = (run.trial.get("readings") or {}).get("fitted") or ()
@@ -285,7 +285,7 @@ def _baselines(run: study_folder.StudyRun, figures: study_folder.StudyFigures, e
         "varied": len(varied),
         "fitted": fitted,
         "baselines": [asdict(one) for one in curves],
-        # Of runs that differ in seed alone one was chosen with the readings too.
+        # If only the seed varies, the readings still chose one of the runs.
         "beats_baseline": beaten(error_mm, curves, "calibrated-on", fitted or 1),
         "against_baselines": sentence,
     }
@@ -298,12 +298,14 @@ def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:
 
 
 def screening(runs: Sequence[study_folder.StudyRun]) -> str:
-    """Return the sentence on the runs of the fast model; empty where there are none."""
+    """Return a sentence on the runs of the fast model; empty for particles."""
     if not (fast := [run for run in runs if run.fast]):
         return ""
     unfit = sum(run.figures is not None and bool(run.figures.unfit) for run in fast)
-    told = f"{unfit}, which are in no ranking" if unfit else "none"
-    return f"{_of_fast(len(fast), len(runs))}, for screening: no level rests on it alone. It is unfit for {told}."
+    which = f"{unfit}, which are not ranked" if unfit else "none"
+    return (
+        f"{_of_fast(len(fast), len(runs))}, for screening; confirm its levels with particles. It is unfit for {which}."
+    )
 
 
 def _of_fast(fast: int, runs: int) -> str:
@@ -326,16 +328,16 @@ def _row(run: study_folder.StudyRun) -> dict[str, Any]:
 
 
 def merge(folders: Sequence[Path], out: Path) -> dict[str, Any]:
-    """Join shards of a study in a folder that a sweep can continue, and return the --json object of the command.
+    """Merge shards of a study into a folder that a sweep can continue, and return the --json object of the command.
 
-    A run that several shards hold is taken from one that finished it.
+    A run that is in several shards comes from one that finished it.
 
     Raises:
-        InputError: The folders hold different studies, or shards that were digitised or planned differently; or
-            ``out`` is one of them, or holds something else.
+        InputError: The folders have different studies, or shards that were digitised or planned differently; or ``out``
+            is one of them, or has other files.
     """
     if out.resolve() in {folder.resolve() for folder in folders}:
-        raise InputError(f"--out {out}: is one of the folders to be merged; give another one.")
+        raise InputError(f"--out {out}: is one of the folders to merge; give another one.")
     require_own(out)
     with holding(out):
         sources = [*folders, out] if study_folder.holds_study(out) else folders
@@ -357,34 +359,34 @@ def merge(folders: Sequence[Path], out: Path) -> dict[str, Any]:
 
 
 def _chosen(folders: Sequence[Path], plans: Sequence[study_folder.Plan]) -> list[tuple[Path, study_folder.StudyRun]]:
-    """Return every run once, in the order of the study, with a folder that holds its result if there is one."""
+    """Return every run once, in the order of the study, with a folder that has its result if one does."""
     first = plans[0]
     chosen: dict[int, tuple[Path, study_folder.StudyRun]] = {}
     for folder, plan in zip(folders, plans, strict=True):
         if (plan.study, plan.total) != (first.study, first.total):
             raise InputError(
-                f"{folder}: holds '{plan.study}' of {plan.total} runs, {folders[0]} holds '{first.study}' of "
+                f"{folder}: has '{plan.study}' of {plan.total} runs, {folders[0]} has '{first.study}' of "
                 f"{first.total}; only shards of one study can be merged."
             )
         if other := other_numbers(plan.numbers, first.numbers):
             raise InputError(
                 f"{folder}: its runs were computed by {other.replace('this version', str(folders[0]))}; compute all "
-                "shards by one version."
+                "shards with one version."
             )
         for run in plan.runs:
-            held = chosen.setdefault(run.number, (folder, run))[1]
-            if held.key != run.key:
+            other_run = chosen.setdefault(run.number, (folder, run))[1]
+            if other_run.key != run.key:
                 raise InputError(f"{folder}: run {run.number} has other settings or inputs than in {folders[0]}.")
-            if held.state != "done" and study_folder.is_intact(folder, run):
+            if other_run.state != "done" and study_folder.is_intact(folder, run):
                 chosen[run.number] = folder, run
     return [chosen[number] for number in sorted(chosen)]
 
 
 def _refuse_different_samples(folders: Sequence[Path]) -> None:
-    seen: dict[tuple[str, str], tuple[str, Path]] = {}
+    hashes: dict[tuple[str, str], tuple[str, Path]] = {}
     for path in (path for folder in folders for name in DIGITISED for path in (folder / "samples").glob(f"*/{name}")):
         digest = files.sha256(path)
-        other, first = seen.setdefault((path.parent.name, path.name), (digest, path))
+        other, first = hashes.setdefault((path.parent.name, path.name), (digest, path))
         if other != digest:
             raise InputError(
                 f"{path}: differs from {first}; the shards were digitised by different versions or machines. Compute "

@@ -157,7 +157,7 @@ CASES: list[WrongInput] = [
     ),
     WrongInput(
         "outcome of a run without the hash of its profile",
-        study_of({**OUTCOME, "figures": {"volume_ratio": 1.0}}),
+        study_of({**OUTCOME, "figures": {"volume_ratio": 1.0, "fluid_warnings": []}}),
         "map {given}",
         ("outcome.json", "figures.profile_sha256"),
     ),

@@ -144,7 +144,7 @@ def test_results_of_other_settings_or_files_are_not_compared(run, other, tmp_pat
     refused("[fluid] is not what simulate ran with here")
     (other / "trial.toml").write_bytes(kept["trial.toml"])
     (other / "profile.csv").write_bytes(kept["profile.csv"].replace(b",-", b",", 1))
-    refused("profile.csv is not what was compared with the readings. 'sealtwin validate")
+    refused("profile.csv was changed since the readings were compared. Run 'sealtwin validate")
     (other / "profile.csv").write_bytes(kept["profile.csv"])
     (other / "manifest.json").write_text("null", encoding="utf-8")
     refused("manifest.json: damaged")

@@ -242,7 +242,7 @@ def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(r
     shutil.copytree(run_folder, path)
     monkeypatch.setattr(extra_runs, "RATIO", 1.6)
     with pytest.raises(
-        InputError, match=r"extra run with solver.radius_mm = 0.576 cannot be: .*fewer than 2 particles"
+        InputError, match=r"extra run with solver.radius_mm = 0.576 is not possible: .*fewer than 2 particles"
     ):
         _vary(path)
 

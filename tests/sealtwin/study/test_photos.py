@@ -313,7 +313,7 @@ def test_what_a_mac_leaves_beside_a_photo_is_no_photo(tmp_path):
 def test_a_folder_without_photos_is_named(tmp_path):
     answer = _digitise(tmp_path, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", tmp_path / "out")
     assert answer.exit_code == 3
-    assert "no photos there" in answer.stderr
+    assert "no photos; expected" in answer.stderr
 
 
 class _Deadly(PlannedPhoto):

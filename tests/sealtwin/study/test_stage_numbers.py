@@ -56,7 +56,7 @@ def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(lab, 
     first, second = Narration(), Narration()
     report = sweep(lab, out, HERE, first)
     words = f"{out}: 2 finished runs were computed by {raised} {own}, while this version has {raised} 999: they are "
-    assert [note for note in first.notes if "finished runs" in note] == [f"{words}made anew."]
+    assert [note for note in first.notes if "finished runs" in note] == [f"{words}computed again."]
     assert report["states"]["done"] == 2
     assert report["stage_numbers"] == NUMBERS
     assert not before & {run.key for run in read_plan(out).runs}

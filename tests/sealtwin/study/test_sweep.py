@@ -82,7 +82,7 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_p
     errors_mm = {number: figures["mean_error_mm"] for number, (_, figures) in results_of(out).items()}
     assert told["best"]["number"] == min(set(errors_mm) - set(off), key=errors_mm.__getitem__)
     assert told["best"]["beats_flat_level"] is (told["best"]["mean_error_mm"] < told["best"]["flat_level_error_mm"])
-    assert any("In no ranking" in line for line in swept_lines(told))
+    assert any("Not ranked" in line for line in swept_lines(told))
     # A study says of its fluids what a run says of one.
     liquid, *others = [one for one in told["fluid_warnings"] if "without a yield stress" in one]
     assert liquid.startswith("2 of 4 runs: fluid.U is 300: without a yield stress particles move before")
@@ -328,7 +328,7 @@ def test_a_plan_whose_trial_has_no_table_of_readings_is_refused(fresh):
     plan = json.loads((fresh / "plan.json").read_text())
     plan["runs"][0]["trial"]["readings"] = "readings.csv"
     (fresh / "plan.json").write_text(json.dumps(plan))
-    with pytest.raises(InputError, match=r"plan\.json: not as it was written .*readings is no table"):
+    with pytest.raises(InputError, match=r"plan\.json: not as it was written .*readings is not a table"):
         read_plan(fresh)
 
 
@@ -405,7 +405,7 @@ def test_folders_of_somebody_else_are_left_alone(lab, tmp_path, fresh):
         sweep(lab, tmp_path / "theirs", HERE, Progress())
     other = tiny_lab(tmp_path / "lab")
     other.write_text(other.read_text().replace('name = "tiny"', 'name = "another"'))
-    with pytest.raises(InputError, match="holds the study 'tiny'; this is 'another'"):
+    with pytest.raises(InputError, match="has the study 'tiny'; this is 'another'"):
         sweep(other, fresh, HERE, Progress())
 
 
