@@ -82,7 +82,7 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_p
     errors_mm = {number: figures["mean_error_mm"] for number, (_, figures) in results_of(out).items()}
     assert told["best"]["number"] == min(set(errors_mm) - set(off), key=errors_mm.__getitem__)
     assert told["best"]["beats_flat_level"] is (told["best"]["mean_error_mm"] < told["best"]["flat_level_error_mm"])
-    assert any("In no ranking" in line for line in swept_lines(told))
+    assert any("Not ranked" in line for line in swept_lines(told))
     # A study says of its fluids what a run says of one.
     liquid, *others = [one for one in told["fluid_warnings"] if "without a yield stress" in one]
     assert liquid.startswith("2 of 4 runs: fluid.U is 300: without a yield stress particles move before")
