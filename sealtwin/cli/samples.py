@@ -72,7 +72,7 @@ def digitise(
     from sealtwin.core.mesh_file import READERS
 
     if meshes := [target for target in targets if target.suffix.lower() in READERS]:
-        raise typer.BadParameter(f"{meshes[0]} is a mesh: 'sealtwin import-mesh {meshes[0]}' takes it")
+        raise typer.BadParameter(f"{meshes[0]} is a mesh: use 'sealtwin import-mesh {meshes[0]}'")
     from sealtwin.study.photos import are_several, digitise_many, plan
     from sealtwin.trial.trial_file import sample_trial
 

@@ -99,7 +99,7 @@ def robot(
         *report["other_versions"],
         f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, "
         f"{report['sealant_mm3'] / 1000:.3g} ml; "
-        f"the worst of {frame['taught_points']} taught points misses by {frame['worst_residual_mm']:.2f} mm, "
+        f"the worst of {frame['taught_points']} taught points is off by {frame['worst_residual_mm']:.2f} mm, "
         f"the face is {frame['tilt_deg']:.1f} degrees from level.",
         *_pump_line(report.get("pump")),
         f"Robot files: {', '.join([*report['files'], REPORT])} in {report['folder']}",

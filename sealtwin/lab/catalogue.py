@@ -62,7 +62,7 @@ class SourceFile(Result):
     """A lab's folder in catalogue.json."""
 
     decisions: list[tuple[str, str, Role, str, dict[str, str]]]
-    """File, part, role, sample and answers that the user corrected in the pairing."""
+    """The user's decisions: file, part, role, sample, and the other cells of the row."""
     faults: list[tuple[str, str]]
 
 

@@ -134,7 +134,7 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
     files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
     questions = [
         f"{len(pieces)} files are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; "
-        "keep one, and give the others the role ignore."
+        "keep one, and set the role of the others to ignore."
         for role, pieces in by_role.items()
         if len(pieces) > 1
     ]

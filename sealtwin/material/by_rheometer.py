@@ -41,8 +41,8 @@ def material_of_table(path: Path, paste: PasteOnPlate, data: DataKind, day: date
     rate, stress = (np.array(columns[name]) for name in BOUNDS)
     if rate.max() < LEAST_RANGE * rate.min():
         raise InputError(
-            f"{path}: shear rates from {rate.min():g} to {rate.max():g} /s; a line needs a range of at least "
-            f"{LEAST_RANGE:g} times."
+            f"{path}: shear rates from {rate.min():g} to {rate.max():g} /s; for a line they must differ by a "
+            f"factor of at least {LEAST_RANGE:g}."
         )
     _refuse_two_pastes(path, rate, stress)
     (yields, thick), covariance, misfit = _bingham(rate, stress)

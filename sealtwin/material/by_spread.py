@@ -211,7 +211,7 @@ def viscosity(
 def material_of(
     photo: PhotoInput, heap: Heap, early: Sequence[tuple[Path, float]], day: date, note: Callable[[str], None]
 ) -> MeasuredPaste:
-    """Measure a spread in a photo and return the paste. Raises InputError for what cannot be measured."""
+    """Measure a spread in a photo and return the paste. Raises InputError if the photo does not show it."""
     spread = measure_spread(photo, Path())
     for warning in spread.warnings:
         note(f"note: {warning}")
