@@ -210,7 +210,7 @@ FAULTS = (
     ),
     Planted(
         "a date that is read two ways",
-        r"P01\.toml: date = '03/05/2026' is no date that can be read one way",
+        r"P01\.toml: date = '03/05/2026' is no unambiguous date",
         _edit("P01.toml", "2026-05-03", '"03/05/2026"'),
     ),
     Planted(
@@ -220,7 +220,7 @@ FAULTS = (
     ),
     Planted(
         "no depth at all",
-        r"P03.*: crack\.depth_mm is not said, and no photo shows it",
+        r"P03.*: crack\.depth_mm is missing, and no photo shows it",
         _edit("P03_Notizen.csv", "Tiefe;0,8 cm\n", "", "cp1252"),
     ),
     Planted(

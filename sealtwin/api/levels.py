@@ -1,4 +1,4 @@
-"""Readings along the crack, a simulated level compared with them, and the plot of both."""
+"""Readings along the crack, their comparison with a simulated level, and a plot of both."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
 OF_A_FILE = ("sheet", "sample", "separator", "decimal", "unit")
-"""Keywords that say how a file is written, which an array is not."""
+"""Keywords about the format of a file, which do not apply to an array."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LevelReadings(Profile):
     """Caliper readings along the crack: what ``read_readings`` returns.
 
-    ``s_mm`` and ``level_mm`` are (n,), the mean of each station; ``repeats_mm`` is (n, r), NaN where one is missing.
+    ``s_mm`` and ``level_mm`` are (n,), the mean of each station; ``repeats_mm`` is (n, r), NaN if one is missing.
     """
 
     settings: Readings
-    """The declared facts about how they were taken."""
+    """Declared facts about how they were taken."""
     sha256: str
     """Hash of the file, or of the array's bytes."""
 
@@ -65,7 +65,7 @@ def read_readings(
     probe_mm: float | None = None,
     datum_error_mm: float | None = None,
 ) -> LevelReadings:
-    """Read caliper readings. What the file does not say is asked for, never guessed.
+    """Read caliper readings. Missing facts are an error that names the keyword to give; nothing is guessed.
 
     Keywords are settings of [readings] in a trial file.
 
@@ -76,22 +76,22 @@ def read_readings(
         mm: arc length along the crack, then r levels of each station, NaN if one is missing. Cells of an array have a
         spreadsheet's names: "B4" is the reading [3, 1].
     crack, solid
-        The crack and its solid: a station or a level outside them is refused. Without them neither is checked.
+        The crack and its solid, to refuse stations and levels outside them. Without them neither is checked.
 
     Returns
     -------
     LevelReadings
-        Levels from the face in mm, in the order of s, and in ``doubts`` what a file or an array may not have meant.
+        Levels from the face in mm, sorted by s; ``doubts`` lists readings that may not mean what they seem to.
 
     Raises
     ------
     InputError
-        The file cannot be read without guessing, or a value cannot be; all faults are named, each with its place.
+        The file is ambiguous, or a value is not possible; the text lists all faults, each with its place.
 
     Warns
     -----
     RuntimeWarning
-        A file or an array may not have meant what it says: the ``doubts`` of the result, a sentence each.
+        The ``doubts`` of the result, one warning for each.
     """
     given = locals()
     from sealtwin.trial.trial_file import SETTINGS, no_such_setting
@@ -106,7 +106,7 @@ def read_readings(
     depth_mm = None if solid is None else solid.depth_mm
     if is_array:
         if useless := [name for name in OF_A_FILE if given[name] is not None]:
-            raise InputError(f"read_readings: {useless[0]} with an array: it says how a file is written. Leave it out.")
+            raise InputError(f"read_readings: {useless[0]} with an array: it is about the format of a file. Omit it.")
         profile = take_readings(np.asarray(readings, dtype=np.float64), settings, length_mm, depth_mm)
     else:
         profile = read_readings(file, settings, length_mm, depth_mm)
@@ -118,7 +118,7 @@ class LevelComparison(Comparison):
     """A simulated level compared with readings: what ``compare`` returns.
 
     Its main figures are ``mean_error_mm``, ``interval_95_mm``, ``worst_error_mm`` at ``worst_at_mm``, ``verdict``,
-    ``findings`` and the ``baselines`` that the verdict names.
+    ``findings`` and ``baselines``.
     """
 
     level: InstanceOf[Profile]
@@ -130,7 +130,7 @@ class LevelComparison(Comparison):
     declared: Uncertainty
     """Declared standard uncertainties of the inputs."""
     sections: InstanceOf[Sections]
-    """The cavity along the crack, for plots."""
+    """Cross-sections of the cavity along the crack, for plots."""
 
 
 def compare(
@@ -143,22 +143,22 @@ def compare(
     gate_reason: str = "",
     uncertainty: Mapping[str, float] | None = None,
 ) -> LevelComparison:
-    """Compare a simulated level with readings over their common stretch of the crack.
+    """Compare a simulated level with readings, over the part of the crack that both cover.
 
     Parameters
     ----------
     level, readings, crack, solid
-        What the functions above returned; of readings that are a plain ``Profile`` nothing is known but its own fields.
+        Results of the other functions. Readings may be a plain ``Profile``, with nothing declared about them.
     gate_mm, gate_reason
-        Largest mean error in mm that was declared before the run, and why; without one nothing passes or fails.
+        Largest mean error in mm, declared before the run, and its reason; without it nothing passes or fails.
     uncertainty
         Standard uncertainties of the inputs by the names of the table [uncertainty], for example
-        ``{"station_mm": 1.0}``; what is left out is not included, and the report says so.
+        ``{"station_mm": 1.0}``; inputs without one are not included, and the report lists them.
 
     Returns
     -------
     LevelComparison
-        The mean error is the area between both curves over the covered length, exact; in mm.
+        The mean error in mm is the exact area between both curves divided by the length that both cover.
 
     Raises
     ------
@@ -212,12 +212,12 @@ def plot_levels(
     Parameters
     ----------
     level, readings, result
-        What to draw, at least one level; their comparison adds the 95 % band of the readings, and the best flat level
-        unless the readings were held out.
+        What to draw: a simulated level, readings, or both. ``result`` adds the 95 % band of the readings, and the best
+        flat level unless the readings were held out.
     solid
-        The solid, to draw the crack's floor; left out, that of ``result``.
+        The solid, to draw the crack's floor; default: that of ``result``.
     ax
-        Axes of matplotlib to draw on; left out, a new figure of pyplot's.
+        Axes of matplotlib to draw on; default: those of a new pyplot figure.
 
     Returns
     -------
@@ -242,5 +242,5 @@ def plot_levels(
         draw_levels(axes, level, sections, readings, result if readings is not None else None)
     figure = axes.get_figure()
     if figure is None:
-        raise InputError("plot_levels: ax belongs to no figure; give axes of one, or leave ax out.")
+        raise InputError("plot_levels: ax belongs to no figure; give axes of a figure, or omit ax.")
     return figure

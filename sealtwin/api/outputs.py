@@ -1,4 +1,4 @@
-"""Files for others: the report, the same page, PDF and JSON as the command's; and a robot's program."""
+"""Output files: the report as page, PDF and JSON, as the commands write it, and robot programs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -41,11 +41,11 @@ def write_report(
     Parameters
     ----------
     folder
-        Where they go; those of an earlier call are replaced.
+        Folder for the files; files of an earlier call are replaced.
     crack, solid, path, run, result
-        What the other functions returned; without a comparison the report shows the simulation alone.
+        Results of the other functions; without a comparison the report shows only the simulation.
     name, note
-        Title of the report, by default the folder's name, and what a reader must know about this trial.
+        Title of the report, by default the folder's name, and facts that a reader must know about this trial.
 
     Returns
     -------
@@ -55,8 +55,8 @@ def write_report(
     Raises
     ------
     InputError
-        ``result`` compares another level than that of ``run``; the path was not planned by ``plan_path`` or the crack
-        not traced; or the folder is a run folder, whose report is the command's.
+        ``result`` is of another level than that of ``run``; ``path`` is not from ``plan_path``, or ``crack`` not from
+        ``trace_crack`` or ``import_mesh``; or the folder is a run folder, whose report 'sealtwin validate' writes.
     """
     from digitise.trajectory import with_path
     from digitise.walls.overlay import draw_overlay
@@ -75,7 +75,7 @@ def write_report(
         raise InputError(f"{target}: a run folder, whose report 'sealtwin validate' writes; give another folder.")
     profile = measure_profile(run, crack, solid)
     if result is not None and not np.array_equal(result.level.level_mm, profile.level_mm):
-        raise InputError("write_report: result compares another level than that of run; give the run that it is of.")
+        raise InputError("write_report: result is of another level than that of run; give the run that was compared.")
     readings = None if result is None else result.readings
     sheet, hashes = None, {crack.photo.file.name: crack.sha256}
     if isinstance(readings, LevelReadings):
@@ -117,23 +117,23 @@ def write_robot_program(
     name: str = "",
     allow_automatic: bool = False,
 ) -> list[Path]:
-    """Write a nozzle path for a robot, in the robot's own frame and within its cell's limits.
+    """Write a nozzle path as robot programs, in the robot's frame and checked against its cell's limits.
 
     Parameters
     ----------
     folder
-        Where the files go; files that were edited since they were written are not replaced.
+        Folder for the files; files that were edited since they were written are not replaced.
     crack, path
-        The crack and the path over it.
+        The crack and its path.
     cell
         A cell file, or its content as a mapping: taught points, limits, languages. ``sealtwin robot --example FILE``
         writes one to start from.
     formats
-        Of "txt", "csv", "spel", "gcode", "urscript"; left out, those that the cell names.
+        Any of "txt", "csv", "spel", "gcode", "urscript"; default: those that the cell lists.
     name
-        What the head of each program calls the trial.
+        Name of the trial in the head of each program.
     allow_automatic
-        Also write where the crack was found automatically, once you looked.
+        True allows a crack that was found automatically. Check the crack first.
 
     Returns
     -------
@@ -143,16 +143,16 @@ def write_robot_program(
     Raises
     ------
     InputError
-        The cell has a fault or lacks a table for a format, the path is beyond one of its limits, or nobody has
-        confirmed the crack.
+        The cell has a fault or no table for a format, the path exceeds one of its limits, or the crack was found
+        automatically and is not confirmed.
     """
     from digitise.robots.cell import FORMATS
     from sealtwin.trial.robot_files import REPORT, pump_of, write_programs
 
     if crack.path_source == "automatic" and not allow_automatic:
         raise InputError(
-            "write_robot_program: the crack was found automatically, and nobody has confirmed it. Give ends_px to "
-            "trace_crack; or, having looked, allow_automatic=True."
+            "write_robot_program: the crack was found automatically and is not confirmed. Give ends_px to trace_crack; "
+            "or check the crack and give allow_automatic=True."
         )
     robot_cell, cell_name, inputs = _cell(cell)
     pump = pump_of(robot_cell, Path() if isinstance(cell, Mapping) else Path(cell).parent)
@@ -171,7 +171,7 @@ def write_robot_program(
 
 
 def _cell(given: "FilePath | Mapping[str, Any]") -> "tuple[RobotCell, str, dict[str, str]]":
-    """The cell, what refusals call it, and the hash of its file."""
+    """Return the cell, its name for messages, and the hash of its file by name."""
     from digitise.robots.cell import RobotCell
     from sealtwin.trial.robot_files import read_cell
 

@@ -1,4 +1,4 @@
-"""A plan for a trial, and the step that corrects it on the way."""
+"""A plan for a trial, and the step that corrects it during the pour."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,11 +21,11 @@ __all__ = ["FlowPlan", "LevelFrame", "LoopModel", "LoopState", "RemainingPlan", 
 
 @dataclass(frozen=True)
 class FlowPlan:
-    """A plan that particles judged: what ``plan_flow`` returns.
+    """A plan that was checked by particle runs: what ``plan_flow`` returns.
 
-    ``t_s``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), ``position_mm`` is (n, 3); each row holds until the next.
-    ``s_mm``, ``level_mm`` and ``half_width_mm``, of the 95 % band, are (m,): the level that it leads to. With one seed
-    there is no band.
+    ``t_s``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), ``position_mm`` is (n, 3); each row is valid until the time of
+    the next. ``s_mm`` and ``level_mm``, (m,), are the level after the pour, ``half_width_mm`` is that of its 95 % band;
+    None if the plan has one seed.
     """
 
     folder: Path
@@ -37,7 +37,7 @@ class FlowPlan:
     level_mm: Floats
     half_width_mm: Floats | None
     verified: bool
-    """True where particles found the plan better than both baselines."""
+    """True if in particle runs the plan was better than both baselines."""
     content: dict[str, Any]
     """Content of plan.json: under_mm3, over_mm3, baselines, rounds, chances."""
 
@@ -68,30 +68,31 @@ def plan_flow(
     cell, posterior
         A robot's cell file, whose limits bound the plan; and a CSV of draws of the sealant's settings.
     flow_max_mm3_s, margin_mm
-        Largest flow in mm3/s where no cell says it; level below the face to aim at, in mm.
+        Largest flow in mm3/s if no cell sets it; level to aim at, in mm below the face.
     knots, verify, seeds
-        Places along the path where flow and speed are free; rounds of search and particles; runs of the plan kept.
+        Number of places along the path where flow and speed are free; rounds of search and particle run; particle runs
+        of the best plan.
     keep_speed
-        True plans the flow alone.
+        True plans only the flow.
     device, quiet
-        Device of the particle runs; False shows progress on stderr.
+        Device of the particle runs; ``quiet=False`` shows progress on stderr.
 
     Returns
     -------
     FlowPlan
-        The best plan that particles judged.
+        The plan that was best in particle runs.
 
     Raises
     ------
     InputError
-        Trial, cell or posterior cannot be used, or limits allow no plan.
+        Trial, cell or posterior cannot be used, or no plan is possible within the limits.
     NumericalError
         A particle run failed.
 
     Warns
     -----
     RuntimeWarning
-        The runs cannot show this sealant, or what they show is not sound: a sentence each.
+        The model cannot represent this sealant, or results are unreliable: one warning for each reason.
     """
     from simulate.device import choose_device
 
@@ -125,7 +126,7 @@ def plan_flow(
 
 
 def read_loop(folder: FilePath) -> LoopModel:
-    """Read the tables that ``sealtwin loop`` made in a plan's folder.
+    """Read the tables that ``sealtwin loop`` wrote into a plan's folder.
 
     Parameters
     ----------
@@ -135,12 +136,12 @@ def read_loop(folder: FilePath) -> LoopModel:
     Returns
     -------
     LoopModel
-        Tables for ``loop_step``, with ``LoopState.start(model)`` as its first state.
+        Tables for ``loop_step``; its first state is ``LoopState.start(model)``.
 
     Raises
     ------
     InputError
-        The folder holds no tables, or damaged ones.
+        The folder has no tables, or they are damaged.
 
     Warns
     -----

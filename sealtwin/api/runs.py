@@ -1,4 +1,4 @@
-"""The nozzle's path over a crack, the fluid run along it, and the level that the run leaves."""
+"""The nozzle's path over a crack, the fluid run along it, and the level after the run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ SEEDS = 2**31
 class PlannedPath(Trajectory):
     """A timed nozzle path: what ``plan_path`` returns.
 
-    ``t_s``, ``s_mm``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), ``position_mm`` is (n, 3); each row holds until the
-    next, and the last one has speed and flow 0.
+    ``t_s``, ``s_mm``, ``speed_mm_s`` and ``flow_mm3_s`` are (n,), ``position_mm`` is (n, 3). Each row is valid until
+    the time of the next; the last one has speed and flow 0.
     """
 
     settings: NozzlePath
-    """The settings that it was planned with."""
+    """Settings of the plan."""
 
 
 @keywords_of(NozzlePath)
@@ -46,7 +46,7 @@ def plan_path(
     nozzle_height_mm: float | None = None,
     smoothing_mm: float | None = None,
 ) -> PlannedPath:
-    """Plan where the nozzle goes, how fast, and how much it gives. Keywords are settings of [path] in a trial file.
+    """Plan the nozzle's path, speed and flow. Keywords are settings of [path] in a trial file.
 
     Parameters
     ----------
@@ -78,9 +78,9 @@ class SimulatedLevel(Profile):
     """
 
     escaped_particles: int
-    """Particles of the run that went through a wall: with one, the level means nothing."""
+    """Particles that went through a wall; if there is one, the level is meaningless."""
     dispensed_mm3: float = 0.0
-    """Dispensed volume, whose flat level is a baseline; 0 if it is not known."""
+    """Dispensed volume, for the baseline of a flat level; 0 if it is unknown."""
 
 
 @keywords_of(SampleSlope)
@@ -106,35 +106,35 @@ def inject(
     crack, solid, path, fluid
         The crack, its solid, the nozzle's path, and the sealant, a ``Fluid``.
     solver, nozzle
-        How finely it is computed, and the outlet; left out, ``Solver(radius_mm="auto", settle_s=2)``, as
-        ``sealtwin init`` writes it, and ``Nozzle()``, 2.4 mm wide.
+        Resolution of the simulation, and the outlet. Default: ``Solver(radius_mm="auto", settle_s=2)``, as in
+        ``sealtwin init``, and ``Nozzle()``, 2.4 mm wide.
     seed
-        Seed of the small disorder with which particles leave the nozzle.
+        Seed of the small random offsets of particles at the nozzle.
     device
-        Where it runs: "cpu" (default), "cuda:0", or "auto" for the first GPU where there is one. It is never changed
-        in silence: a device that is not there is an error.
+        "cpu" (default), "cuda:0", or "auto": the first GPU, or the CPU without a GPU. A device that does not exist
+        is an error.
     threads
-        Threads of the CPU that share the run; the result is the same.
+        Number of CPU threads; the result does not depend on it.
     progress
         Show progress on stderr.
 
     Returns
     -------
     Run
-        The particles as they lie: ``position_mm`` (n, 3) in mm; ``health`` has the numbers that say whether to trust
-        them. On one CPU the same input gives the same bits.
+        The particles at the end: ``position_mm`` (n, 3) in mm, and in ``health`` figures of numerical quality. On one
+        CPU the same input gives bit-identical results.
 
     Raises
     ------
     InputError
-        The settings do not fit the crack, or the device is not there.
+        The settings do not fit the crack, or the device does not exist.
     NumericalError
-        The numbers stopped meaning anything.
+        The simulation diverged.
 
     Warns
     -----
     RuntimeWarning
-        The run cannot show this sealant, or what it shows is not sound: a sentence each.
+        The model cannot represent this sealant, or the result is unreliable: one warning for each reason.
     """
     slope = settings_from(SampleSlope, "inject", locals())
     from simulate.device import choose_device
@@ -166,18 +166,17 @@ def measure_level(run: Run, crack: Outline, solid: Solid) -> SimulatedLevel:
     Parameters
     ----------
     run, crack, solid
-        The run, and the crack and solid that it was made in.
+        The run, and its crack and solid.
 
     Returns
     -------
     SimulatedLevel
-        A station every 0.2 mm from s = 0 to the crack's length. Sealant that rests on the face beside the crack is left
-        out.
+        Stations every 0.2 mm from s = 0 to the crack's length. Sealant on the face next to the crack is not counted.
 
     Raises
     ------
     NumericalError
-        A particle has no finite position.
+        The position of a particle is not finite.
     """
     from simulate.profile import measure_profile
 

@@ -1,4 +1,4 @@
-"""A sample: a photo with its scale, the crack that is traced in it, and the solid; or a mesh in place of them."""
+"""A sample: a photo with its scale, the crack traced in it, and the solid; or a mesh instead."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ class SamplePhoto(Photo):
     """A photo with its scale: what ``read_photo`` returns."""
 
     settings: PhotoInput
-    """The scale and the hints that it was read with."""
+    """Settings with which it was read: scale and hints."""
     sha256: str
     """Hash of the file, or of the array's bytes."""
 
@@ -42,7 +42,7 @@ class CrackOutline(Outline):
     """
 
     photo: Photo
-    """The photo it was traced in; of a mesh the view from above."""
+    """The photo in which it was traced; for a mesh, the view from above."""
     data: DataKind
     """Declared origin of the photo or the mesh."""
     sha256: str
@@ -66,7 +66,7 @@ def read_photo(
     mask: FilePath | NDArray[Any] | None = None,
     data: DataKind = "undeclared",
 ) -> SamplePhoto:
-    """Read a top-down photo and find its scale. Give one scale: it is never guessed.
+    """Read a photo taken from above, with its scale. Give one scale: it is never guessed.
 
     Keywords are settings of [photo] in a trial file; ``second_photo`` and ``mask`` may be arrays too.
 
@@ -78,15 +78,15 @@ def read_photo(
     Returns
     -------
     SamplePhoto
-        Pixels count from the centre of the first one, x right and y down; mm run x right and y up.
+        Pixel coordinates are 0 at the centre of the first pixel, x right and y down; mm have x right and y up.
 
     Raises
     ------
     InputError
-        The photo cannot be read, is black, has no scale or two, or does not show its markers.
+        The photo cannot be read or is black; no scale is given, or two are; or the markers are not found.
     """
     file = _name_of(photo, "photo")
-    # Both pictures are read here, of a file or of an array.
+    # Second photo and mask may be arrays, so they are read here.
     settings = settings_from(PhotoInput, "read_photo", locals(), second_photo=None, mask=None)
     from digitise.image.painted import read_mask, take_mask
     from digitise.photo import beside_markers, pixels_of, scaled
@@ -103,9 +103,9 @@ def read_photo(
         drawn = read_mask(file_of(mask, "mask"), (width, height))
     pixels = pixels_of(decoded, file, second, drawn)
     digest = sha256_of(photo if isinstance(photo, np.ndarray) else file)
-    seen = scaled(pixels, settings)
-    seen = replace(seen, warnings=(*seen.warnings, *beside_markers(seen, settings)))
-    return SamplePhoto(**content_of(seen), settings=settings, sha256=digest)
+    scaled_photo = scaled(pixels, settings)
+    cautions = (*scaled_photo.warnings, *beside_markers(scaled_photo, settings))
+    return SamplePhoto(**content_of(replace(scaled_photo, warnings=cautions)), settings=settings, sha256=digest)
 
 
 @keywords_of(PhotoInput)
@@ -131,16 +131,17 @@ def trace_crack(
     Returns
     -------
     CrackOutline
-        The crack in mm and px; ``s_mm`` counts along the centreline from the first end. Below 8 px its width is a fit
-        of its profile, ``width_source`` "fit", with ``width_95_mm``; below 2 px it is a path without walls, "none".
+        The crack in mm and px; ``s_mm`` is the length along the centreline from the first end. If the crack is narrower
+        than 8 px, its width is fitted to its profile (``width_source`` "fit", with ``width_95_mm``); if narrower than
+        2 px, it is a path without walls ("none").
 
     Raises
     ------
     InputError
-        A point lies off the photo or on no crack; no crack is found, or several compete; it is too short.
+        A point is outside the photo or not on a crack; there is no crack, or several are possible; it is too short.
     """
     given = {name: value for name, value in locals().items() if value is not None}
-    # A crack that was painted needs few hints, as the table says.
+    # A mask needs fewer hints; the table checks which.
     painted = None if photo.drawn is None else photo.file
     settings = settings_from(PhotoInput, "trace_crack", photo.settings.model_dump(), **given, mask=painted)
     from digitise.crack_path.find_path import find_path
@@ -163,7 +164,7 @@ def build_solid(
     margin_mm: float | None = None,
     dam_height_mm: float | None = None,
 ) -> Solid:
-    """Build the sample as a watertight solid: a block less the crack's cavity, dams at open ends.
+    """Build the sample as a watertight solid: a block minus the crack's cavity, with dams at open ends.
 
     Keywords are settings of [crack] in a trial file.
 
@@ -180,7 +181,7 @@ def build_solid(
     Raises
     ------
     InputError
-        A value is out of bounds; or the outline crosses itself, leaves the block, or holds nothing.
+        A value is out of bounds; or the outline crosses itself, leaves the block, or has no area.
     """
     settings = settings_from(CrackShape, "build_solid", locals())
     from digitise.solid.build_solid import build_solid
@@ -199,7 +200,7 @@ def import_mesh(
     dam_height_mm: float | None = None,
     data: DataKind = "undeclared",
 ) -> tuple[CrackOutline, Solid]:
-    """Read a sample that was modelled or scanned, in place of a photo and a depth.
+    """Read a modelled or scanned sample, in place of a photo and a depth.
 
     Keywords are settings of [mesh] in a trial file.
 
@@ -211,12 +212,12 @@ def import_mesh(
     Returns
     -------
     tuple of CrackOutline and Solid
-        In mm, z = 0 on the face, the face's lower left corner the origin.
+        In mm; z is 0 on the face, and the origin is the face's lower left corner.
 
     Raises
     ------
     InputError
-        The file cannot be read, bounds no block, or shows no single crack.
+        The file cannot be read, is not a block, or does not have exactly one crack.
     """
     line = None if path is None else file_of(path, "path")
     settings = settings_from(MeshInput, "import_mesh", locals(), file=file_of(mesh, "mesh"), path=line)
@@ -235,5 +236,5 @@ def _decoded(given: FilePath | NDArray[np.uint8], name: str) -> "Decoded":
 
 
 def _name_of(given: FilePath | NDArray[np.uint8], name: str) -> Path:
-    """The path that was given; of an array the argument's name, which then stands in refusals."""
+    """Return the path that was given; for an array the argument's name, for messages."""
     return Path(name) if isinstance(given, np.ndarray) else file_of(given, name)

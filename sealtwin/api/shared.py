@@ -1,4 +1,4 @@
-"""Errors, records and checked keywords, which all parts of the Python interface use."""
+"""Errors, records and checked keywords for all parts of the Python interface."""
 
 import hashlib
 import warnings
@@ -27,16 +27,16 @@ Table = TypeVar("Table", bound=Settings)
 
 
 def settings_from(kind: type[Table], function: str, keywords: Mapping[str, Any], **replaced: Any) -> Table:
-    """Settings from those of a function's ``locals()`` that the table has, some replaced; None takes the default.
+    """Return a table of settings from a function's ``locals()``, some replaced; None means the default.
 
-    Raises InputError, which begins with ``function``, for a value that is not allowed.
+    Raises InputError, whose text begins with ``function``, for a value that is not allowed.
     """
     values = {**keywords, **replaced}
     return checked(kind, Path(function), {name: values.get(name) for name in kind.model_fields})
 
 
 class WarnedProgress(Progress):
-    """Silent progress that collects warnings, which a function then gives as Python's own."""
+    """Silent progress that collects warnings, for a function to issue as Python warnings."""
 
     def __init__(self) -> None:
         self.sentences: list[str] = []
@@ -46,7 +46,7 @@ class WarnedProgress(Progress):
 
 
 def warn(texts: Iterable[str]) -> None:
-    """Give each text as a RuntimeWarning of the line that called a public function."""
+    """Issue each text as a RuntimeWarning at the line that called the public function."""
     for text in texts:
         warnings.warn(text, RuntimeWarning, stacklevel=3)
 
@@ -56,22 +56,22 @@ def path_or_none(given: FilePath | None) -> Path | None:
 
 
 def file_of(given: FilePath, name: str) -> Path:
-    """The file that an argument names. Raises InputError with the argument's ``name`` where there is none."""
+    """Return the file that an argument gives. Raises InputError with the argument's ``name`` if it does not exist."""
     if not isinstance(given, str | PathLike):
         raise InputError(f"{name}: a {type(given).__name__}; give a file's path or a NumPy array.")
     path = Path(given)
     if not path.is_file():
-        raise InputError(f"{path}: no such file; {name} must name one.")
+        raise InputError(f"{path}: no such file; {name} must be an existing file.")
     return path
 
 
 def sha256_of(content: Path | NDArray[Any]) -> str:
-    """Hash of a file's bytes, or of an array's."""
+    """Return the hash of the bytes of a file or an array."""
     if isinstance(content, Path):
         return sha256(content)
     return hashlib.sha256(np.ascontiguousarray(content).tobytes()).hexdigest()
 
 
 def content_of(record: Any) -> dict[str, Any]:
-    """The fields of a dataclass by name, not copied, to make a record of a class that adds to it."""
+    """Return the fields of a dataclass by name, not copied, to build a record of a subclass."""
     return {field.name: getattr(record, field.name) for field in fields(record)}

@@ -1,4 +1,4 @@
-"""A whole trial file run from Python, sweeps over its settings, and their map."""
+"""Runs of a whole trial from Python, sweeps and calibrations of its settings, and maps of a sweep."""
 
 import json
 import subprocess
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TrialRun:
-    """A run folder that is complete and up to date: what ``run_trial`` returns."""
+    """A complete run folder: what ``run_trial`` returns."""
 
     folder: Path
     result: TrialResult
-    """The content of run.json: figures by name, units in the names."""
+    """Content of run.json: figures by name, with units in the names."""
     redone: tuple[str, ...]
-    """Stages that had to be computed; the others were up to date."""
+    """Stages that were computed; the others were up to date."""
 
     @property
     def report(self) -> Path:
@@ -53,12 +53,12 @@ class TrialRun:
 
     @property
     def verdict(self) -> str | None:
-        """The report's headline as one text; None without readings."""
+        """Headline of the report; None without readings."""
         return self.result.comparison and self.result.comparison.verdict
 
     @property
     def gate_passed(self) -> bool | None:
-        """True if the declared gate is kept; None if none was declared."""
+        """True if the mean error is within the declared gate; None if no gate was declared."""
         return self.result.comparison and self.result.comparison.passed
 
     @cached_property
@@ -78,7 +78,7 @@ class TrialRun:
 
     @cached_property
     def run(self) -> Run:
-        """The particles as they lie."""
+        """The particles at the end of the run."""
         return record_files.read_run(self.folder)
 
     @cached_property
@@ -103,33 +103,34 @@ def run_trial(
     trial
         A trial file, or its content as a mapping or a ``Trial``.
     out
-        The run folder; left out, reports/<name of the trial> under the current folder.
+        The run folder; default: reports/<name of the trial> under the current folder.
     device, threads
-        Where the fluid runs: "cpu" (default), "cuda:0" or "auto"; and the threads of the CPU that share the run.
+        Device of the fluid run: "cpu" (default), "cuda:0" or "auto"; and the number of CPU threads.
     source
-        Folder in which photo and readings of a trial that is no file are looked for; left out, the current one.
+        Folder of photo and readings if the trial is not a file; default: the current folder.
     progress
         Show progress on stderr.
 
     Returns
     -------
     TrialRun
-        Figures, and the records of each stage. A gate that is not kept raises nothing: see ``gate_passed``.
+        Figures, and the records of each stage. A missed gate does not raise: see ``gate_passed``.
 
     Raises
     ------
     InputError
-        The trial holds a key or a value that cannot be, or an input cannot be used.
+        The trial has an invalid key or value, or an input cannot be used.
     NumericalError
-        The numbers stopped meaning anything, or a particle went through a wall.
+        The simulation diverged, or a particle went through a wall.
     BusyError
-        Another process holds the run folder.
+        Another process uses the run folder.
 
     Warns
     -----
     RuntimeWarning
-        The run cannot show this sealant, or what it shows is not sound: a sentence each, as in ``fluid_warnings``. The
-        photo or the readings may not be what was meant, or a file was edited; with ``progress`` stderr says these.
+        The model cannot represent this sealant, or the result is unreliable: one warning for each reason, as in
+        ``fluid.warnings``. The photo or the readings are in doubt, or a file was edited; with ``progress`` these are
+        printed on stderr instead.
     """
     from sealtwin.lab.held_out import facts_above
     from sealtwin.trial.job import STAGES
@@ -141,7 +142,9 @@ def run_trial(
         home = Path(source) if source is not None else Path()
     else:
         if source is not None:
-            raise InputError("run_trial: source beside a trial file, whose files lie beside it. Leave source out.")
+            raise InputError(
+                "run_trial: source with a trial file: its files are in the trial file's folder. Omit source."
+            )
         settings, home = load_trial(Path(trial)), Path(trial).parent
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
     warned = WarnedProgress()
@@ -157,20 +160,20 @@ class SweepResult:
 
     folder: Path
     rows: tuple[dict[str, Any], ...]
-    """One for each run, in the order of the grid: the settings that vary, state, figures and, where it failed, the
+    """One row for each run, in the order of the grid: the settings that vary, state, figures and, if it failed, the
     reason; also in runs.csv."""
     best: dict[str, Any] | None
-    """Number, settings and mean error in mm of the run that is nearest to the readings; None without readings."""
+    """Number, settings and mean error in mm of the run nearest to the readings; None without readings."""
 
     @property
     def failed(self) -> tuple[dict[str, Any], ...]:
-        """The rows of runs that failed, each with its reason."""
+        """Rows of failed runs, each with its reason."""
         return tuple(row for row in self.rows if row["state"] == "failed")
 
     def column(self, name: str) -> Floats:
-        """A column of numbers, (runs,); NaN where a run has none. Raises InputError for a name that no row has."""
+        """Return a column of numbers, (runs,); NaN for missing values. Raises InputError for an unknown name."""
         if name not in self.rows[0]:
-            raise InputError(f"column: no {name!r}; there are {', '.join(self.rows[0])}.")
+            raise InputError(f"column: no {name!r}; the columns are {', '.join(self.rows[0])}.")
         return np.array([np.nan if row[name] is None else row[name] for row in self.rows], dtype=float)
 
 
@@ -187,41 +190,43 @@ def sweep(
 ) -> SweepResult:
     """Run a trial once for each combination of the given settings.
 
-    What is done is kept: killed or interrupted, the same call goes on. The work is done by ``sealtwin sweep`` in a
-    process of its own, since the workers that it starts would otherwise run the calling script once more.
+    Finished runs are kept: after an interruption, repeat the same call to continue. ``sealtwin sweep`` does the work in
+    its own process, because worker processes would otherwise run the calling script again.
 
     Parameters
     ----------
     trial
         The trial file to start from.
     grid
-        Values of each setting by its dotted name, for example ``{"fluid.U": [1, 10, 100]}``; the first one named
-        varies slowest.
+        Values of each setting by its dotted name, for example ``{"fluid.U": [1, 10, 100]}``; the first setting varies
+        slowest.
     out
-        The sweep's folder; left out, reports/<name>. Its study.toml takes the same sweep to the command line.
+        The sweep's folder; default: reports/<name>. Its study.toml runs the same sweep on the command line.
     fixed
-        Settings that all runs have in place of the trial's own, for example ``{"solver.radius_mm": 0.6}``.
+        Settings of all runs that replace the trial's, for example ``{"solver.radius_mm": 0.6}``.
     name
-        Name of the study; left out, that of the trial's file with "-sweep".
+        Name of the study; default: that of the trial's folder and file, with "-sweep".
     device, jobs
-        Where fluids run, as in ``run_trial``, and processes at a time: left out, one for each core, or one on a GPU.
+        Device of the fluid runs, as in ``run_trial``, and number of processes; default: one for each core, or one on a
+        GPU.
     progress
         Show progress on stderr.
 
     Returns
     -------
     SweepResult
-        A row for each run; a run that fails stops none of the others.
+        A row for each run; a failed run does not stop the others.
 
     Raises
     ------
     InputError
-        Settings that cannot be, of all runs at once, before the first one starts; or a folder that is not this sweep's.
+        Invalid settings of any run, before the first one starts; or the folder is that of another sweep.
 
     Warns
     -----
     RuntimeWarning
-        Runs cannot show their sealant, or what they show is not sound: a sentence each, with the number of such runs.
+        The model cannot represent the sealant of a run, or results are unreliable: one warning for each reason, with
+        the number of runs.
     """
     import tomlkit
 
@@ -231,7 +236,7 @@ def sweep(
     content = {"name": name or f"{file.parent.name}-{file.stem}-sweep", "trial": str(file), "grid": grid}
     if fixed:
         content["fixed"] = fixed
-    # Checked here already, so that a refusal names the function.
+    # Checked here already, so that messages name this function.
     settings = checked(Study, Path("sweep"), content)
     target = Path(out) if out is not None else Path("reports", settings.folder_name)
     with tempfile.TemporaryDirectory(prefix="sealtwin-") as temporary:
@@ -248,13 +253,13 @@ class CalibrationResult:
 
     folder: Path
     content: dict[str, Any]
-    """All of calibration.json: finding, gates, combinations, roles and predictions of the trials."""
+    """Content of calibration.json: finding, gates, combinations, roles and predictions of the trials."""
     posterior: dict[str, Floats]
-    """500 draws of each free setting, (500,), by dotted name; empty where no setting makes the readings."""
+    """500 draws of each free setting, (500,), by dotted name; empty if no setting reproduces the readings."""
 
     @property
     def identified(self) -> dict[str, bool]:
-        """True for each setting whose 90 % interval is at most half as wide as beforehand."""
+        """True for each setting whose 90 % interval became at most half as wide."""
         return {one["setting"]: one["identified"] for one in self.content["free"] if isinstance(one, dict)}
 
 
@@ -269,36 +274,37 @@ def calibrate(
     jobs: int | None = None,
     progress: bool = False,
 ) -> CalibrationResult:
-    """Find settings by the readings of one trial or several, and predict others.
+    """Determine settings from the readings of one trial or several, and predict others.
 
-    What is done is kept, as by ``sweep``; the work is done by ``sealtwin calibrate`` in a process of its own.
+    Finished runs are kept, as in ``sweep``; ``sealtwin calibrate`` does the work in its own process.
 
     Parameters
     ----------
     trials
         Trial files whose readings have the role "calibrated-on".
     free
-        Range of each setting that is not known, by dotted name: ``{"fluid.yield_stress_pa": (3, 60)}``.
+        Range of each unknown setting, by dotted name: ``{"fluid.yield_stress_pa": (3, 60)}``.
     hold_out
-        Trial files that are predicted and judged; their readings have the role "held-out".
+        Trial files to predict and compare, with readings of the role "held-out".
     budget
         Runs of each trial, 40 or more.
     out
-        The folder; left out, reports/<trial>-calibrated.
+        The folder; default: reports/<trial>-calibrated.
     device, jobs, progress
         As in ``sweep``.
 
     Returns
     -------
     CalibrationResult
-        Posterior, what it determines, and the predictions; also where no setting makes the readings.
+        Posterior, which settings it determines, and the predictions. Without posterior if no setting reproduces the
+        readings.
 
     Raises
     ------
     InputError
         A trial, a setting or a role cannot be used.
     NumericalError
-        A quarter of the runs has no result.
+        A quarter of the runs or more failed.
 
     Warns
     -----
@@ -335,20 +341,21 @@ def write_map(
     Parameters
     ----------
     swept
-        The sweep, or its folder; it needs four finished runs or more whose volume is off by 5 % at most.
+        The sweep, or its folder. It needs at least four finished runs whose volume error is 5 % at most.
     out
-        Where the page goes; left out, map/ in the sweep's folder.
+        Folder for the page; default: map/ in the sweep's folder.
     readings, data
-        Another sheet of readings than the trial's own, and where it comes from.
+        A sheet of readings other than the trial's, and its origin.
     any_volume
-        Map runs whose volume is off by over 5 % too.
+        True includes runs whose volume error is over 5 %.
     fills, device, progress
-        Compute some nine runs once more, to draw how they fill; where those run; and show progress on stderr.
+        ``fills=True`` computes about nine runs again on ``device``, to draw how they fill; ``progress=True`` shows
+        progress on stderr.
 
     Returns
     -------
     Path
-        The page, map.html; its figures lie beside it as SVG and CSV.
+        The page, map.html; its figures are in the same folder as SVG and CSV.
 
     Raises
     ------
@@ -376,11 +383,11 @@ def write_map(
 def _command(
     words: Sequence[FilePath], out: FilePath | None, device: str, jobs: int | None, progress: bool
 ) -> dict[str, Any]:
-    """The answer of a command of ours, run by this very interpreter.
+    """Run a command of sealtwin with this interpreter; return its JSON output.
 
-    Raises SealtwinError of the kind that its exit code stands for.
+    Raises the kind of SealtwinError that its exit code means.
     """
-    # -P: a folder 'validate' or 'simulate' that lies in the current one must not be taken for ours.
+    # -P: folders named 'validate' or 'simulate' in the current folder must not be imported.
     line = [sys.executable, "-P", "-m", "sealtwin", *map(str, words), "--device", device, "--json"]
     line += [] if out is None else ["--out", str(out)]
     line += [] if jobs is None else ["--jobs", str(jobs)]
@@ -389,8 +396,8 @@ def _command(
     try:
         answer = json.loads(done.stdout)
     except ValueError:
-        said = (done.stderr or b"").decode(errors="replace")
-        raise RuntimeError(f"'sealtwin {words[0]}' ended with code {done.returncode}.\n{said}") from None
+        errors = (done.stderr or b"").decode(errors="replace")
+        raise RuntimeError(f"'sealtwin {words[0]}' ended with code {done.returncode}.\n{errors}") from None
     if "error" not in answer:
         return answer
     kinds: dict[int, type[SealtwinError]] = {InputError.exit_code: InputError, NumericalError.exit_code: NumericalError}

@@ -1,4 +1,4 @@
-"""Answers of the commands: results on stdout, narration on stderr, an exit code and one sentence for each fault."""
+"""Answers of the commands: results on stdout, narration on stderr, an exit code, one message for each fault."""
 
 import functools
 import inspect
@@ -32,27 +32,27 @@ GATE_FAILED = 5
 SOME_FAILED = 6
 INTERRUPTED = 130
 NO_MEMORY = re.compile("failed to map segment|cannot allocate memory", re.IGNORECASE)
-DEVICE = option("Device of the fluid run; naming a device that is absent is an error.", "auto|cpu|cuda:0")
+DEVICE = option("Device of the fluid run; it is an error if the named device does not exist.", "auto|cpu|cuda:0")
 JSON = flag("--json", "Print one JSON object on stdout, everything else on stderr.")
-QUIET = flag("--quiet", "Print no narration and no progress; warnings are printed.")
+QUIET = flag("--quiet", "Print warnings only, no narration and no progress.")
 
 
 @dataclass(frozen=True)
 class Answer:
-    content: dict[str, Any]  # Object that --json prints
-    lines: Sequence[str]  # Text that is printed without --json
+    content: dict[str, Any]  # Printed with --json
+    lines: Sequence[str]  # Printed without --json
     exit_code: int = 0
 
 
 @dataclass(frozen=True)
 class Command:
-    """Options of a command that concern its answer, and the device of its fluid run."""
+    """Options of a running command: form of its output, and device of its fluid run."""
 
     device: str = "cpu"
     as_json: bool = False
     quiet: bool = False
     stdout: TextIO = field(default_factory=lambda: sys.stdout)
-    """Standard output, for the answer alone: whatever a library prints is sent to stderr."""
+    """Standard output, for the result only: prints by libraries go to stderr."""
 
     def say(self, text: str) -> None:
         if not self.quiet:
@@ -63,7 +63,7 @@ class Command:
         print(text, file=sys.stderr)
 
     def reply(self, answer: Answer) -> None:
-        """Print the answer; end the command if its exit code is not 0."""
+        """Print the result; end the command if its exit code is not 0."""
         text = json.dumps(answer.content, ensure_ascii=False) if self.as_json else "\n".join(answer.lines)
         with naming(Path("standard output")):
             print(text, file=self.stdout, flush=True)
@@ -77,8 +77,8 @@ class Command:
         raise typer.Exit(exit_code)
 
     def interrupted(self, message: str) -> NoReturn:
-        # An interrupt inside exec() of a text, as dataclasses do it, is noted by CPython, which then ends
-        # "python -m" by the signal and not by the exit code, handled or not; the next such exec() clears the note.
+        # If an interrupt arrives inside exec() of a text, as in dataclasses, CPython sets a flag and later ends
+        # "python -m" by the signal instead of the exit code, even if it was handled. Another exec() clears the flag.
         exec("")
         self.fail(f"interrupted; {message}", INTERRUPTED)
 
@@ -89,7 +89,7 @@ class Command:
 
 
 class Commands(TyperGroup):
-    """Group of all commands: with --json, a usage error is answered by an object as well."""
+    """Group of all commands: with --json, a usage error is printed as an object too."""
 
     def invoke(self, ctx: Any) -> Any:
         as_json = "--json" in ctx.args
@@ -102,9 +102,9 @@ class Commands(TyperGroup):
 
 
 class CheckedCommand(TyperCommand):
-    """Command that answers a removed option by its new spelling, and refuses one that is given twice and is no list.
+    """Command that reports the new spelling of a removed option, and refuses an option that is given twice.
 
-    Click takes the last value without a word. The help of a setting's option is read when it is shown.
+    Click would silently use the last value. Help of options that are settings is read only when it is shown.
     """
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
@@ -129,9 +129,9 @@ class CheckedCommand(TyperCommand):
 def answers(
     *names: str, needs: Sequence[str] = (), device: bool = False, quiet: bool = True, as_json: bool = True
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a function of a ``Command`` and its own parameters the options of an answer, and let it end as a command.
+    """Make a command of a function of a ``Command``: add options of output and device, turn faults into exit codes.
 
-    Its parameter ``settings`` stands for --set and for the options of every day in ``names``; those in ``needs`` are
+    The function's parameter ``settings`` becomes --set and the everyday options in ``names``; those in ``needs`` are
     required.
     """
     ends = [("device", str, DEVICE, "auto")] if device else []
@@ -158,46 +158,46 @@ def answers(
 
 
 def _shown(own: inspect.Parameter, names: Sequence[str], needs: Sequence[str]) -> Iterable[inspect.Parameter]:
-    """Return the options in place of a function's own parameter."""
+    """Return the options that a function's own parameter becomes."""
     if own.name == "settings":
         return parameters(names, needs)
     return [own.replace(kind=inspect.Parameter.KEYWORD_ONLY)]
 
 
 def removed_options() -> dict[str, dict[str, str]]:
-    """Return what is given in place of options that went, by command and option."""
+    """Return the new spelling of removed options, by command and option."""
     return tomllib.loads(files("sealtwin").joinpath("templates/removed_options.toml").read_text(encoding="utf-8"))
 
 
 @contextmanager
 def ending(command: Command) -> Iterator[None]:
-    """Turn faults that the user can mend into one message and an exit code; bugs keep their traceback."""
+    """Turn faults that the user can fix into a message and an exit code; bugs keep their traceback."""
     try:
         with redirect_stdout(sys.stderr):
             yield
     except SealtwinError as fault:
         command.fail(str(fault), fault.exit_code)
     except BrokenPipeError:
-        # The reader of the answer has ended; without this the interpreter complains as it flushes.
+        # The reader of stdout has ended; without this the interpreter reports an error when it flushes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise typer.Exit(BAD_INPUT) from None
     except OSError as fault:
         if fault.filename is None:
             raise
-        command.fail(f"{fault.filename}: {fault.strerror}. Give a place that can be read and written.", BAD_INPUT)
+        command.fail(f"{fault.filename}: {fault.strerror}. Choose a place that can be read and written.", BAD_INPUT)
     except (MemoryError, ImportError) as fault:
-        # A library that finds no memory to be loaded into says so in words alone.
+        # If a library cannot be loaded for lack of memory, only the text of the ImportError shows it.
         if isinstance(fault, ImportError) and not NO_MEMORY.search(str(fault)):
             raise
         command.fail("not enough memory. Close other programs, or choose larger particles.", BAD_INPUT)
     except KeyboardInterrupt:
         command.interrupted(
-            "the same command continues from the last finished stage, or from a fluid run's checkpoint."
+            "repeat the command to continue from the last finished stage, or from a fluid run's checkpoint."
         )
 
 
 def open_missing_streams() -> None:
-    """Open what was started closed, as by ``2>&-``: a file opened next would take its number, and narration with it."""
+    """Open streams that were closed at the start, as by ``2>&-``: the next opened file would receive their output."""
     while (spare := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(spare)
@@ -207,20 +207,20 @@ def open_missing_streams() -> None:
 
 
 def take_any_name() -> None:
-    """Let the streams print names that an output page lacks, as escapes, and JSON in UTF-8 on every machine."""
+    """Print characters that the output encoding lacks as escapes, and JSON as UTF-8 on every machine."""
     as_json = "--json" in sys.argv
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # On Windows a pipe or a file has the page of the system.
+            # On Windows, pipes and files have the encoding of the system.
             encoding = "utf-8" if as_json and stream is sys.stdout else None
             stream.reconfigure(encoding=encoding, errors="backslashreplace")
-    # No width means that it is not known; help of no width is blank.
+    # COLUMNS=0 means an unknown width, and would make help blank.
     if os.environ.get("COLUMNS", "").strip("0 ") == "":
         os.environ.pop("COLUMNS", None)
 
 
 def refuse_foreign_packages() -> None:
-    """End with a sentence where digitise, simulate or validate are another distribution's; before any is imported."""
+    """Exit with a message if digitise, simulate or validate belong to another distribution, before any is imported."""
     message = foreign_package()
     if message is not None:
         print(f"sealtwin: {message}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Command line: its commands and their common options."""
+"""The command line: all commands, and the main function."""
 
 import gc
 import logging
@@ -25,7 +25,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 OBJECTS_A_COLLECTION = 200_000
-"""Objects between two collections of Python's garbage: with its own 700, a tenth of a figure's time goes to them."""
+"""Objects between two garbage collections: with Python's default of 700, drawing a figure takes 10 % longer."""
 # In the order in which --help lists them.
 for command in (
     trials.demo,
@@ -69,9 +69,9 @@ def main() -> None:
     open_missing_streams()
     take_any_name()
     if not sys.warnoptions:
-        # Libraries warn of what a user cannot mend; tests turn each such warning into an error.
+        # Users cannot fix what libraries warn about; in tests each such warning is an error.
         warnings.simplefilter("ignore")
-        # Python prints a library's log on stderr where nobody takes it.
+        # Without a handler, Python prints the logs of libraries on stderr.
         logging.getLogger().addHandler(logging.NullHandler())
     gc.set_threshold(OBJECTS_A_COLLECTION, *gc.get_threshold()[1:])
     refuse_foreign_packages()

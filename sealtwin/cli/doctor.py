@@ -1,4 +1,4 @@
-"""Check of an installation: versions, stage numbers, devices, and each stage on a task whose answer is known."""
+"""Check of an installation: versions, stage numbers, devices, and a small test of each stage."""
 
 import time
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from sealtwin.cli.answer import BUG, Answer, Command, answers
 
 @answers(quiet=False)
 def doctor(command: Command) -> None:
-    """Print versions, stage numbers, devices and the results of a self-test of about a second."""
+    """Print versions, stage numbers, devices and the results of self-tests, which take about a second."""
     from sealtwin.core.run_folder import versions
     from sealtwin.core.stage_keys import number_words
     from sealtwin.trial.stage_numbers import NUMBERS
@@ -19,7 +19,7 @@ def doctor(command: Command) -> None:
         began = time.perf_counter()
         try:
             checks[name] = f"ok, {check()} ({time.perf_counter() - began:.1f} s)"
-        except Exception as fault:  # A self-test may fail in any way; the answer names it.
+        except Exception as fault:  # Any exception is a failed self-test, and is printed.
             checks[name] = f"FAILED: {type(fault).__name__}: {fault}"
             healthy = False
     content = {"version": 1, "versions": versions(), "stage_numbers": NUMBERS, "checks": checks, "healthy": healthy}
@@ -30,7 +30,7 @@ def doctor(command: Command) -> None:
 
 
 def _packages() -> str:
-    """Other distributions have packages of the same names, which pip lets overwrite ours."""
+    """Other distributions have packages with these names, and pip lets them overwrite ours."""
     from sealtwin.packages_check import PACKAGES, require_own_packages
 
     require_own_packages()
@@ -38,7 +38,7 @@ def _packages() -> str:
 
 
 def _photo() -> str:
-    """Draw a marker and detect it: an OpenCV without aruco is a common fault."""
+    """Draw a marker and detect it: a common fault is an OpenCV without aruco."""
     import cv2
     import numpy as np
 
@@ -48,16 +48,16 @@ def _photo() -> str:
     _, ids, _ = cv2.aruco.ArucoDetector(dictionary).detectMarkers(photo)
     if ids is None or ids.ravel().tolist() != [7]:
         raise RuntimeError(f"drew marker 7, found {ids}")
-    return "a marker drawn and found"
+    return "marker drawn and detected"
 
 
 def _mesh() -> str:
     from manifold3d import Manifold
 
-    left = (Manifold.cube((10.0, 10.0, 10.0)) - Manifold.cube((4.0, 4.0, 10.0))).volume()
-    if abs(left - 840.0) > 1e-9:
-        raise RuntimeError(f"10 x 10 x 10 less 4 x 4 x 10 mm came out as {left} mm3, not 840")
-    return "a cavity cut to its exact volume"
+    volume_mm3 = (Manifold.cube((10.0, 10.0, 10.0)) - Manifold.cube((4.0, 4.0, 10.0))).volume()
+    if abs(volume_mm3 - 840.0) > 1e-9:
+        raise RuntimeError(f"10 x 10 x 10 minus 4 x 4 x 10 mm gave {volume_mm3} mm3, not 840")
+    return "cavity cut with its exact volume"
 
 
 def _devices() -> str:
@@ -67,13 +67,13 @@ def _devices() -> str:
 
 
 def _fluid() -> str:
-    """Compile, run and record kernels on the device of "auto" and compare them with known answers."""
+    """Compile, run and record kernels on the device "auto", and compare with exact results."""
     from simulate.device import SIDE, choose_device, touching_pairs, turns_of_a_recording
 
     device = choose_device("auto")
-    found = touching_pairs(device)
-    if found != 3 * 7 * 8 * 8:
-        raise RuntimeError(f"a lattice of 8 x 8 x 8 has {found} touching pairs on {device}, not {3 * 7 * 8 * 8}")
+    pairs = touching_pairs(device)
+    if pairs != 3 * 7 * 8 * 8:
+        raise RuntimeError(f"a lattice of 8 x 8 x 8 has {pairs} touching pairs on {device}, not {3 * 7 * 8 * 8}")
     turns = turns_of_a_recording(device)
     if turns != SIDE:
         raise RuntimeError(f"a recorded loop of {SIDE} turns took {turns} on {device}")
@@ -90,7 +90,7 @@ def _report() -> str:
     Figure().savefig(page, format="svg")
     if b"<svg" not in page.getvalue():
         raise RuntimeError("Matplotlib wrote no SVG")
-    return "a figure drawn without a screen"
+    return "figure drawn without a screen"
 
 
 SELF_TESTS: dict[str, Callable[[], str]] = {

@@ -1,4 +1,4 @@
-"""Answers on folders: a batch of photos, the ingest of a lab's folder, a lab's catalogue."""
+"""Answers about folders: a batch of photos, the ingest of a lab's folder, the catalogue of a lab."""
 
 from collections.abc import Sequence, Set
 from dataclasses import asdict, astuple, replace
@@ -29,11 +29,11 @@ from validate.uncertainty.earlier_trials import bias_lines, biases
 from validate.units import counted
 
 BROADEST = 36  # Letters of a column of names on a terminal
-MOST_TOLD = 200  # Faults on a terminal, which keeps some thousand lines
+MOST_FAULTS = 200  # Faults on a terminal, which keeps some thousand lines
 
 
 def batch_answer(batch: Batch) -> Answer:
-    """Answer with a table of the photos that were digitised, and the reason for each other one."""
+    """Answer with a table of the digitised photos, and the reason for each failed one."""
     broad = max((len(row.folder) for row in batch.rows), default=0)
     lines = [
         f"{row.folder:<{broad}}  {_or_dash(row.mean_width_mm, 8)} {row.length_mm:9.1f} {_or_dash(row.cavity_ml, 9)} "
@@ -43,9 +43,9 @@ def batch_answer(batch: Batch) -> Answer:
     if lines:
         lines.insert(0, f"{'photo':<{broad}}  width mm length mm cavity ml sealant ml  path")
     sheet, table = batch.out / SHEET, batch.out / CSV
-    lines.append(f"{len(batch.done)} of {len(batch.listed)} photos digitised. Look at {sheet}; table: {table}")
+    lines.append(f"{len(batch.done)} of {len(batch.listed)} photos digitised. Check {sheet}; table: {table}")
     if proposals := sum(row.path_source == "automatic" for row in batch.done):
-        lines.append(f"{proposals} cracks were found automatically: these are proposals to be checked.")
+        lines.append(f"{proposals} cracks were found automatically: check these proposals.")
     if undeclared := sum(row.data == "undeclared" for row in batch.done):
         lines.append(f"{counted(undeclared, 'photo')} of undeclared origin; photo{SAY_ORIGIN}")
     lines += [f"failed: {row.fault}" for row in batch.failed]
@@ -53,28 +53,30 @@ def batch_answer(batch: Batch) -> Answer:
 
 
 def _or_dash(value: float | None, broad: int) -> str:
-    """Return a number to two decimals; a dash for what a path alone does not have."""
+    """Return a number with two decimals; a dash if a path without walls has none."""
     return f"{'-':>{broad}}" if value is None else f"{value:{broad}.2f}"
 
 
 def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) -> Answer:
-    """Answer with the pairing as a table, how the sheets were understood, what is in doubt or wrong, what to do next.
+    """Answer with the pairing as a table, how the sheets were read, doubts and faults, and what to do next.
 
-    ``unready`` is what keeps samples that were taken in from their runs.
+    ``unready`` are faults that prevent the runs of samples that were taken in.
     """
-    outcomes, held = ingested.outcomes, {fault.name for fault in unready}
-    rows = [_pairing_row(outcome, held) for outcome in outcomes]
+    outcomes, not_sound = ingested.outcomes, {fault.name for fault in unready}
+    rows = [_pairing_row(outcome, not_sound) for outcome in outcomes]
     lines = _table(("sample", "photo", "readings", "note", "state"), rows)
     for outcome in outcomes:
         lines += _understood(outcome)
     remarks = [CatalogueFault(outcome.sample.name, remark) for outcome in outcomes for remark in outcome.remarks]
     lines += _together(remarks, "note: ")
-    if passed := [left.file for left in ingested.left_out if not left.lost]:
-        lines.append(f"Left out: {few(passed)}: neither photos, sheets nor notes, or texts of no sample.")
+    if unused := [each.file for each in ingested.left_out if not each.lost]:
+        lines.append(
+            f"Not used: {few(unused)} (neither photo, sheet nor note, or a text whose name matches no sample)."
+        )
     failed = _together([*ingested.faults, *unready])
-    lines += failed[:MOST_TOLD]
-    if len(failed) > MOST_TOLD:
-        lines.append(f"and {len(failed) - MOST_TOLD:,} more like these; --json and 'sealtwin lab list' tell them all.")
+    lines += failed[:MOST_FAULTS]
+    if len(failed) > MOST_FAULTS:
+        lines.append(f"and {len(failed) - MOST_FAULTS:,} more; --json and 'sealtwin lab list' list them all.")
     code = 0
     if any(outcome.fate == "bug" for outcome in outcomes):
         code = BUG
@@ -84,53 +86,54 @@ def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) ->
         "version": 1,
         "lab": shown(ingested.lab),
         "dry_run": ingested.dry_run,
-        "samples": [_sample(outcome, held) for outcome in outcomes],
-        "left_out": [{"file": left.file, "reason": left.reason} for left in ingested.left_out],
+        "samples": [_sample(outcome, not_sound) for outcome in outcomes],
+        "left_out": [{"file": each.file, "reason": each.reason} for each in ingested.left_out],
         "faults": [asdict(fault) for fault in ingested.faults],
         "exit_code": code,
     }
-    return Answer(content, [plain(line) for line in (*lines, *_ending(ingested, held))], code)
+    return Answer(content, [plain(line) for line in (*lines, *_ending(ingested, not_sound))], code)
 
 
 def checked_answer(ingested: Ingested, batch: Batch, faults: Sequence[CatalogueFault]) -> Answer:
-    """Answer of 'sealtwin ingest'; ``faults`` keep samples that were taken in from their runs, or put them in doubt."""
+    """Answer of 'sealtwin ingest'; ``faults`` are of the check: they prevent runs of samples, or put these in doubt."""
     first, second = ingest_answer(ingested, faults), batch_answer(batch)
     code = first.exit_code or second.exit_code or (SOME_FAILED if faults else 0)
     code = BUG if BUG in (first.exit_code, second.exit_code) else code
     traced = {**second.content, "faults": [asdict(fault) for fault in faults], "exit_code": second.exit_code}
     names = {outcome.trial: outcome.sample.name for outcome in ingested.outcomes}
-    told = [(row.folder.partition("/")[0], warning) for row in batch.done for warning in row.warnings]
-    lines = [*first.lines, *_together([CatalogueFault(names.get(name, name), said) for name, said in told], "note: ")]
+    warned = [(row.folder.partition("/")[0], text) for row in batch.done for text in row.warnings]
+    notes = [CatalogueFault(names.get(folder, folder), text) for folder, text in warned]
+    lines = [*first.lines, *_together(notes, "note: ")]
     if batch.done and not ingested.dry_run:
         lines.append(f"All walls: {batch.out / SHEET}")
     return Answer({**first.content, "traced": traced, "exit_code": code}, lines, code)
 
 
 def list_answer(lab: Path) -> Answer:
-    """Answer of 'sealtwin lab list': the latest trial of each sample, and what failed."""
+    """Answer of 'sealtwin lab list': the latest trial of each sample, and the faults."""
     rows, faults = latest_trials(lab)
     head = ("sample", "revision", "date", "taken in", "data", "depth_mm", "readings", "result")
     if not any(row["date"] for row in rows):
-        # Only a note says when a sample was measured.
+        # Only notes give dates of measurement.
         head = tuple(column for column in head if column != "date")
     cells = [[_text({**row, "taken in": row["ingested_utc"][:10]}[column]) for column in head] for row in rows]
     lines = _table(head, cells) if rows else ["No trials yet."]
     unready = [CatalogueFault(row["sample"], row["reason"]) for row in rows if row["reason"]]
     lines += _together([*faults, *unready])
     earlier, cautions = earlier_trials(Catalogue.of(lab))
-    found = biases(earlier)
-    if found:
+    off = biases(earlier)
+    if off:
         names = few([one.name for one in earlier])
-        lines += [f"Held out, measured and run: {counted(len(earlier), 'sample')} ({names}).", *bias_lines(found)]
+        lines += [f"Held out, measured and run: {counted(len(earlier), 'sample')} ({names}).", *bias_lines(off)]
     answer = _lab_answer(lab, rows, faults, [*lines, *cautions])
-    return replace(answer, content=answer.content | {"biases": [one.model_dump() for one in found]})
+    return replace(answer, content=answer.content | {"biases": [one.model_dump() for one in off]})
 
 
 def show_answer(lab: Path, sample: str) -> Answer:
-    """Answer of 'sealtwin lab show': all revisions of a sample, and what failed."""
+    """Answer of 'sealtwin lab show': all revisions of a sample, and its faults."""
     catalogue, records, faults = revisions(lab, sample)
     rows = [{**asdict(record), "result": read_run(lab, record)} for record in records]
-    lines = [line for record in reversed(records) for line in _told(catalogue, record)]
+    lines = [line for record in reversed(records) for line in _revision(catalogue, record)]
     lines += [f"{_begin(fault.sentence)}{fault.sentence}" for fault in faults]
     return _lab_answer(lab, rows, faults, lines)
 
@@ -142,26 +145,26 @@ def _lab_answer(lab: Path, trials: object, faults: Sequence[CatalogueFault], lin
     )
 
 
-def _told(catalogue: Catalogue, record: Record) -> list[str]:
+def _revision(catalogue: Catalogue, record: Record) -> list[str]:
     place = f"{shown(catalogue.lab)}/{record.folder}"
     return [
         f"{record.name}, revision {record.revision}, taken in {record.ingested_utc} from {record.source}",
         f"  trial: {place}/{TRIAL}; results: sealtwin run {place}/{TRIAL} --out {place}/{RUN}",
         *(f"  {file.role}: {file.original}, {file.size_bytes:,} bytes, sha256 {file.sha256}" for file in record.files),
         *([] if record.dialect is None else [f"  read as {record.dialect}"]),
-        *(f"  said: {key} = {value!r}" for key, value in record.said.items()),
+        *(f"  given: {key} = {value!r}" for key, value in record.said.items()),
         *(f"  note: {remark}" for remark in record.remarks),
         f"  result: {progress_of(catalogue, record)}",
         *(f"  {_begin(sentence)}{sentence}" for sentence in catalogue.unready(record)),
     ]
 
 
-def _sample(outcome: SampleOutcome, held: Set[str]) -> dict[str, Any]:
+def _sample(outcome: SampleOutcome, not_sound: Set[str]) -> dict[str, Any]:
     sample = outcome.sample
     return {
         "name": sample.name,
         "state": outcome.fate,
-        "sound": not outcome.faults and outcome.sample.name not in held,
+        "sound": not outcome.faults and outcome.sample.name not in not_sound,
         "files": {role: file.as_posix() for role, file in sample.files.items()},
         "part": sample.part and str(sample.part),
         "questions": sample.questions,
@@ -174,7 +177,7 @@ def _sample(outcome: SampleOutcome, held: Set[str]) -> dict[str, Any]:
     }
 
 
-def _pairing_row(outcome: SampleOutcome, held: Set[str]) -> list[str]:
+def _pairing_row(outcome: SampleOutcome, not_sound: Set[str]) -> list[str]:
     files, none = outcome.sample.files, "?" if outcome.sample.questions else "-"
     state = outcome.fate if outcome.fate != "revised" or outcome.revision is None else f"revision {outcome.revision}"
     return [
@@ -182,17 +185,17 @@ def _pairing_row(outcome: SampleOutcome, held: Set[str]) -> list[str]:
         str(files.get("photo", none)),
         str(Piece(files["readings"], outcome.sample.part)) if "readings" in files else none,
         str(files.get("note", none)),
-        f"{state}, not sound" if outcome.sample.name in held and not outcome.faults else state,
+        f"{state}, not sound" if outcome.sample.name in not_sound and not outcome.faults else state,
     ]
 
 
 def _begin(sentence: str) -> str:
-    """Return the word before a sentence on what holds a sample back: a sheet in doubt can be read as it is."""
+    """Return the word before a fault of a sample: "in doubt" if the readings can be confirmed as they are."""
     return "in doubt: " if OR_ANSWER in sentence else "failed: "
 
 
 def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
-    """Merge equal faults of several samples, such as one of lab.toml, into one."""
+    """Merge equal faults of several samples, such as a fault of lab.toml, into one line."""
     names: dict[str, list[str]] = {}
     for fault in faults:
         of = names.setdefault(fault.sentence, [])
@@ -205,43 +208,41 @@ def _together(faults: Sequence[CatalogueFault], begins: str = "") -> list[str]:
 
 
 def _understood(outcome: SampleOutcome) -> list[str]:
-    """Return how sheets were understood: a sentence, and a table of the columns and the rows that are not read."""
+    """Return how sheets were read: a sentence, and a table of the columns and of rows that are not read."""
     name, lines = outcome.sample.name, list[str]()
     if outcome.fate == "unchanged":
         return [f"{name}: read as {outcome.dialect}."] if outcome.dialect else []
     for role, columns in outcome.columns.items():
-        read_as = (
-            f", read as {outcome.dialect}." if role == "readings" and outcome.dialect else ", as it was understood:"
-        )
+        read_as = f", read as {outcome.dialect}." if role == "readings" and outcome.dialect else ", as it was read:"
         lines.append(f"{name}: {outcome.sample.files[role]}{read_as}")
         table = _table(("column", "name", "role", "unit", "first value"), [list(astuple(one)) for one in columns])
         lines += [f"  {line}" for line in table if columns]
     return lines
 
 
-def _ending(ingested: Ingested, held: Set[str]) -> list[str]:
-    sound = [each for each in ingested.outcomes if not each.faults and each.sample.name not in held]
-    known = sum(outcome.fate == "unchanged" for outcome in sound)
+def _ending(ingested: Ingested, not_sound: Set[str]) -> list[str]:
+    sound = [each for each in ingested.outcomes if not each.faults and each.sample.name not in not_sound]
+    unchanged = sum(outcome.fate == "unchanged" for outcome in sound)
     every = len(ingested.outcomes)
     count = f"{len(sound)} of {counted(every, 'sample')} {'is' if len(sound) == 1 else 'are'} sound"
-    lines = [f"{count}: {len(sound) - known} new or revised, {known} known."]
+    lines = [f"{count}: {len(sound) - unchanged} new or revised, {unchanged} unchanged."]
     if not sound:
-        lines = [f"No sample is sound yet, of {every} that {'was' if every == 1 else 'were'} found."]
-    lab, asked = shown(ingested.lab), any(each.sample.questions or each.asked for each in ingested.outcomes)
+        lines = [f"No sample is sound yet, of {counted(every, 'sample')}."]
+    lab, questions = shown(ingested.lab), any(each.sample.questions or each.asked for each in ingested.outcomes)
     if ingested.dry_run:
-        told = f" Without --dry-run, {lab}/{PAIRING} is written, in which questions are answered." if asked else ""
-        return [*lines, f"Nothing was written: a dry run.{told}"]
-    if asked:
-        lines.append(f"To answer questions, edit {lab}/{PAIRING} and give the same command again.")
+        where = f" Without --dry-run, {lab}/{PAIRING} is written, to answer the questions in." if questions else ""
+        return [*lines, f"Dry run: nothing was written.{where}"]
+    if questions:
+        lines.append(f"To answer the questions, edit {lab}/{PAIRING} and repeat the command.")
     if any(outcome.trial for outcome in ingested.outcomes):
         lines.append(f"Catalogue: sealtwin lab list {lab}")
     if sound:
-        lines.append(f"A trial: sealtwin run {lab}/{sound[0].trial}/{TRIAL} --out {lab}/{sound[0].trial}/{RUN}")
+        lines.append(f"To run a trial: sealtwin run {lab}/{sound[0].trial}/{TRIAL} --out {lab}/{sound[0].trial}/{RUN}")
     return lines
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return columns as wide as their widest cell, within bounds."""
+    """Return the lines of a table; columns are as wide as their widest cell, up to ``BROADEST``."""
     cells = [
         [cell if len(cell) <= BROADEST else f"...{cell[-BROADEST + 3 :]}" for cell in row] for row in (head, *rows)
     ]

@@ -1,4 +1,4 @@
-"""A lab's folder into trials and a catalogue, and what that catalogue holds."""
+"""Commands that take a lab's folder into trials and a catalogue, and that query the catalogue."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -12,33 +12,33 @@ from sealtwin.cli.options import File, Text, argument, count_option, flag, optio
 @answers()
 def ingest(
     command: Command,
-    folder: Annotated[Path, argument("FOLDER", "Photos, sheets and notes; nothing in it is changed.")],
-    out: Annotated[Path, option("Gets a folder for each trial, pairing.csv and the catalogue.", "LAB")],
+    folder: Annotated[Path, argument("FOLDER", "Photos, sheets and notes; nothing in this folder is changed.")],
+    out: Annotated[Path, option("Folder for the trials, pairing.csv and the catalogue.", "LAB")],
     pairing: Annotated[
-        File, option("A pairing.csv elsewhere; LAB/pairing.csv, corrected and answered, is read anyway.", "CSV")
+        File, option("Another pairing.csv; by default LAB/pairing.csv is read if you edited it.", "CSV")
     ] = None,
-    dry_run: Annotated[bool, flag("--dry-run", "Pair, trace, check and tell; write nothing.")] = False,
+    dry_run: Annotated[bool, flag("--dry-run", "Pair, trace, check and report; write nothing.")] = False,
     jobs: Annotated[int, count_option("Samples traced at the same time.", 1, 64)] = 1,
 ) -> None:
     """Take a lab's folder of photos, caliper sheets and notes into trials and a catalogue.
 
-    Files are paired by name: IMG_0412_P01.jpg, "p 01 Messung.xlsx" and P01_notes.toml are of one sample. Each sheet is
-    shown as it was understood: its columns, their roles, units and first values. What is in doubt, before the crack is
-    traced or after, is asked in LAB/pairing.csv and answered there, or in lab.toml on top of FOLDER; no file of yours
-    need be edited. A note says what no photo shows, in the trial's own keys (TOML) or in a table of words and values
-    ("Tiefe in mm; 16,0"); other texts are kept with their sample. A table of masses and levels is a liquid that was
+    Files are paired by name: IMG_0412_P01.jpg, "p 01 Messung.xlsx" and P01_notes.toml belong to one sample. For each
+    sheet the command shows how it was read: columns, roles, units and first values. Questions about doubtful cases are
+    written into LAB/pairing.csv; answer them there, or in lab.toml at the top of FOLDER. You need not edit your own
+    files. A note gives settings that no photo shows, as keys of a trial (TOML) or as a table of words and values
+    ("Tiefe in mm; 16,0"); other texts are kept with their sample. A table of masses and levels is read as a liquid
     weighed into the crack.
 
-    A sound sample runs: it is traced, and checked as 'sealtwin run' would before its first frame. Photos of samples in
-    doubt are traced too, so that all questions come at once. LAB/index.html shows all walls.
+    Each sound sample is traced, and checked as 'sealtwin run' would before its first frame. Photos of doubtful samples
+    are traced too, so that all questions come at once. LAB/index.html shows all traced walls.
 
-    A word of a note that is not known and may be a setting is asked about; lab.toml says once what it is,
-    in its table words: "Bandgeschw." = "path.speed_mm_s" (or "ignore").
+    An unknown word of a note that may be a setting becomes a question; define it once in the table words of lab.toml:
+    "Bandgeschw." = "path.speed_mm_s" (or "ignore").
 
-    One table for several samples is divided by a column that names them, or by worksheets named after them.
+    A table of several samples is divided by a column of sample names, or by worksheets named after samples.
 
-    Again, the same command adds nothing; a sample that has changed, or whose trial has lost a file, becomes a new
-    revision beside the old one. An answer alone goes into a trial that was neither run nor edited.
+    Repeating the command adds nothing. A changed sample, or one whose trial lost a file, becomes a new revision; the
+    old one stays. A new answer changes a trial that was neither run nor edited.
 
     Example: sealtwin ingest measurements --out lab --dry-run
     """
@@ -55,15 +55,15 @@ def ingest(
 def lab(
     command: Command,
     action: Annotated[Literal["list", "show", "export"], argument("list|show|export")],
-    folder: Annotated[Path, argument("LAB", "The folder that 'sealtwin ingest' made.")],
-    sample: Annotated[Text, argument("SAMPLE", "Of show.")] = None,
-    out: Annotated[File, option("Of export.", "CSV")] = None,
+    folder: Annotated[Path, argument("LAB", "A folder of 'sealtwin ingest'.")],
+    sample: Annotated[Text, argument("SAMPLE", "Name of the sample, for show.")] = None,
+    out: Annotated[File, option("File for export.", "CSV")] = None,
 ) -> None:
     """Query a lab's catalogue: list LAB, show LAB SAMPLE, export LAB --out FILE.csv."""
     if (action == "show") != (sample is not None):
-        raise typer.BadParameter("give a sample with show, and with show only")
+        raise typer.BadParameter("show needs a sample; list and export have none")
     if (action == "export") != (out is not None):
-        raise typer.BadParameter("give --out with export, and with export only")
+        raise typer.BadParameter("export needs --out; list and show have none")
     from sealtwin.cli.folder_answer import list_answer, show_answer
     from sealtwin.lab.catalogue import export
 

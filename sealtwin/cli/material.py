@@ -1,4 +1,4 @@
-"""Command that measures a paste: by its spread or a bead of it in a photo, or by a rheometer's table."""
+"""Command that measures a paste: from a photo of its spread or of a bead, or from a rheometer's table."""
 
 from collections.abc import Callable
 from datetime import date as day
@@ -22,7 +22,7 @@ METHODS = {
     **dict.fromkeys(("cone_mm", "early"), ("spread",)),
     **dict.fromkeys(("asked_mm3_s", "speed_mm_s", "start_mm"), ("bead",)),
 }
-"""Methods that an option is of, by its name; these options are fields of the paste's table but for early."""
+"""Methods that take an option. Each option except early is a field of the method's table."""
 
 
 @answers("markers", "face_mm")
@@ -30,9 +30,11 @@ def material(
     command: Command,
     method: Annotated[Literal["spread", "bead", "rheometer"], argument("spread|bead|rheometer")],
     source: Annotated[
-        Path, argument("PHOTO|CSV", "Photo of the paste on the plate, or a table of shear_rate_per_s,stress_pa.")
+        Path, argument("PHOTO|CSV", "Photo of the paste on the plate, or a CSV with shear_rate_per_s,stress_pa.")
     ],
-    density_kg_m3: Annotated[float, number_option("Density of the paste, as of a weighed syringe.", 100, 20_000)],
+    density_kg_m3: Annotated[
+        float, number_option("Density of the paste, for example from a weighed syringe.", 100, 20_000)
+    ],
     data: Annotated[Literal["measured", "reconstructed", "synthetic"], option("Origin of the photo or table.")],
     settings: Given,
     out: Annotated[Path, option("The file to write, for fluid.material of a trial.", "FILE")] = Path("material.toml"),
@@ -40,31 +42,31 @@ def material(
         Text, option(f"The cone's inner diameters below and above, and its height: {CONE}.", "AxBxH")
     ] = None,
     mass_g: Annotated[
-        Number, number_option("Mass of the paste on the plate; default: the full cone's.", 0.001, 100_000)
+        Number, number_option("Mass of the paste on the plate; default: that of the full cone.", 0.001, 100_000)
     ] = None,
     mass_error_g: Annotated[
-        Number, number_option("Its standard uncertainty; default: 0.1, of a bead 0.03.", 1e-6, 10_000)
+        Number, number_option("Its standard uncertainty; default: 0.1, for a bead 0.03.", 1e-6, 10_000)
     ] = None,
     density_error_kg_m3: Annotated[
         Number, number_option("Standard uncertainty of the density; default: 1 % of it.", 1e-6, 20_000)
     ] = None,
     edge_n_m: Annotated[
-        Number, number_option("Surface tension's weight lambda; default: 0.005 N/m of cement paste.", 0, 0.1)
+        Number, number_option("Coefficient lambda of surface tension; default: 0.005 N/m, cement paste.", 0, 0.1)
     ] = None,
     edge_error_n_m: Annotated[Number, number_option("Its standard uncertainty; default: 0.0015 N/m.", 0, 0.1)] = None,
     early: Annotated[
         list[str] | None,
         option(
-            "A photo while the paste still spread, and its time after the cone was lifted, for the viscosity; may be "
-            "repeated, needs --cone-mm.",
+            "Photo taken while the paste spread, and its time after the cone was lifted, to measure the viscosity; may "
+            "be repeated, needs --cone-mm.",
             "PHOTO@SECONDS",
         ),
     ] = None,
-    asked_mm3_s: Annotated[Number, number_option("Flow that the program of a bead asked for.", 1e-3, 1e6)] = None,
-    speed_mm_s: Annotated[Number, number_option("Speed of the nozzle that laid it.", 0.01, 5000)] = None,
+    asked_mm3_s: Annotated[Number, number_option("Flow in the program that laid the bead.", 1e-3, 1e6)] = None,
+    speed_mm_s: Annotated[Number, number_option("Speed of the nozzle that laid the bead.", 0.01, 5000)] = None,
     start_mm: Annotated[
         Text,
-        option("Where that nozzle began, from the opening's lower left corner: shows the pump's delay.", "X,Y"),
+        option("Start of that nozzle, from the opening's lower left corner, to measure the pump's delay.", "X,Y"),
     ] = None,
     date: Annotated[Text, option("Day of the measurement; default: today.", "YYYY-MM-DD")] = None,
 ) -> None:
@@ -94,21 +96,23 @@ def material(
         measured = MeasuredPaste(material_of_table(source, checked(PasteOnPlate, source, paste), data, when))
     else:
         if "photo.data" in settings:
-            raise typer.BadParameter("--set photo.data beside --data: give one")
+            raise typer.BadParameter("--set photo.data and --data: give one of them")
         measured = _of_photo(method, source, {**settings, "photo.data": data}, paste, when, command.say)
     from sealtwin.core.files import write_unless_other
     from sealtwin.material.paste import material_text
 
-    found = measured.material
-    write_unless_other({out: material_text(found).encode()})
-    low, high = found.yield_stress_95_pa
-    lines = [f"Yield stress {found.yield_stress_pa:.3g} Pa, 95 % {low:.3g} to {high:.3g} Pa ({found.method})."]
-    if found.viscosity_pa_s is not None:
-        doubt = f"standard uncertainty {found.viscosity_error_percent:.0f} %"
-        lines.append(f"Viscosity {found.viscosity_pa_s:.3g} Pa s, {doubt}.")
-    lines += [f"{text[0].upper()}{text[1:]}." for text in found.basis] + [*measured.sentences]
+    identified = measured.material
+    write_unless_other({out: material_text(identified).encode()})
+    low, high = identified.yield_stress_95_pa
+    lines = [
+        f"Yield stress {identified.yield_stress_pa:.3g} Pa, 95 % {low:.3g} to {high:.3g} Pa ({identified.method})."
+    ]
+    if identified.viscosity_pa_s is not None:
+        doubt = f"standard uncertainty {identified.viscosity_error_percent:.0f} %"
+        lines.append(f"Viscosity {identified.viscosity_pa_s:.3g} Pa s, {doubt}.")
+    lines += [f"{text[0].upper()}{text[1:]}." for text in identified.basis] + [*measured.sentences]
     lines.append(f'{out}: in a trial, [fluid] material = "{out.name}".')
-    content = {"version": 1, "file": out.as_posix(), **found.model_dump(mode="json"), **measured.figures}
+    content = {"version": 1, "file": out.as_posix(), **identified.model_dump(mode="json"), **measured.figures}
     command.reply(Answer(content, lines))
 
 
@@ -123,8 +127,8 @@ def _of_photo(
     if not {"photo.markers", "photo.face_mm"} <= settings.keys():
         raise typer.BadParameter(f"a {method} needs --markers TOML and --face-mm WxH of the frame in the photo")
     if others := [name for name in settings if not name.startswith("photo.")]:
-        raise InputError(f"--set {others[0]}: a photo of a paste has settings of [photo] only.")
-    # Its settings are checked as those of a trial are.
+        raise InputError(f"--set {others[0]}: for a photo of a paste only settings of [photo] are used.")
+    # A trial checks the settings of the photo.
     trial = sample_trial("photo", source, {"photo.path_only": True, **settings})
     photo = present(trial.photo, "photo").model_copy(update={"file": source.resolve(), "path_only": None})
     if method == "spread":
@@ -159,8 +163,8 @@ def _three(text: str) -> list[float]:
         raise typer.BadParameter(f"--cone-mm {text}: each size must be 0.5 to 1000 mm")
     if sizes[1] > sizes[0]:
         raise typer.BadParameter(
-            f"--cone-mm {text}: the paste stands on the cone's larger end, so that {sizes[1]:g} comes before "
-            f"{sizes[0]:g}: inner diameter below, inner diameter above, height, {CONE}"
+            f"--cone-mm {text}: the larger end of the cone is below, so {sizes[1]:g} comes before {sizes[0]:g}. Give "
+            f"inner diameter below, inner diameter above, height, {CONE}"
         )
     return sizes
 

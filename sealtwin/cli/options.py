@@ -1,4 +1,4 @@
-"""Options of the command line: numbers with a decimal point or comma, the settings of every day, and --set."""
+"""Options of the command line: numbers with a decimal point or comma, everyday settings, and --set."""
 
 import inspect
 import math
@@ -13,16 +13,16 @@ import typer
 from sealtwin.core.errors import InputError, present
 
 Given = dict[str, Any]
-"""Settings of a trial by dotted name, in place of those of its file."""
+"""Settings of a trial by dotted name, which replace those of its file."""
 
 
 def option(help: str, metavar: str | None = None, *names: str) -> Any:
-    """Describe an option, whose name is that of its parameter unless ``names`` are given."""
+    """Describe an option; its name is that of its parameter unless ``names`` are given."""
     return typer.Option(*names, help=help, metavar=metavar)
 
 
 def flag(name: str, help: str) -> Any:
-    """Describe an option without a value; with its name given there is no "--no-" beside it."""
+    """Describe an option without a value; naming it avoids a second option "--no-..."."""
     return typer.Option(name, help=help)
 
 
@@ -37,12 +37,12 @@ Out = Annotated[File, option("Run folder; default: reports/<trial name> under th
 
 
 WRITTEN = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
-"""A number as people write it: Python's own reader also takes 1_0, nan and digits of other scripts."""
+"""A number as people write it: float() would also accept 1_0, nan and digits of other scripts."""
 THOUSANDS = re.compile(r"[+-]?[1-9]\d*,\d{3}", re.ASCII)
 
 
 def read_number(text: str, *, comma: bool = True) -> float:
-    """Return a finite number. Raises ValueError, with what was expected; ``comma`` is False where commas separate."""
+    """Return a finite number; ``comma`` is False if commas separate numbers. Raises ValueError."""
     text = text.strip()
     if not WRITTEN.fullmatch(text) or ("," in text and not comma):
         raise ValueError("expected a number, as 0.1" + (" or 0,1" if comma else ""))
@@ -50,17 +50,17 @@ def read_number(text: str, *, comma: bool = True) -> float:
         raise ValueError(f"{text.replace(',', '.')} or {text.replace(',', '')}? Write it without the comma")
     value = float(text.replace(",", "."))
     if not math.isfinite(value):
-        raise ValueError("expected a number that is finite")
+        raise ValueError("expected a finite number")
     return value
 
 
 def number_option(help: str, low: float | None = None, high: float | None = None) -> Any:
-    """Describe an option of one number, from ``low`` to ``high`` where given."""
+    """Describe an option with one number, from ``low`` to ``high`` if they are given."""
     return typer.Option(help=help, metavar=_metavar("NUMBER", low, high), parser=_reader(float, low, high))
 
 
 def count_option(help: str, low: int, high: int) -> Any:
-    """Describe an option of a whole number, from ``low`` to ``high``."""
+    """Describe an option with a whole number from ``low`` to ``high``."""
     return typer.Option(help=help, metavar=_metavar("COUNT", low, high), parser=_reader(int, low, high))
 
 
@@ -85,7 +85,7 @@ def _reader(kind: type[int] | type[float], low: float | None, high: float | None
 
 
 def two_numbers(text: str, separator: str, option: str) -> tuple[float, float]:
-    """Raises typer.BadParameter, naming the option."""
+    """Read two numbers. Raises typer.BadParameter, naming the option."""
     try:
         first, second = (read_number(part, comma=separator != ",") for part in text.split(separator))
     except ValueError:
@@ -99,9 +99,9 @@ def points(text: str | Sequence[str], option: str) -> list[tuple[float, float]]:
 
 
 def along(text: str, option: str) -> float | list[list[float]]:
-    """Read a number, or the rows of a CSV with the columns s_mm and the option's own name.
+    """Read a number, or the rows of a CSV with s_mm and a column named after the option.
 
-    Raises typer.BadParameter for text that is neither, InputError for a file that cannot be used.
+    Raises typer.BadParameter for other texts, InputError for a file that cannot be used.
     """
     path, column = Path(text), option.strip("-").replace("-", "_")
     if path.suffix.lower() not in {".csv", ".txt"}:
@@ -116,7 +116,7 @@ def along(text: str, option: str) -> float | list[list[float]]:
     values: dict[str, Any] = {"s_mm": (Station, ...), column: ({"depth_mm": Depth, "width_mm": Width}[column], ...)}
     bounds = create_model("Row", __base__=Settings, **values)
     table = read_table(path, f"{option} takes a number, or a CSV with the columns s_mm and {column}")
-    # Between commas a decimal comma may as well set thousands apart.
+    # In a file with commas between columns, a comma in a number is ambiguous.
     mark = "point" if table.separator == "," else None
     rows = []
     for place, cells in named_cells(table, ("s_mm", column)):
@@ -135,7 +135,7 @@ def along(text: str, option: str) -> float | list[list[float]]:
 
 
 def board(path: str, _: str = "") -> dict[str, Any]:
-    """Return the [photo.markers] of a TOML file, as 'sealtwin markers' writes it. Raises InputError without one."""
+    """Return the table [photo.markers] of a TOML file of 'sealtwin markers'. Raises InputError if it is missing."""
     from digitise.settings import MarkerBoard
     from sealtwin.core.settings import Settings, read_settings
 
@@ -168,9 +168,9 @@ def _size(text: str, option: str) -> list[float]:
 
 
 class Everyday(NamedTuple):
-    """An option that is typed every day."""
+    """An everyday option, which is a setting."""
 
-    key: str  # Dotted name of its setting, whose docstring is its help
+    key: str  # Dotted name of its setting; the setting's docstring is the help
     metavar: str | None  # None: the values that the setting allows
     read: Callable[[Any, str], Any] = lambda text, _: text  # Reads the text; the option's name is for messages
     kind: Any = str | None
@@ -184,27 +184,27 @@ OPTIONS = {
     "ends": Everyday("photo.ends_px", "X,Y X,Y", points, tuple[str, str] | None),
     "via": Everyday("photo.via_px", "'X,Y ...'", points),
     "roi": Everyday("photo.roi_px", "'X,Y ...'", points),
-    # From the current folder; a trial file's is looked for from its own.
+    # Relative to the current folder; in a trial file it is relative to that file.
     "mask": Everyday("photo.mask", "PICTURE", lambda text, _: Path(text).absolute()),
     "width_mm": Everyday("photo.width_mm", "MM|CSV", along),
     "units": Everyday("mesh.units", None),
     "preset": Everyday("solver.preset", None),
     "seed": Everyday("seed", "COUNT", _count),
 }
-"""Options of every day by the name of their parameter."""
+"""Everyday options by the name of their parameter."""
 PHOTO = ("depth_mm", "mm_per_px", "face_mm", "markers", "ends", "via", "roi", "mask", "width_mm")
 FLUID = ("preset", "seed")
 SETTING = re.compile(r"\s*(\w+(?:\.\w+){0,3})\s*=(.*)", re.ASCII | re.DOTALL)
 SET = typer.Option(
     "--set",
     metavar="TABLE.KEY=VALUE",
-    help="Any setting of a trial file, with its value as there, or a bare word; it replaces the file's for this call, "
-    'and may be repeated: --set crack.tilt=flare --set "photo.ruler_px=[[0,0],[100,0]]"',
+    help="Any setting of a trial file, with its value in TOML or as a bare word; replaces the file's value for this "
+    'call, may be repeated: --set crack.tilt=flare --set "photo.ruler_px=[[0,0],[100,0]]"',
 )
 
 
 def parameters(names: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.Parameter]:
-    """Yield the parameters of options of every day, those in ``needs`` without a default, and of --set."""
+    """Yield the parameters of everyday options, those in ``needs`` without a default, and of --set."""
     for name in names:
         option, needed = OPTIONS[name], name in needs
         shown = typer.Option(spelt(name), metavar=option.metavar, help=option.key)
@@ -213,29 +213,29 @@ def parameters(names: Sequence[str], needs: Sequence[str]) -> Iterator[inspect.P
 
 
 def parameter(name: str, kind: Any, shown: Any, default: Any) -> inspect.Parameter:
-    """Return the parameter of a command that an option is read into."""
+    """Return the parameter of a command for an option."""
     annotation = Annotated[kind, shown]
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
 def settings_of(options: Mapping[str, Any], others: Sequence[str]) -> Given:
-    """Return settings by dotted name, of options by the names of their parameters and of "table.key=value".
+    """Return settings by dotted name, from everyday options by parameter and from texts "table.key=value".
 
-    Names of files are absolute. Raises typer.BadParameter for what cannot be read and for a setting that is given
+    Names of files become absolute. Raises typer.BadParameter for unreadable texts and for a setting that is given
     twice, InputError for a file that cannot be used.
     """
     given = {name: text for name, text in options.items() if text is not None}
     settings = {OPTIONS[name].key: OPTIONS[name].read(text, spelt(name)) for name, text in given.items()}
     for text in others:
         key, value = _setting(text)
-        if beside := [name for name in settings if f"{name}.".startswith(f"{key}.") or key.startswith(f"{name}.")]:
-            raise typer.BadParameter(f"--set {text}: {beside[0]} is given already; give it once")
+        if twice := [name for name in settings if f"{name}.".startswith(f"{key}.") or key.startswith(f"{name}.")]:
+            raise typer.BadParameter(f"--set {text}: {twice[0]} is given twice; give it once")
         settings[key] = value
     return settings
 
 
 def describe(command: Any) -> None:
-    """Fill in the help of a command's options of settings: first sentences of their docstrings, and their names."""
+    """Fill in the help of a command's everyday options: first sentence of the setting's docstring, and its name."""
     for shown in command.params:
         if shown.name in OPTIONS and shown.help == OPTIONS[shown.name].key:
             text, values = _described(shown.help)
@@ -255,16 +255,18 @@ def _setting(text: str) -> tuple[str, Any]:
     if not (parts := SETTING.fullmatch(text)):
         raise typer.BadParameter(f"--set {text:.80}: expected TABLE.KEY=VALUE, as crack.tilt=flare")
     key, value = parts[1], parts[2].strip()
-    # Checks of a command, and what 'quick' writes, go by the settings in it.
+    # Commands check settings by their names, so a whole table is refused.
     if key in Trial.model_fields and table_of(Trial, (key, "")) is not None:
-        raise typer.BadParameter(f"--set {text:.80}: {key} is a table; give its settings singly, as {key}.KEY=VALUE")
+        raise typer.BadParameter(
+            f"--set {text:.80}: {key} is a table; give its settings one by one, as {key}.KEY=VALUE"
+        )
     if "," in value and WRITTEN.fullmatch(value) and takes_list(Trial, key):
         raise typer.BadParameter(f"--set {text:.80}: {value.replace(',', '.')} or [{value}]? Write one of them")
     return key, _with_whole_names(key, _value(value))
 
 
 def _with_whole_names(key: str, value: Any) -> Any:
-    """Return a setting's value with names of files, also those in a table, made absolute."""
+    """Return a setting's value with absolute names of files, also inside a table."""
     from sealtwin.core.settings import names_file
     from sealtwin.trial.trial_file import Trial
 
@@ -274,7 +276,7 @@ def _with_whole_names(key: str, value: Any) -> Any:
 
 
 def _value(text: str) -> Any:
-    """Read a value as in TOML, a number as people write it, or a bare word."""
+    """Read a value in TOML, a number with a decimal comma, or a bare word."""
     try:
         content = tomllib.loads(f"value = {text}")
         if content.keys() == {"value"}:
@@ -288,13 +290,13 @@ def _value(text: str) -> Any:
 
 
 def _described(name: str) -> tuple[str, str | None]:
-    """Return the first sentence of a setting's docstring, and the values that it allows if these are few."""
+    """Return the first sentence of a setting's docstring, and its allowed values if it is a choice."""
     from sealtwin.core.settings import described, table_of
     from sealtwin.trial.trial_file import Trial
 
     *_, key = parts = name.split(".")
     table = present(table_of(Trial, parts), name)
     values = getattr(table.model_fields[key].annotation, "__args__", ())
-    # Square brackets are markup on a terminal.
+    # Square brackets would be read as markup.
     sentence = re.split(r"(?<=\.)\s+(?=[A-Z])", described(table)[key])[0].translate({91: 40, 93: 41})
     return " ".join(sentence.split()), "|".join(values) if all(isinstance(one, str) for one in values) else None

@@ -1,4 +1,4 @@
-"""Commands about photos: a frame of markers to print, and the page on which a crack is traced."""
+"""Commands for photos: a frame of markers to print, and the page to trace a crack on."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -13,8 +13,8 @@ from sealtwin.core.errors import InputError
 @answers()
 def markers(
     command: Command,
-    face_mm: Annotated[str, option("Size of the sample's face: the opening of the frame.", "WxH")],
-    out: Annotated[Path, option("The page to print: .pdf or .svg.", "FILE")],
+    face_mm: Annotated[str, option("Size of the sample's face, which is the opening of the frame.", "WxH")],
+    out: Annotated[Path, option("File of the page to print, .pdf or .svg.", "FILE")],
     size_mm: Annotated[float, number_option("Outer edge of a marker's black square.", 5, 200)] = 16.0,
     dictionary: Annotated[
         Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"], option("Kind of the markers.")
@@ -22,10 +22,10 @@ def markers(
     count: Annotated[
         Literal["4", "8"], option("4: at the corners of the face; 8: also in the middle of its sides.")
     ] = "8",
-    paper: Annotated[Literal["a4", "a3", "letter"], option("Size of the paper, either way up.")] = "a4",
+    paper: Annotated[Literal["a4", "a3", "letter"], option("Size of the paper, portrait or landscape.")] = "a4",
     toml: Annotated[File, option("Also write the table for the trial file here.", "FILE")] = None,
 ) -> None:
-    """Write a frame of markers to print, cut out and lay level with the face; print its table for the trial file.
+    """Write a frame of markers to print, cut out and lay level with the face; prints its table for the trial file.
 
     Example: sealtwin markers --face-mm 160x40 --out frame.pdf
     """
@@ -41,7 +41,7 @@ def markers(
     table = board_toml(frame)
     page = as_pdf(frame) if out.suffix.lower() == ".pdf" else as_svg(frame)
     written = {out: page} if toml is None else {out: page, toml: table.encode()}
-    # "For the trial file" is easily read as a wish for its name.
+    # The hint below could otherwise be read as a question for a file name.
     write_unless_other(written)
     command.say(f"{out}: print it at 100 %, and measure its ruler.")
     if toml is not None:
@@ -56,17 +56,17 @@ def markers(
 def trace(
     command: Command,
     target: Annotated[
-        Path, argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without one, or a folder of either.")
+        Path, argument("TRIAL|PHOTO|FOLDER", "A trial.toml, a photo without a trial, or a folder of either.")
     ],
     settings: Given,
-    port: Annotated[int | None, count_option("Port of the page; default: any that is free.", 1024, 65535)] = None,
-    no_browser: Annotated[bool, flag("--no-browser", "Only print the page's address.")] = False,
+    port: Annotated[int | None, count_option("Port of the page; default: any free port.", 1024, 65535)] = None,
+    no_browser: Annotated[bool, flag("--no-browser", "Print the page's address, open no browser.")] = False,
 ) -> None:
-    """Click a crack's ends on its photo, see its walls, mend them, and save.
+    """Click a crack's ends on its photo, check and correct its walls, and save.
 
-    Opens a page in your browser that only this machine can reach; it ends when you save or quit there.
-    A trial keeps all but the hints for its photo and what --set gives; beside a photo, a new trial is written.
-    With a folder the page goes from photo to photo.
+    Opens a page in your browser that only this machine can reach; the command ends when you save or quit there.
+    In a trial, only the hints for its photo and the settings of --set change; for a photo, a new trial is written
+    into its folder. With a folder, the page shows one photo after another.
     """
     import webbrowser
 
@@ -77,11 +77,13 @@ def trace(
     try:
         page = TracePage(sheets, port or 0)
     except OSError as fault:
-        raise InputError(f"--port {port}: {fault.strerror}. Give another one, or none for any that is free.") from None
+        raise InputError(f"--port {port}: {fault.strerror}. Give another port, or omit --port.") from None
     with page, page.doorway() as door:
-        # Printed even with --quiet: there is no other way to find the page.
+        # Printed with --quiet too: there is no other way to find the page.
         typer.echo(f"Trace page: {page.url}", err=True)
-        command.say("If no page appears, open that address. It ends when you save or quit there, or with Ctrl-C here.")
+        command.say(
+            "If no page appears, open that address. The command ends when you save or quit there, or with Ctrl-C."
+        )
         if not no_browser and not webbrowser.open(door):
             command.say("No browser could be opened; open that address yourself.")
         try:
@@ -92,9 +94,9 @@ def trace(
     if len(sheets) > 1:
         listed = [{"file": one["file"], "changed": one["changed"]} for one in saved]
         open_ = [photo["name"] for photo in page.photos if not photo["done"]]
-        told = [one["summary"] for one in saved] or ["Nothing was saved."]
-        left = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
-        command.reply(Answer({"version": 1, "saved": listed, "not_traced": open_}, [*told, left]))
+        summaries = [one["summary"] for one in saved] or ["Nothing was saved."]
+        rest = f"Not traced yet: {', '.join(open_)}." if open_ else f"All {len(sheets)} photos are traced."
+        command.reply(Answer({"version": 1, "saved": listed, "not_traced": open_}, [*summaries, rest]))
     elif not saved:
         command.reply(Answer({"version": 1, "saved": None, "changed": []}, ["Nothing was saved."]))
     else:

@@ -1,4 +1,4 @@
-"""Commands that plan the fill of a crack, and correct it on the way."""
+"""Commands that plan the fill of a crack, and correct it during the pour."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,25 +13,25 @@ from sealtwin.core.errors import present
 @answers(device=True)
 def plan(
     command: Command,
-    trial: Annotated[Path, argument("TRIAL", "A trial.toml with a path and a sealant that does not age.")],
+    trial: Annotated[Path, argument("TRIAL", "A trial.toml with a path, and a sealant that does not age.")],
     settings: Given,
     out: Annotated[File, option("The plan's folder; default: reports/<trial name>-plan.", "DIR")] = None,
-    cell: Annotated[File, option("The robot's cell file: its limits and its pump's bound the plan.", "FILE")] = None,
+    cell: Annotated[File, option("The robot's cell file; the plan keeps its limits and its pump's.", "FILE")] = None,
     posterior: Annotated[
-        File, option("Draws of the sealant: a CSV with a header of settings, as fluid.yield_stress_pa.", "CSV")
+        File, option("Draws of the sealant: a CSV whose header names settings, as fluid.yield_stress_pa.", "CSV")
     ] = None,
-    flow_max_mm3_s: Annotated[Number, number_option("Largest flow, where no cell says it.", 0.01, 1e6)] = None,
-    margin_mm: Annotated[float, number_option("Level below the face to aim at.", 0, 100)] = 0.0,
-    knots: Annotated[int, count_option("Places along the path where flow and speed are free.", 3, 40)] = 8,
-    verify: Annotated[int, count_option("Rounds of search and particles.", 1, 10)] = 3,
-    seeds: Annotated[int, count_option("Particle runs of the plan that is kept; its band needs two.", 1, 20)] = 3,
-    keep_speed: Annotated[bool, flag("--keep-speed", "Plan the flow alone, at the trial's speed.")] = False,
-    jobs: Annotated[int, count_option("Processes for particle runs that can be made at once.", 1, 512)] = 1,
+    flow_max_mm3_s: Annotated[Number, number_option("Largest flow, if no cell sets it.", 0.01, 1e6)] = None,
+    margin_mm: Annotated[float, number_option("Level to aim at, below the face.", 0, 100)] = 0.0,
+    knots: Annotated[int, count_option("Places along the path at which flow and speed are chosen.", 3, 40)] = 8,
+    verify: Annotated[int, count_option("Rounds of search and particle run.", 1, 10)] = 3,
+    seeds: Annotated[int, count_option("Particle runs of the best plan; its band needs two.", 1, 20)] = 3,
+    keep_speed: Annotated[bool, flag("--keep-speed", "Plan only the flow, at the trial's speed.")] = False,
+    jobs: Annotated[int, count_option("Processes for particle runs.", 1, 512)] = 1,
 ) -> None:
     """Plan flow and speed along a crack, so that it is full and nothing overspills.
 
-    Searched on the fast model, judged by particles, and searched again with the difference. The same command goes on
-    after a kill.
+    Searches with the fast model, checks the plan with particles, and searches again, corrected by the difference.
+    After an interruption, repeat the command to continue.
 
     Example: sealtwin plan trial.toml --cell cell.toml
     """
@@ -39,7 +39,7 @@ def plan(
     from simulate.device import choose_device
 
     options = Options(knots, verify, seeds, margin_mm, flow_max_mm3_s, keep_speed)
-    made = make_plan(
+    result = make_plan(
         trial,
         out,
         options,
@@ -50,8 +50,8 @@ def plan(
         posterior=posterior,
         settings=settings,
     )
-    files = f"Plan: {made.content['folder']}/plan.csv, and trial.toml that runs it. Page: plan.html"
-    command.reply(Answer(made.content, [*made.sentences, files]))
+    files = f"Plan: {result.content['folder']}/plan.csv, and trial.toml to run it. Page: plan.html"
+    command.reply(Answer(result.content, [*result.sentences, files]))
 
 
 @answers()
@@ -59,15 +59,15 @@ def loop(
     command: Command,
     folder: Annotated[Path, argument("PLAN", "The folder of a finished plan.")],
     emulate: Annotated[
-        File, option("Pour by particles with these faults, corrected on the way.", "faults.toml")
+        File, option("Simulate the corrected pour with particles, with these faults.", "faults.toml")
     ] = None,
-    replay: Annotated[File, option("Answer the steps of a log again, and compare.", "LOG")] = None,
-    seed: Annotated[int, count_option("Seed of particles and sensor.", 0, 2**31 - 1)] = 1,
-    uncorrected: Annotated[bool, flag("--uncorrected", "Pour the plan as it is, to compare.")] = False,
+    replay: Annotated[File, option("Compute the steps of a log again, and compare.", "LOG")] = None,
+    seed: Annotated[int, count_option("Seed of the particles and the sensor.", 0, 2**31 - 1)] = 1,
+    uncorrected: Annotated[bool, flag("--uncorrected", "Pour the plan without corrections, to compare.")] = False,
 ) -> None:
-    """Correct a plan's flow on the way from the level so far, with a top-up pass; emulated, or replayed from a log.
+    """Correct a plan's flow during the pour from the measured level, with a top-up pass; emulated, or from a log.
 
-    A controller calls the pure function sealtwin.loop_step itself. The first call makes the tables.
+    A controller calls the function sealtwin.loop_step. The first call computes its tables.
 
     Example: sealtwin loop reports/crack-plan --emulate faults.toml
     """
@@ -79,7 +79,7 @@ def loop(
     if replay is not None:
         steps, others = make_loop.replay(folder, replay), make_loop.loop_versions(folder)
         answer = {"version": 1, "log": replay.as_posix(), "steps": steps, "other_versions": others}
-        command.reply(Answer(answer, [*others, f"{steps} steps, all answered alike."]))
+        command.reply(Answer(answer, [*others, f"{steps} steps, all reproduced."]))
         return
     faults = present(emulate, "--emulate")
     content = make_loop.run_loop(folder, faults, command.progress(), seed=seed, corrects=not uncorrected)

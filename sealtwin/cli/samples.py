@@ -13,33 +13,33 @@ from sealtwin.cli.trial_answer import run_trial
 from sealtwin.core.errors import InputError, ShapeError, ShapeKind
 
 LEAST_MM, MOST_MM = 0.1, 500.0
-"""Limits of a drawn crack's depth and width: those of [crack] depth_mm."""
+"""Limits of a drawn crack's depth and width, equal to those of [crack] depth_mm."""
 NO_RECTANGLE = (
     "The edge of the sample on the layer FACE does not have four straight sides at right angles.",
-    "Draw a rectangle round the crack, or none: the block then reaches 12 mm beyond the crack.",
+    "Draw a rectangle round the crack, or no rectangle: the block then extends 12 mm beyond the crack.",
 )
 IN_A_DRAWING: dict[ShapeKind, tuple[str, str]] = {
-    "outline": ("", "Mend the drawn lines there."),
-    "face": ("The crack takes more of the sample's face than it leaves.", "Draw the edge on the layer FACE larger."),
+    "outline": ("", "Correct the drawn lines there."),
+    "face": ("The crack covers over half of the sample's face.", "Draw the edge on the layer FACE larger."),
     "sides": NO_RECTANGLE,
     "through": NO_RECTANGLE,
-    "mouth": ("No crack opens in the face.", "Check --units, and that the edge on the layer FACE is round the crack."),
-    "rivals": ("", "The edge on the layer FACE cuts the crack in pieces: draw it round the crack or beyond one end."),
-    "walls": ("", "Draw the crack's middle instead and give it as --line LAYER --width-mm W."),
-    "narrow": ("The crack is too narrow for its length to be followed.", "Check --units, and the crack's width."),
+    "mouth": ("The face has no crack.", "Check --units, and that the edge on the layer FACE surrounds the crack."),
+    "rivals": ("", "The edge on the layer FACE cuts the crack in pieces: draw it around the crack or past one end."),
+    "walls": ("", "Draw the middle of the crack instead, and give --line LAYER --width-mm W."),
+    "narrow": ("The crack is too narrow for its length.", "Check --units, and the crack's width."),
     "path": ("The drawn line is not along one crack.", "Draw it from end to end, without loops."),
     "cut": (
-        "The drawn lines bound no sound solid.",
+        "The drawn lines do not bound a valid solid.",
         "Draw them without crossings and without points closer than 1 µm.",
     ),
 }
-"""Fault of a drawing, if the mesh's words do not fit it, and its remedy."""
+"""Fault of a drawing by the kind of its mesh's fault, empty if the mesh's own text fits, and the remedy."""
 
 
 @answers("units", needs=("units",))
 def import_mesh(
     command: Command,
-    mesh: Annotated[Path, argument("MESH", "STL, PLY, OBJ, OFF, GLB or 3MF of a cracked block.")],
+    mesh: Annotated[Path, argument("MESH", "A cracked block as STL, PLY, OBJ, OFF, GLB or 3MF.")],
     settings: Given,
     out: Out = None,
 ) -> None:
@@ -57,7 +57,7 @@ def digitise(
     command: Command,
     targets: Annotated[
         list[Path],
-        argument("TRIAL|PHOTO...", "A trial.toml, or a photo with the options below; several, or a folder."),
+        argument("TRIAL|PHOTO...", "A trial.toml, or a photo with the options below; also several, or a folder."),
     ],
     settings: Given,
     out: Out = None,
@@ -72,7 +72,7 @@ def digitise(
     from sealtwin.core.mesh_file import READERS
 
     if meshes := [target for target in targets if target.suffix.lower() in READERS]:
-        raise typer.BadParameter(f"{meshes[0]} is a mesh: 'sealtwin import-mesh {meshes[0]}' takes it")
+        raise typer.BadParameter(f"{meshes[0]} is a mesh: use 'sealtwin import-mesh {meshes[0]}'")
     from sealtwin.study.photos import are_several, digitise_many, plan
     from sealtwin.trial.trial_file import sample_trial
 
@@ -86,8 +86,8 @@ def digitise(
         return
     if of_one := sorted(filter(_is_of_one_photo, settings)):
         raise typer.BadParameter(
-            f"{', '.join(of_one)} for several photos: put it into a trial file beside the photo that it is of, "
-            "with the photo's name and .toml; 'sealtwin trace' writes one"
+            f"{', '.join(of_one)} for several photos: put it into a trial file with the photo's name and .toml, "
+            "in the photo's folder; 'sealtwin trace' writes one"
         )
     if out is None:
         raise typer.BadParameter("several photos need --out, a folder for all of them")
@@ -110,9 +110,9 @@ def export(
     ],
     out: Annotated[Path, option("Folder for the files.", "DIR")],
 ) -> None:
-    """Write traced cracks as masks, as annotations in COCO's form, or as drawings for CAD.
+    """Write traced cracks as masks, as COCO annotations, or as drawings for CAD.
 
-    A DXF has the outline, both walls, the centreline, side cracks, the face and the nozzle's path, each on its layer.
+    A DXF has layers for the outline, both walls, the centreline, side cracks, the face and the nozzle's path.
 
     Example: sealtwin export reports/paper-trial --format dxf,mask --out drawn
     """
@@ -120,10 +120,10 @@ def export(
     from sealtwin.trial.exports import KINDS, export_runs
     from sealtwin.trial.job import other_versions, shown
 
-    asked = formats.split(",")
-    if unknown := [name for name in asked if name not in KINDS]:
+    kinds = formats.split(",")
+    if unknown := [name for name in kinds if name not in KINDS]:
         raise typer.BadParameter(f"--format {unknown[0]}: allowed are {', '.join(KINDS)}")
-    written = export_runs(folders, [kind for kind in KINDS if kind in asked], out)
+    written = export_runs(folders, [kind for kind in KINDS if kind in kinds], out)
     names = [shown(path) for path in written]
     others = other_versions(*map(look_into, folders), stage="digitise")
     command.reply(Answer({"version": 1, "files": names, "other_versions": others}, [*others, *names]))
@@ -133,7 +133,7 @@ def export(
 def import_dxf(
     command: Command,
     drawing: Annotated[Path, argument("DRAWING", "A DXF of the crack seen from above.")],
-    depth_mm: Annotated[float, number_option("Depth of the crack's level floor.")],
+    depth_mm: Annotated[float, number_option("Depth of the crack; its floor is level.")],
     out: Annotated[Path, option("Folder for the mesh, trial.toml and run/.", "DIR")],
     settings: Given,
     outline: Annotated[Text, option("Layer with the crack's edge as a closed line; default: OUTLINE.", "LAYER")] = None,
@@ -145,22 +145,22 @@ def import_dxf(
     width_mm: Annotated[Number, number_option("Width of the crack along that line.")] = None,
     units: Annotated[
         Literal["mm", "cm", "m", "inch", "foot"] | None,
-        option("Unit of the drawing, in place of the one that it states; where it states none, it is not guessed."),
+        option("Unit of the drawing, which replaces the file's own; required if the file has none."),
     ] = None,
 ) -> None:
     """Turn a crack drawn in CAD into a solid with upright walls and a nozzle path.
 
-    It is taken from an outline, from two walls, or from a line and a width; a closed line on the layer FACE is the edge
-    of the sample. The trial that is written runs like any other: 'sealtwin run DIR/trial.toml --out DIR/run'.
+    The crack is drawn as an outline, as two walls, or as a line with a width; a closed line on the layer FACE is the
+    edge of the sample. Also writes a trial: 'sealtwin run DIR/trial.toml --out DIR/run'.
 
     Example: sealtwin import-dxf crack.dxf --line CENTRELINE --width-mm 3 --depth-mm 16 --out drawn
     """
     if (line is None) != (width_mm is None):
-        raise typer.BadParameter("--line and --width-mm go together: a line has no width of its own")
+        raise typer.BadParameter("--line and --width-mm need each other: a line has no width")
     if sum(given is not None for given in (outline, walls, line)) > 1:
         raise typer.BadParameter("--outline, --walls and --line: give one of them")
     if walls is not None and walls[0].upper() == walls[1].upper():
-        raise typer.BadParameter(f"--walls {walls[0]} {walls[1]}: the walls are on two layers, one each")
+        raise typer.BadParameter(f"--walls {walls[0]} {walls[1]}: give two different layers, one for each wall")
     for name, value in (("--depth-mm", depth_mm), ("--width-mm", width_mm)):
         if value is not None and not LEAST_MM < value <= MOST_MM:
             raise typer.BadParameter(f"{name} {value:g}: expected more than {LEAST_MM:g}, at most {MOST_MM:g}")
@@ -176,15 +176,15 @@ def import_dxf(
 
 
 def require_depth(given: dict[str, Any]) -> None:
-    """Raise typer.BadParameter unless the settings of a photo have a depth or ask for a path alone."""
+    """Raise typer.BadParameter if the settings of a photo lack a depth, unless only a path is wanted."""
     if "crack.depth_mm" not in given and not given.get("photo.path_only"):
         raise typer.BadParameter(
-            "a photo needs --depth-mm: a photo cannot show how deep a crack is; or --set photo.path_only=true"
+            "a photo needs --depth-mm, since it does not show the depth of a crack; or give --set photo.path_only=true"
         )
 
 
 def _is_of_one_photo(name: str) -> bool:
-    """Return True for places and pictures: those of another photo are other ones."""
+    """Return True for places in a photo and for pictures, which differ from photo to photo."""
     from sealtwin.core.settings import names_file
     from sealtwin.trial.trial_file import Trial
 
@@ -196,7 +196,7 @@ def _is_of_one_photo(name: str) -> bool:
 
 @contextmanager
 def _of_a_drawing(drawing: Path) -> Iterator[None]:
-    """Let a ShapeError from within name the drawing, and what to draw or to give instead."""
+    """Replace a ShapeError by a message that names the drawing and what to draw or give instead."""
     try:
         yield
     except ShapeError as fault:

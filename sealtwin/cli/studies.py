@@ -14,19 +14,19 @@ if TYPE_CHECKING:
     from sealtwin.study.study_map import Mapped
     from validate.figures.figure_sheet import FigureSheet
 
-LEAST_BUDGET = 40  # That of sealtwin.calibration; --help must not load it
-MOST_NAMED = 8  # Failed runs in the text of an answer; all of them are in the table
+LEAST_BUDGET = 40  # As in sealtwin.calibration, which --help must not load
+MOST_NAMED = 8  # Failed runs in the text of an answer; the table has all
 
 
 @answers()
 def compare(
     command: Command,
     folders: Annotated[list[Path], argument("RUN RUN ...", "Run folders, 2 to 28.")],
-    out: Annotated[Path, option("Folder of the page.", "DIR")] = Path("reports", "compare"),
+    out: Annotated[Path, option("Folder for the page.", "DIR")] = Path("reports", "compare"),
 ) -> None:
     """Compare runs: settings and stage numbers that differ, levels and errors in one plot, held-out trials.
 
-    Replicates, which have equal settings and their own readings, also get the area validation metric.
+    For replicates, which have equal settings and their own readings, also computes the area validation metric.
 
     Example: sealtwin compare reports/paper-trial reports/paper-trial-lean
     """
@@ -44,22 +44,24 @@ def map(
     folder: Annotated[Path, argument("STUDY", "The folder of a sweep.")],
     caliper: Annotated[
         File,
-        option("Readings to compare with, in the format of the study's own sheet; default: that sheet.", "SHEET"),
+        option(
+            "Readings to compare the runs with, in the format of the trial's readings; default: the trial's.", "SHEET"
+        ),
     ] = None,
     data: Annotated[
         Literal["measured", "reconstructed", "synthetic"] | None,
-        option("Origin of the readings of another sheet."),
+        option("Origin of the readings of --caliper."),
     ] = None,
-    out: Annotated[File, option("Folder of the page; default: STUDY/map.", "DIR")] = None,
+    out: Annotated[File, option("Folder for the page; default: STUDY/map.", "DIR")] = None,
     any_volume: Annotated[
-        bool, flag("--any-volume", 'Map runs whose volume is off by over 5 % too, as with preset "paper".')
+        bool, flag("--any-volume", 'Include runs whose volume error is over 5 %, as with preset "paper".')
     ] = False,
-    fills: Annotated[bool, option("Compute about nine runs again, to draw how they fill.")] = True,
+    fills: Annotated[bool, option("Run about nine runs again, to draw how they fill.")] = True,
 ) -> None:
-    """Draw a study of two settings like the paper's figures: levels, map of the error, influences, fills, cost.
+    """Draw a study of two settings with the paper's figures: levels, map of the error, influences, fills, cost.
 
-    Reports the pair with the least error, the pairs that fit equally well, and the excluded runs with reasons. Writes a
-    page, single SVG files, and their numbers as CSV.
+    Also reports the pair nearest to the readings, how many pairs fit equally well, and which runs are excluded and why.
+    Writes a page, SVG files, and their numbers as CSV.
 
     Example: sealtwin map reports/paper-132 --caliper fixtures/paper-trial/caliper.csv
     """
@@ -75,7 +77,7 @@ def map(
     command.reply(Answer(mapped.content, mapped_lines(mapped)))
 
 
-LAUNCH = 256  # Runs in one launch on a GPU: at the paper's size they take 2 GB of its memory, 6 if nothing freezes
+LAUNCH = 256  # Runs in one launch on a GPU: of the paper's size they use 2 GB of its memory, 6 if nothing freezes
 
 
 @answers(device=True)
@@ -85,7 +87,7 @@ def sweep(
         list[Path] | None,
         argument(
             "STUDY | status DIR | merge DIR DIR ...",
-            "A study.toml; 'status' and the folder of a sweep, also while it runs; or 'merge' and the folders of its "
+            "A study.toml; 'status' and the folder of a sweep, which may be running; or 'merge' and the folders of the "
             "shards.",
         ),
     ] = None,
@@ -95,7 +97,7 @@ def sweep(
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
     batch: Annotated[
         int | None,
-        count_option(f"Runs in one launch that differ only in the fluid; default: 1, {LAUNCH} on a GPU.", 1, 4096),
+        count_option(f"Runs in one launch, if only the fluid differs; default: 1, {LAUNCH} on a GPU.", 1, 4096),
     ] = None,
     scheduler: Annotated[
         Text,
@@ -104,18 +106,18 @@ def sweep(
             "tls://HOST:PORT",
         ),
     ] = None,
-    shard: Annotated[
-        Text, option("Compute only the I-th of N parts of the study, in a separate folder.", "I/N")
-    ] = None,
-    keep_runs: Annotated[bool, flag("--keep-runs", "Keep the particles of each run too.")] = False,
+    shard: Annotated[Text, option("Compute only the I-th of N parts of the study, into its own folder.", "I/N")] = None,
+    keep_runs: Annotated[bool, flag("--keep-runs", "Also keep the particles of each run.")] = False,
     retry: Annotated[bool, flag("--retry", "Compute failed runs again.")] = False,
-    dry_run: Annotated[bool, flag("--dry-run", "Check all settings, digitise and estimate; compute no run.")] = False,
-    example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
+    dry_run: Annotated[
+        bool, flag("--dry-run", "Check all settings, digitise, estimate the time; run no fluid.")
+    ] = False,
+    example: Annotated[File, option("Write a commented study file as a start.", "FILE")] = None,
 ) -> None:
     """Run a trial many times with different settings: a grid, a list or a Latin hypercube, on all cores.
 
-    Finished runs are not computed again: after a kill or an interruption the same command computes the rest. A failed
-    run is reported with its reason.
+    Finished runs are kept: after an interruption, repeat the command to compute the rest. Failed runs are listed with
+    their reasons.
 
     Examples: sealtwin sweep fixtures/paper-trial/study-paper.toml --dry-run
 
@@ -125,22 +127,22 @@ def sweep(
     """
     if example is not None:
         if targets:
-            raise typer.BadParameter("--example with a study: it only writes a study file to start from")
+            raise typer.BadParameter("--example with a study: --example only writes a study file")
         from sealtwin.trial.starter_files import write_example_study
 
         write_example_study(example)
         command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
         return
     if not targets:
-        raise typer.BadParameter("give a study; --example FILE writes one to start from")
+        raise typer.BadParameter("give a study; --example FILE writes one as a start")
     from sealtwin.study import sweep as sweeps
 
     verb = str(targets[0])
     if verb == "status":
         if len(targets) != 2:
             raise typer.BadParameter("status: give the folder of one sweep")
-        state = sweeps.status(targets[1])
-        command.reply(Answer(state, swept_lines(state)))
+        swept = sweeps.status(targets[1])
+        command.reply(Answer(swept, swept_lines(swept)))
         return
     if verb == "merge":
         if len(targets) < 2 or out is None:
@@ -191,26 +193,26 @@ def calibrate(
     free: Annotated[
         list[str],
         option(
-            "A setting that is not known, with its range; give one for each, up to 6. One that was measured has its "
-            "value and uncertainty from the trial beforehand, any other is equally likely in its range.",
+            "An unknown setting, with its range; may be repeated, up to 6. A measured setting has its value and "
+            "uncertainty in the trial as prior; any other is equally likely within its range.",
             "SETTING=LOW:HIGH",
         ),
     ],
     settings: Given,
     hold_out: Annotated[
-        list[Path] | None, option('A trial that is predicted and judged: role "held-out"; can be repeated.', "TRIAL")
+        list[Path] | None, option('A trial to predict and compare, with the role "held-out"; may be repeated.', "TRIAL")
     ] = None,
     budget: Annotated[
-        int, count_option("Runs of each trial. Fewer give intervals that hold too few truths.", LEAST_BUDGET, 400)
+        int, count_option("Runs of each trial. With fewer, intervals would be too narrow.", LEAST_BUDGET, 400)
     ] = LEAST_BUDGET,
     out: Annotated[File, option("The folder; default: reports/<trial name>-calibrated.", "DIR")] = None,
     date: Annotated[Text, option("Day of the calibration; default: today.", "YYYY-MM-DD")] = None,
     jobs: Annotated[int | None, count_option("Processes; default: one for each core, one on a GPU.", 1, 512)] = None,
 ) -> None:
-    """Find settings by the readings of trials: a posterior, what it determines, and a prediction of other trials.
+    """Determine settings from the readings of trials, as a posterior, and predict other trials.
 
-    Runs that are made are kept: killed or interrupted, the same command goes on, and gives the same files. Exit code 5:
-    no setting of the ranges makes the readings, which the page states.
+    Finished runs are kept: after an interruption, repeat the command to continue; the files are the same. Exit code 5:
+    no setting within the ranges reproduces the readings.
 
     Example: sealtwin calibrate trial.toml --free fluid.yield_stress_pa=3:60 --free fluid.viscosity_pa_s=0.2:5
     --hold-out other.toml
@@ -224,13 +226,13 @@ def calibrate(
 
     ranges = _ranges(free)
     if twice := sorted(ranges.keys() & settings.keys()):
-        raise typer.BadParameter(f"--set {twice[0]} beside --free, which finds it; give one")
+        raise typer.BadParameter(f"--set {twice[0]} and --free, which determines it; give one of them")
     for file in hold_out or []:
         facts_above(load_trial(file, settings), file.parent)
     chosen = choose_device(command.device)
     command.say(f"Device: {describe_device(chosen)}")
     count = jobs or (cores() if chosen == "cpu" else 1)
-    # A process of its own costs seconds, once for each round.
+    # A worker process takes seconds to start, in each round.
     how = SweepOptions(device=chosen, jobs=0 if count == 1 else count)
     when = day.today() if date is None else day_of(date)
     done = find(
@@ -253,22 +255,22 @@ def _ranges(given: list[str]) -> dict[str, tuple[float, float]]:
     """Read SETTING=LOW:HIGH. Raises typer.BadParameter."""
     ranges: dict[str, tuple[float, float]] = {}
     for text in given:
-        name, _, ends = text.partition("=")
-        low, colon, high = ends.partition(":")
+        name, _, limits = text.partition("=")
+        low, colon, high = limits.partition(":")
         try:
             if not (name and colon):
                 raise ValueError("expected SETTING=LOW:HIGH, as fluid.yield_stress_pa=3:60")
-            found = read_number(low, comma=False), read_number(high, comma=False)
+            ends = read_number(low, comma=False), read_number(high, comma=False)
         except ValueError as fault:
             raise typer.BadParameter(f"--free {text:.80}: {fault}") from None
         if name in ranges:
             raise typer.BadParameter(f"--free {name}: given twice")
-        ranges[name] = found
+        ranges[name] = ends
     return ranges
 
 
 def swept_lines(swept: dict[str, Any]) -> list[str]:
-    """Return the lines to print for a sweep, from its --json object."""
+    """Return the text of a sweep, from its --json object."""
     from sealtwin.core.progress import in_words
 
     runs, total, best = swept["runs"], swept["runs_of_study"], swept["best"]
@@ -278,16 +280,16 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
         lines.append(f"These are {len(runs)} of the study's {total} runs; 'sealtwin sweep merge' joins its shards.")
     lines += swept["other_versions"]
     if swept["computed_by"]:
-        rest = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"
-        lines.append(f"Computed by {swept['computed_by']}{rest}.")
+        remaining = "" if swept["left_s"] is None else f", about {in_words(swept['left_s'])} left"
+        lines.append(f"Computed by {swept['computed_by']}{remaining}.")
     elif swept["states"]["waiting"]:
-        lines.append("No process computes it now; the same command computes the remaining runs.")
+        lines.append("No process computes it now; repeat the command to compute the rest.")
     if swept["screening"]:
         lines.append(swept["screening"])
     lines += swept["fluid_warnings"]
     if best is not None:
         lines.append(
-            f"Nearest to the readings: run {best['number']} ({_listed(best['settings'])}), "
+            f"Nearest to the readings: run {best['number']} ({_settings_text(best['settings'])}), "
             f"{best['mean_error_mm']:.2f} mm on average."
         )
         if best["against_baselines"] is not None:
@@ -295,18 +297,18 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
     if unranked := swept["not_ranked"]:
         which = ", ".join(f"{run['number']} (ratio {run['volume_ratio']:.3f})" for run in unranked[:MOST_NAMED])
         more = f" and {len(unranked) - MOST_NAMED} more" if len(unranked) > MOST_NAMED else ""
-        lines.append(f"Not ranked, as the settled volume is off by over 5 %: run {which}{more}.")
+        lines.append(f"Not ranked, since the settled volume is off by over 5 %: run {which}{more}.")
     failed = [run for run in runs if run["state"] == "failed"]
     for run in failed[:MOST_NAMED]:
         settings = {name: value for name, value in run.items() if name == "seed" or "." in name}
-        lines.append(f"failed: run {run['number']} ({_listed(settings)}): {run['reason']}")
+        lines.append(f"failed: run {run['number']} ({_settings_text(settings)}): {run['reason']}")
     if len(failed) > MOST_NAMED:
         lines.append(f"failed: and {len(failed) - MOST_NAMED} more.")
     return [*lines, f"Folder: {swept['folder']}"]
 
 
 def mapped_lines(mapped: "Mapped") -> list[str]:
-    """Return the lines to print for a map."""
+    """Return the text of a map."""
     chart, best = mapped.chart, mapped.chart.best
     return [
         *mapped.sheet.cautions,
@@ -320,7 +322,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
 
 
 def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
-    """Return the lines to print for a comparison."""
+    """Return the text of a comparison of runs."""
     from validate.figures.side_by_side import setting_words
 
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]
@@ -329,7 +331,7 @@ def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
     return [*sheet.cautions, sheet.finding, *lines, f"Page: {content['page']}"]
 
 
-def _listed(settings: dict[str, Any]) -> str:
+def _settings_text(settings: dict[str, Any]) -> str:
     from validate.figures.side_by_side import setting_words
 
     return ", ".join(f"{name} = {setting_words(value)}" for name, value in settings.items())

@@ -1,4 +1,4 @@
-"""Stages run by a command, and their answer: the content of run.json and a few lines for people."""
+"""Stages run by a command, and their output: the content of run.json, and text."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -27,9 +27,9 @@ def run_trial(
     trial: "Trial | None" = None,
     threads: int = 1,
 ) -> None:
-    """Run stages of a trial file, with ``settings`` by dotted name in place of its own, and answer.
+    """Run stages of a trial file, with ``settings`` by dotted name that replace its own, and print the result.
 
-    ``trial`` is the trial of a photo or a mesh, the ``file``, that has no trial file.
+    Without a trial file, ``file`` is a photo or a mesh, and ``trial`` its trial.
     """
     from sealtwin.lab.held_out import facts_above
     from sealtwin.trial import pipeline
@@ -51,7 +51,7 @@ def resume(
     threads: int = 1,
     uncertainty: bool = False,
 ) -> None:
-    """Run one stage of the trial that a run folder holds and answer; ``uncertainty`` adds its extra runs before.
+    """Run one stage of a run folder's trial and print the result; ``uncertainty`` first makes the extra runs.
 
     ``settings`` by dotted name replace those of RUN/trial.toml, which then records them.
     """
@@ -78,7 +78,7 @@ def _reply(command: Command, result: "TrialResult", stages: "Sequence[StageName]
 
 
 def result_lines(result: "TrialResult", last: "StageName") -> list[str]:
-    """Return the lines that a person reads at the end of a command whose last stage was ``last``."""
+    """Return the text of a result, after a command whose last stage was ``last``."""
     lines = [*result.other_versions]
     if result.sample is not None:
         lines += _sample(result.sample)
@@ -115,7 +115,7 @@ def _sample(sample: "SampleFigures") -> Iterator[str]:
 
 
 def _width(sample: "SampleFigures") -> str:
-    """Return the mean width with its interval, and its source unless that is the walls."""
+    """Return the mean width with its interval, and with its source if it was not measured between the walls."""
     if sample.mean_width_mm is None:
         return "a path alone, without walls or solid"
     source = {"fit": " by a fit of its profile", "gauge": " as given"}.get(sample.width_source, "")
@@ -133,7 +133,7 @@ def _cavity(sample: "SampleFigures") -> str:
 
 
 def _scale(sample: "SampleFigures") -> str:
-    """Return the scale's source, and what was measured of the scale unless it was given as a number."""
+    """Return the scale's source, and its measured figures unless it was given as a number."""
     facts = [sample.scale_source]
     if sample.scale_uncertainty is not None:
         facts += [f"{sample.mm_per_px:.4g} mm/px", f"uncertain by {100 * sample.scale_uncertainty:.2g} %"]
@@ -151,7 +151,7 @@ def _fluid(fluid: "FluidFigures") -> list[str]:
         counts = f"{fluid.particles} particles, {fluid.escaped_particles} escaped, {fluid.spilled_particles} spilled"
         return [f"Fluid: {counts}; volume ratio {fluid.volume_ratio:.3f}; {fluid.device}.", *fluid.warnings]
     others = [one for one in fluid.warnings if one not in unfit and not one.startswith(FAST)]
-    return ["Fluid: the fast model, without particles; for screening, never a level by itself.", *unfit, *others]
+    return ["Fluid: fast model, without particles; for screening only, not as a result.", *unfit, *others]
 
 
 def _compared(comparison: "Comparison") -> list[str]:
@@ -164,7 +164,7 @@ def _compared(comparison: "Comparison") -> list[str]:
 
 
 def _extra_runs(uncertainty: "ErrorUncertainty") -> Iterator[str]:
-    """Yield what the extra runs of --uncertainty found; nothing if there were none."""
+    """Yield the results of the extra runs of --uncertainty, if there are any."""
     from validate.units import MODELS
     from validate.wording.comparison import INPUTS
 
@@ -178,12 +178,12 @@ def _extra_runs(uncertainty: "ErrorUncertainty") -> Iterator[str]:
     if inputs := uncertainty.inputs:
         effects = ", ".join(f"{INPUTS[one.name][0]} {one.mean_level_mm:+.2f} mm" for one in inputs)
         how = MODELS[inputs[0].model]
-        yield f"Inputs, each a standard uncertainty up, and what they do to the mean level {how}: {effects}."
+        yield f"Effect on the mean level {how} of each input, raised by a standard uncertainty: {effects}."
 
 
 def _without_readings(prediction: "PredictedLevel | None") -> str:
     if prediction is None:
-        return "No readings: this is the simulated fill alone, held against nothing."
+        return "No readings: the simulated fill is not compared with anything."
     from validate.wording.prediction import predicted_sentence
 
     return predicted_sentence(prediction)

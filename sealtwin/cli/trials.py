@@ -1,4 +1,4 @@
-"""Commands that run a trial or one stage of it, and that start one."""
+"""Commands that run a trial or one of its stages, and that start a trial."""
 
 from pathlib import Path
 from shlex import quote
@@ -19,9 +19,7 @@ TrialFile = Annotated[Path, argument("TRIAL", "A trial.toml; 'sealtwin init DIR'
 RunFolderPath = Annotated[Path, argument("RUN", "A run folder.")]
 Threads = Annotated[
     int,
-    count_option(
-        "Threads of a CPU that share the fluid run, for runs of many particles; the result is the same.", 1, 64
-    ),
+    count_option("CPU threads of the fluid run, for runs with many particles; the result does not change.", 1, 64),
 ]
 
 
@@ -29,12 +27,12 @@ Threads = Annotated[
 def film(
     command: Command,
     folder: RunFolderPath,
-    out: Annotated[File, option("A name that ends in .gif or .mp4; default: RUN/fill.gif.", "FILE")] = None,
+    out: Annotated[File, option("File of the film, .gif or .mp4; default: RUN/fill.gif.", "FILE")] = None,
 ) -> None:
     """Make a film of the fill from RUN/frames, which 'sealtwin run TRIAL --set output.frames_every_s=0.1' writes.
 
-    It shows the section along the crack and the crack from above, coloured by speed, at the speed of the run. GIF plays
-    anywhere; MP4 (VP9) has all colours, plays in browsers and VLC, and needs an OpenCV that can write it.
+    Shows a section along the crack and the crack from above, coloured by speed, in real time. GIF plays anywhere; MP4
+    (VP9) has more colours, plays in browsers and VLC, and needs an OpenCV that can write it.
     """
     from sealtwin.core.run_folder import look_into
     from sealtwin.trial.job import other_versions, shown
@@ -65,9 +63,9 @@ def robot(
     out: Annotated[File, option("Folder for the files; default: robot/ in the run folder.", "DIR")] = None,
     allow_automatic: Annotated[
         bool,
-        flag("--allow-automatic", "Accept a crack that was found automatically, once you have looked at it."),
+        flag("--allow-automatic", "Accept a crack that was found automatically; check it first."),
     ] = False,
-    example: Annotated[File, option("Write a commented cell file to start from.", "FILE")] = None,
+    example: Annotated[File, option("Write a commented cell file as a start.", "FILE")] = None,
 ) -> None:
     """Write a run's nozzle path for a robot: txt, CSV, Epson SPEL+, G-code, URScript.
 
@@ -75,25 +73,25 @@ def robot(
     """
     if example is not None:
         if folder is not None or cell is not None:
-            raise typer.BadParameter("--example beside RUN or --cell: it only writes a cell file to start from")
+            raise typer.BadParameter("--example with RUN or --cell: --example only writes a cell file")
         from sealtwin.trial.starter_files import write_example_cell
 
         write_example_cell(example)
         command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
         return
     if folder is None or cell is None:
-        raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
+        raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file as a start")
     from digitise.robots.cell import FORMATS
     from sealtwin.core.run_folder import open_folder
     from sealtwin.trial.robot_files import REPORT, write_robot_files
 
-    asked = [] if formats is None else formats.split(",")
-    if unknown := [name for name in asked if name not in (*FORMATS, "all")]:
+    names = [] if formats is None else formats.split(",")
+    if unknown := [name for name in names if name not in (*FORMATS, "all")]:
         raise typer.BadParameter(f"--format {unknown[0]}: allowed are {', '.join(FORMATS)} and all")
     with open_folder(folder, create=False) as run:
-        report = write_robot_files(run, cell, asked, out, allow_automatic=allow_automatic)
+        report = write_robot_files(run, cell, names, out, allow_automatic=allow_automatic)
     for name in report["kept"]:
-        command.warn(f"a robot file was edited since it was written; yours is kept as {name}.")
+        command.warn(f"a robot file was edited since it was written; your version is kept as {name}.")
     for warning in report["warnings"]:
         command.warn(f"note: {warning}")
     frame = report["frame"]
@@ -101,7 +99,7 @@ def robot(
         *report["other_versions"],
         f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, "
         f"{report['sealant_mm3'] / 1000:.3g} ml; "
-        f"the worst of {frame['taught_points']} taught points misses by {frame['worst_residual_mm']:.2f} mm, "
+        f"the worst of {frame['taught_points']} taught points is off by {frame['worst_residual_mm']:.2f} mm, "
         f"the face is {frame['tilt_deg']:.1f} degrees from level.",
         *_pump_line(report.get("pump")),
         f"Robot files: {', '.join([*report['files'], REPORT])} in {report['folder']}",
@@ -112,13 +110,15 @@ def robot(
 def _pump_line(pump: dict[str, Any] | None) -> list[str]:
     if pump is None:
         return []
-    asked, wanted = (
+    requested, wanted = (
         " to ".join(dict.fromkeys(f"{flow:.4g}" for flow in pump[f"{name}_mm3_s"])) for name in ("asked", "wanted")
     )
-    waits = f", and waits {pump['waits_s']:.2g} s for the first" if pump["waits_s"] else ""
+    waits = f", and waits {pump['waits_s']:.2g} s at the start" if pump["waits_s"] else ""
     half_percent = pump["interval_95_percent"]
-    within = "equal weighings show no interval" if half_percent is None else f"95 % within {half_percent:.2g} %"
-    return [f"Pump: asked for {asked} mm³/s to give {wanted}, {within}{waits}."]
+    within = (
+        "no interval, since all weighings are equal" if half_percent is None else f"95 % within {half_percent:.2g} %"
+    )
+    return [f"Pump: the program requests {requested} mm³/s so that the pump gives {wanted}, {within}{waits}."]
 
 
 @answers(*PHOTO, *FLUID, device=True)
@@ -129,10 +129,10 @@ def quick(
     caliper: Annotated[File, option("Readings taken after sealing, CSV or XLSX.", "SHEET")] = None,
     out: Annotated[File, option("Folder for trial.toml and run/; default: reports/<photo name>-quick.", "DIR")] = None,
 ) -> None:
-    """Go from a photo and a depth to mesh, path, fluid run and report, by the starter's fluid and nozzle.
+    """Go from a photo and a depth to mesh, path, fluid run and report, with the fluid and nozzle of 'sealtwin init'.
 
-    Whatever was not given is assumed: it is said, marked in DIR/trial.toml and named in the report. Correct it there;
-    'sealtwin run' goes on.
+    Settings that you do not give are assumed: printed, marked in DIR/trial.toml and listed in the report. Correct them
+    there and continue with 'sealtwin run'.
 
     Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
     """
@@ -145,7 +145,7 @@ def quick(
     write_quick_trial(trial, text)
     run = folder / "run"
     command.warn(f"Assumed, since not given: {', '.join(assumed)}.")
-    command.say(f"Correct it in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
+    command.say(f"Correct them in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
     run_trial(command, trial, run, ALL_STAGES)
 
 
@@ -166,15 +166,15 @@ def demo(
 def run(command: Command, trial: TrialFile, settings: Given, out: Out = None, threads: Threads = 1) -> None:
     """Bring a whole trial up to date: digitise, simulate, validate, report.
 
-    During the fluid run RUN/progress.json holds its progress and health.csv its numerical quality; a checkpoint every
-    ten seconds lets the same command continue after a kill. The trial's table output asks for snapshots and frames.
+    During the fluid run RUN/progress.json has the progress and health.csv the numerical quality. A checkpoint is
+    written every ten seconds: repeat the command to continue after a kill. The table output sets snapshots and frames.
     """
     run_trial(command, trial, out, ALL_STAGES, settings, threads=threads)
 
 
 @answers(*FLUID, device=True)
 def simulate(command: Command, folder: RunFolderPath, settings: Given, threads: Threads = 1) -> None:
-    """Inject the sealant into a digitised run folder; its settings are those of RUN/trial.toml."""
+    """Run the fluid of a digitised run folder, with the settings of RUN/trial.toml."""
     resume(command, folder, "simulate", settings, threads=threads)
 
 
@@ -187,10 +187,10 @@ def validate(
         bool,
         flag(
             "--uncertainty",
-            "First run the fluid three times with finer, its own and coarser particles, and with the inputs of the "
-            "trial's table uncertainty moved by what it declares, by the model that its differences names; once, into "
-            "RUN/uncertainty. Takes 10 to 15 times the computing time of RUN, on all cores. Without readings the level "
-            "is a prediction, with a 95 % band of its own.",
+            "First make extra runs, stored in RUN/uncertainty: three each with finer, equal and coarser particles, and "
+            "runs with each input of the table uncertainty changed by its declared uncertainty, with the model that "
+            "its key differences names. Takes 10 to 15 times the computing time of RUN, on all cores. Without "
+            "readings the level is a prediction with a 95 % band.",
         ),
     ] = False,
 ) -> None:
@@ -200,7 +200,7 @@ def validate(
 
 @answers(quiet=False, as_json=False)
 def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:
-    """Write a commented trial and an empty sheet for readings to start from."""
+    """Write a commented trial and an empty sheet for readings as a start."""
     from sealtwin.trial.starter_files import write_starter
 
     command.reply(Answer({}, [str(written) for written in write_starter(folder)]))

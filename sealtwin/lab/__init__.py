@@ -1,1 +1,1 @@
-"""A lab's folder of photos, sheets and notes, turned into trials and a catalogue of them."""
+"""Makes trials and a catalogue of a lab's folder of photos, sheets and notes."""

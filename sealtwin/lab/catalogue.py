@@ -1,4 +1,4 @@
-"""The catalogue of a lab: its trials, the files that they were made of, and what could not be taken in."""
+"""The catalogue of a lab: its trials, their original files, and the faults of its ingests."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import astuple, dataclass, replace
@@ -27,14 +27,14 @@ COLUMNS = (
     "readings_sha256", "dialect", "result", *COMPARED, "ingested_utc", "folder", "reason",
 )  # fmt: skip
 VERSION: Literal[3] = 3
-REMEDY = "Move it away and ingest the same folders again: it is made anew, from the trials' own, and from pairing.csv."
+REMEDY = "Move it away and ingest the same folders again: it is rebuilt from the trials' records and pairing.csv."
 
 
 @dataclass(frozen=True)
 class Record:
     sample: str  # Key of its name: equal for all spellings
     name: str
-    revision: int  # From 1; a sample whose file or note has changed becomes a new trial, and the old one stays
+    revision: int  # From 1; a changed file or note makes a new trial, and the old one stays
     folder: str
     source: str  # Name of the lab's folder, with a hash of its place
     content: str  # Hash of files and notes
@@ -62,7 +62,7 @@ class SourceFile(Result):
     """A lab's folder in catalogue.json."""
 
     decisions: list[tuple[str, str, Role, str, dict[str, str]]]
-    """File, part, role, sample and answers that the user corrected in the pairing."""
+    """The user's decisions: file, part, role, sample, and the other cells of the row."""
     faults: list[tuple[str, str]]
 
 
@@ -75,16 +75,16 @@ class CatalogueFile(Result):
     pairing: str
     """Hash of the pairing file as ingest wrote it last: another hash means that it was edited."""
     uses: dict[str, list[str]]
-    """Studies that ranked their runs by readings, by the hash of these."""
+    """Studies and calibrations that used readings to choose, by the hash of the readings."""
     checked: dict[str, tuple[str, list[str]]]
-    """State of each trial at its check, by its folder, and sentences on what keeps it from its run."""
+    """State of each trial when it was checked, by its folder, and the faults that prevent its run."""
     sources: dict[str, SourceFile]
 
 
 class Catalogue:
-    """A lab's trials, by the record in the folder of each, and the content of catalogue.json.
+    """Trials of a lab, read from the record in the folder of each, and the content of catalogue.json.
 
-    Whoever changes it holds the lab, and saves it; a process that is killed leaves it as before or as after.
+    Lock the lab before changing it, then save it. A killed process leaves the old file or the new one, complete.
     """
 
     def __init__(self, lab: Path) -> None:
@@ -100,7 +100,7 @@ class Catalogue:
 
     @classmethod
     def of(cls, lab: Path) -> "Catalogue":
-        """Read a lab's. Raises InputError if there is none."""
+        """Read the catalogue of a lab. Raises InputError for another folder."""
         if not is_lab(lab):
             raise InputError(f"{lab}: no lab (it has no {CATALOGUE}). 'sealtwin ingest FOLDER --out {lab}' makes one.")
         return cls(lab)
@@ -112,21 +112,21 @@ class Catalogue:
         return [record for record in self.records if record.sample == key]
 
     def faults(self) -> list[CatalogueFault]:
-        """Return what the last ingest of every source could not take in."""
+        """Return the faults of the last ingest of each source."""
         return [CatalogueFault(*fault) for source in self.content.sources.values() for fault in source.faults]
 
     def unready(self, record: Record) -> list[str]:
-        """Return what keeps a trial from its run, or puts its readings in doubt."""
+        """Return the faults that prevent a trial's run, and the doubts about its readings."""
         state, sentences = self.content.checked.get(record.folder, ("", []))
         return sentences if sentences and state == state_of(self.lab / record.folder) else []
 
     def decisions(self, source: str) -> Decisions:
-        """Return the user's corrections of the pairing of a source, and answers on its sheets."""
+        """Return the user's decisions on the files of a source."""
         rows = self.content.sources[source].decisions if source in self.content.sources else []
         return {(PurePath(file), part): FilePlace(name, role, answers=given) for file, part, role, name, given in rows}
 
     def state(self, source: str, decisions: Decisions, faults: Iterable[CatalogueFault]) -> None:
-        """Set what the user decided on a source, and what could not be taken in from it."""
+        """Set the user's decisions on a source, and the faults of its ingest."""
         rows: list[tuple[str, str, Role, str, dict[str, str]]] = [
             (file.as_posix(), part, place.role, place.sample, dict(place.answers))
             for (file, part), place in decisions.items()
@@ -135,7 +135,7 @@ class Catalogue:
 
 
 def state_of(folder: Path) -> str:
-    """Return the key of a trial's check: of its file, which the user may edit, and of its level."""
+    """Return a key that changes with the trial file, which the user may edit, and with the simulated level."""
     looked_at = (path for path in (folder / TRIAL, folder / RUN / "profile.csv") if path.is_file())
     return stage_key({path.name: files.sha256(path) for path in looked_at}, {}, NUMBERS)
 
@@ -150,7 +150,7 @@ def _read_record(path: Path) -> Record:
 
 
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:
-    """Return the latest trial of each sample, by ``COLUMNS``, and what failed."""
+    """Return the latest trial of each sample as a row of ``COLUMNS``, and the faults."""
     catalogue = Catalogue.of(lab)
     latest = {record.sample: record for record in catalogue.records}
     return [_row(catalogue, record) for record in latest.values()], catalogue.faults()
@@ -159,7 +159,7 @@ def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]
 def export(lab: Path, out: Path) -> int:
     """Write a CSV with a row for each sample, taken in or not; return how many. Raises InputError if ``out`` exists."""
     if out.exists():
-        raise InputError(f"{out}: is there already and is not overwritten; give another name, or move it away.")
+        raise InputError(f"{out}: exists and is not overwritten; give another name, or move it away.")
     trials, faults = latest_trials(lab)
     rows = [*trials, *({"sample": fault.name, "state": "failed", "reason": fault.sentence} for fault in faults)]
     files.write_sheet(out, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))
@@ -167,23 +167,23 @@ def export(lab: Path, out: Path) -> int:
 
 
 def revisions(lab: Path, sample: str) -> tuple[Catalogue, list[Record], list[CatalogueFault]]:
-    """Return all trials of one sample, and what failed. Raises InputError if the lab has no such sample."""
+    """Return all trials of a sample and its faults. Raises InputError for an unknown sample."""
     catalogue = Catalogue.of(lab)
     records = catalogue.of_sample(sample_key(sample))
     faults = [fault for fault in catalogue.faults() if sample_key(fault.name) == sample_key(sample)]
     if not records and not faults:
-        raise InputError(f"{lab}: no sample {sample!r:.80}; 'sealtwin lab list {lab}' names those that there are.")
+        raise InputError(f"{lab}: no sample {sample!r:.80}; 'sealtwin lab list {lab}' lists the samples.")
     return catalogue, records, faults
 
 
 def read_run(lab: Path, record: Record) -> TrialResult | None:
-    """Return the result of the trial's run; None if it has none."""
+    """Return the result of the trial's run; None before a run."""
     folder = lab / record.folder / RUN
     return read_result(folder) if (folder / RESULT).is_file() else None
 
 
 def progress_of(catalogue: Catalogue, record: Record) -> str:
-    """Return in words how far the trial is."""
+    """Return the state of a trial in words."""
     result = read_run(catalogue.lab, record)
     if result is not None and result.comparison is not None:
         other = " (other version)" if other_numbers(result.numbers, NUMBERS) else ""

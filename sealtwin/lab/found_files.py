@@ -1,6 +1,6 @@
-"""Photos, sheets and notes in a lab's folder, with the sample and the role of each by its name.
+"""Photos, sheets and notes in a lab's folder, with the sample and the role that their names give.
 
-No link is followed. Only texts and tables of readings, which several samples may share, are opened.
+Links are not followed. Only texts and tables of readings are opened, since several samples may share them.
 """
 
 import os
@@ -20,51 +20,51 @@ from validate.readings.text_table import WORDS as LAB_WORDS
 from validate.readings.text_table import plain_letters
 
 Role = Literal["photo", "second_photo", "mask", "readings", "fill", "note", "text", "ignore"]
-"""Role of a file; "fill" is a liquid weighed into the crack, "text" is kept with its sample and says no settings."""
+"""Role of a file; "fill" is a liquid weighed into the crack, "text" is kept with its sample and gives no settings."""
 
 PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
 NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
 """Settings of a trial that name a file."""
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
-UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Named as a fault, since they have a lab's numbers
+UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Reported as a fault: they contain a lab's numbers
 TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods"} | UNREAD_TABLES
 FREE_TEXT = {".txt", ".md"}
 TABLES = ("readings", "fill")  # Roles of tables of numbers
 WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, words in LAB_WORDS["files"].items()}
-"""Words at the beginning or the end of a name, for each role."""
+"""Words at the beginning or the end of a name that give a role."""
 CAMERA = re.compile(
     r"(img|imag|dsc[nf]?|pxl|mvimg|cimg|gopr)[ _-]?\d{3,}([ _-]\d+)*([ _-]wa\d+)?|p\d{7}|\d{8}_\d{6}", re.IGNORECASE
 )
-"""Name by a camera, which names no sample."""
+"""Name that a camera gave, which names no sample."""
 BESIDE_CAMERA = re.compile(rf"(?:{CAMERA.pattern})[ _-]+(?=[^\W\d_])|(?<=\w)[ _-]+(?:{CAMERA.pattern})$", re.IGNORECASE)
-"""A camera's name before or behind another, as in IMG_0412_P4."""
+"""A camera's name before or after another name, as in IMG_0412_P4."""
 REMARK = re.compile(r"\s*[(\[{][^)\]}]*[)\]}]")  # Remark in brackets: P-03 (von oben)
 WORD = re.compile(r"[^\W_]+")
 OUTSIDE_LABELS = re.compile(r"[^\w .-]+")
 DEFAULTS = "lab.toml"  # Settings of all samples, on top of a lab's folder
-MOST_ENTRIES = 50_000  # Files and folders; more is a disk given by mistake
-MOST_TOLD = 3  # Names in one sentence
+MOST_ENTRIES = 50_000  # Files and folders; more means that a disk was given by mistake
+MOST_NAMES = 3  # Names in one sentence
 HIDDEN = (".", "~$")
 NOT_DOWNLOADED = re.compile(r"\.(.+)\.icloud")  # iCloud's placeholder of a file
-UNSEEN = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that control a text
+CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that control a text
 
 
 @dataclass(frozen=True)
 class FilePlace:
-    """Sample and role of a file, by its name or by the user, with the answers about it."""
+    """Sample and role of a file, from its name or from the user, and the user's replies in its row."""
 
-    sample: str  # Letters, digits, spaces and -_. only; empty if the name says none
+    sample: str  # Letters, digits, spaces and -_. only; empty if the name gives none
     role: Role
-    stated: bool = field(default=False, compare=False)  # True if a word of the file's own name says the role
+    stated: bool = field(default=False, compare=False)  # True if a word of the file's own name gives the role
     answers: Mapping[str, str] = field(default_factory=dict)  # As written in the pairing file
 
 
 def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, FilePlace]:
-    """Read the names of a lab's photos, sheets and notes, which are relative to the lab's folder.
+    """Read the names of a lab's photos, sheets and notes, relative to the lab's folder.
 
-    A file whose name says no sample is of the sample that ``folder``, the lab's folder, is named by. A camera's name is
-    a sample's only if a sheet or a note has it too, as those of 'sealtwin trace' do.
+    If a name gives no sample, the name of ``folder``, the lab's folder, does. A camera's name is a sample's only if a
+    sheet or a note has it too, as the files of 'sealtwin trace' do.
     """
     files = list(files)
     by_camera = {
@@ -79,10 +79,10 @@ def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, FilePla
 
 
 def read_name(file: PurePath, *, camera_counts: bool = False) -> FilePlace | None:
-    """Read one name by itself. Returns None for a file that is neither photo, sheet nor note by its suffix.
+    """Read one name. Returns None if its suffix is not that of a photo, a sheet or a note.
 
-    A folder is part of the sample's name, unless it is named by a role: photos/P01.jpg and sheets/P01.csv are of one
-    sample, May/P01.jpg and June/P01.jpg are not.
+    A folder's name is part of the sample's name unless it is the word for a role: photos/P01.jpg and sheets/P01.csv
+    belong to one sample, May/P01.jpg and June/P01.jpg do not.
     """
     possible = possible_roles(file.suffix.lower())
     if not possible:
@@ -94,22 +94,22 @@ def read_name(file: PurePath, *, camera_counts: bool = False) -> FilePlace | Non
     named = [folder for folder, _ in folders if folder]
     if camera_counts or not (named and CAMERA.fullmatch(rest)):
         named.append(rest)
-    # A folder of one sample often holds files of its name.
+    # The folder of a sample often has files with the same name.
     parts = [part for before, part in pairwise(["", *named]) if sample_key(part) not in ("", sample_key(before))]
     by_folder: list[Role] = [role for _, roles in folders for role in roles]
-    # A mask in a folder of photos is a mask: what a name adds to its suffix counts.
+    # A mask in a folder of photos is a mask: roles other than the default of the suffix count.
     roles: list[Role] = [role for role in (*own, *by_folder[::-1]) if role in possible[1:]]
     role = roles[0] if roles else possible[0]
     return FilePlace("-".join(parts), role, role in own and role != possible[0])
 
 
 def as_label(text: str) -> str:
-    """Return a sample's name that is valid in a file's name, a report and a spreadsheet."""
+    """Return a text as a sample's name that is valid in file names, reports and spreadsheets."""
     return OUTSIDE_LABELS.sub("-", text.strip())
 
 
 def possible_roles(suffix: str) -> tuple[Role, ...]:
-    """Return the roles that a file of that suffix can have, the default first."""
+    """Return the possible roles of a file by its suffix, the default first."""
     if suffix in PHOTO_SUFFIXES:
         return ("photo", "second_photo", "mask")
     if suffix in TABLE_SUFFIXES:
@@ -120,7 +120,7 @@ def possible_roles(suffix: str) -> tuple[Role, ...]:
 
 
 def _without(name: str, roles: tuple[Role, ...]) -> tuple[str, list[Role]]:
-    """Return ``name`` without the words at its ends that name one of ``roles``, and these roles."""
+    """Return ``name`` without words for one of ``roles`` at its ends, and these roles."""
     name = unicodedata.normalize("NFC", name)
     words, named_roles = list(WORD.finditer(name)), list[Role]()
 
@@ -148,11 +148,11 @@ class Piece:
         return f"{self.file}, {self.part}" if self.part else str(self.file)
 
 
-def divide(folder: Path, named: Mapping[PurePath, FilePlace], known: Set[str]) -> dict[Piece, FilePlace]:
-    """Return each file as a whole; a table of readings that names samples in parts.
+def divide(folder: Path, named: Mapping[PurePath, FilePlace], photographed: Set[str]) -> dict[Piece, FilePlace]:
+    """Return each file as one piece, and a table of readings of several samples in parts.
 
-    A column that names samples always counts. A worksheet's name counts if it is that of a sample in ``known``, the
-    keys of samples with a photo; the other tables of such a workbook are then asked about.
+    A column of sample names always divides a table. A worksheet's name does so if it is in ``photographed``, the keys
+    of samples with a photo; the other tables of this workbook then become questions.
     """
     pieces: dict[Piece, FilePlace] = {}
     for file, place in named.items():
@@ -162,51 +162,53 @@ def divide(folder: Path, named: Mapping[PurePath, FilePlace], known: Set[str]) -
         is_text, is_table = file.suffix.lower() in FREE_TEXT, file.suffix.lower() in TABLE_SUFFIXES
         looked_at = is_text or (is_table and not (place.stated and place.role == "note"))
         kind = kind_of_text(folder / file) if looked_at else None
-        # A text may be named note and hold sentences, and a table words and values; a fill is known by its columns.
+        # A file named note may contain sentences or a table of words and values; a fill is recognised by its columns.
         of_words = kind == "note" and place.role == "readings" and not place.stated
         if kind is not None and (
             kind == "fill" or of_words or (is_text and not (place.stated and place.role in TABLES))
         ):
             place = replace(place, role=kind)
-        pieces |= _divided(folder, file, place, known) if place.role == "readings" else {Piece(file): place}
+        pieces |= _divided(folder, file, place, photographed) if place.role == "readings" else {Piece(file): place}
     return pieces
 
 
-def _divided(folder: Path, file: PurePath, place: FilePlace, known: Set[str]) -> dict[Piece, FilePlace]:
-    samples = {part: _sample(file, part, known) for part in parts_of(folder / file)}
-    # A worksheet of a known sample is its own though no readings are found in it: reading it tells why.
-    samples = {part: sample for part, sample in samples.items() if part.headed or sample_key(sample) in known}
-    naming = [part for part, sample in samples.items() if part.rows_of is not None or sample_key(sample) in known]
+def _divided(folder: Path, file: PurePath, place: FilePlace, photographed: Set[str]) -> dict[Piece, FilePlace]:
+    samples = {part: _sample(file, part, photographed) for part in parts_of(folder / file)}
+    # A worksheet named after a sample is used although it has no readings: reading it then reports why.
+    samples = {part: sample for part, sample in samples.items() if part.headed or sample_key(sample) in photographed}
+    naming = [
+        part for part, sample in samples.items() if part.rows_of is not None or sample_key(sample) in photographed
+    ]
     keys, own = {sample_key(samples[part]) for part in naming}, sample_key(place.sample)
-    told_apart = len(samples) > 1 and any(part.headed for part in naming)
-    if not naming or (keys == {own} and not told_apart):
+    is_divided = len(samples) > 1 and any(part.headed for part in naming)
+    if not naming or (keys == {own} and not is_divided):
         return {Piece(file): place}
-    if own in known and own not in keys:
-        # The file's name and its rows contradict each other: reading it as that sample's tells so.
+    if own in photographed and own not in keys:
+        # The file's name and its rows contradict each other: reading the file as that sample's reports it.
         by_column = next((part for part in naming if part.rows_of is not None), None)
         return {Piece(file, by_column and replace(by_column, rows_of=place.sample)): place}
     return {Piece(file, part): FilePlace(sample, "readings") for part, sample in samples.items()}
 
 
-def _sample(file: PurePath, part: SamplePart, known: Set[str]) -> str:
-    """Return the sample that a part names, as a file of that name there would: in May/all.csv, P01 is May-P01.
+def _sample(file: PurePath, part: SamplePart, photographed: Set[str]) -> str:
+    """Return the sample that a part names, read as a file name in its folder: in May/all.csv, P01 is May-P01.
 
-    If May-P01 is not known, it is P01.
+    If only P01 has a photo, the sample is P01.
     """
     name = PurePath(f"{as_label(part.rows_of or part.sheet or '')}.csv")
     there, alone = (read_name(folder / name, camera_counts=True) for folder in (file.parent, PurePath()))
-    place = alone if alone is not None and sample_key(alone.sample) in known else there
-    place = there if there is not None and sample_key(there.sample) in known else place
+    place = alone if alone is not None and sample_key(alone.sample) in photographed else there
+    place = there if there is not None and sample_key(there.sample) in photographed else place
     return place.sample if place is not None else ""
 
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A file, or a folder, that takes no part, and why."""
+    """A file or a folder that is not used, and the reason."""
 
     file: str
     reason: str
-    lost: bool  # True if data of the lab is missing without it
+    lost: bool  # True if it may contain data of the lab
 
     @property
     def sentence(self) -> str:
@@ -214,12 +216,12 @@ class LeftOut:
 
 
 def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
-    """Return the photos, sheets and notes in ``folder`` and below, relative to it, and what is left out.
+    """Return the photos, sheets and notes in ``folder`` and below, relative to it, and the files that are not used.
 
-    Raises InputError if it is no folder, or has more files than are looked at.
+    Raises InputError if it is not a folder, or contains over ``MOST_ENTRIES`` files.
     """
     if not folder.is_dir():
-        raise InputError(f"{as_text(folder)}: no such folder; give the one that holds photos, sheets and notes.")
+        raise InputError(f"{as_text(folder)}: no such folder; give the folder of photos, sheets and notes.")
     files, left_out = list[PurePath](), list[LeftOut]()
     for path in sorted(_paths(folder, left_out)):
         file = path.relative_to(folder)
@@ -229,7 +231,7 @@ def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
         elif plain(str(file)) != str(file):
             reason = "a name with control characters; rename it."
         elif file.name == DEFAULTS != str(file):
-            reason = f"{DEFAULTS} counts on top of the folder only; move it there."
+            reason = f"{DEFAULTS} is read from the top of the folder only; move it there."
         elif lost:
             files += [] if file == Path(DEFAULTS) else [file]
             continue
@@ -238,25 +240,25 @@ def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
 
 
 def plain(text: str) -> str:
-    """Return ``text`` on one line, without characters that move a terminal's cursor or turn letters round."""
-    return "".join("?" if unicodedata.category(letter) in UNSEEN else letter for letter in text)
+    """Return ``text`` on one line, with "?" for characters that move a terminal's cursor or reverse the writing."""
+    return "".join("?" if unicodedata.category(letter) in CONTROLS else letter for letter in text)
 
 
 def few(names: Sequence[object]) -> str:
-    """Return the first of the names and how many more there are."""
-    more = len(names) - MOST_TOLD
-    return ", ".join(map(str, names[:MOST_TOLD])) + (f" and {more} more" if more > 0 else "")
+    """Return the first names, and the number of the others."""
+    more = len(names) - MOST_NAMES
+    return ", ".join(map(str, names[:MOST_NAMES])) + (f" and {more} more" if more > 0 else "")
 
 
 def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:
-    """Yield all but folders and hidden files: a Mac leaves a ._photo.jpg beside each photo, Excel a ~$sheet.xlsx.
+    """Yield all files that are not hidden: macOS adds a ._photo.jpg to each photo, Excel a ~$sheet.xlsx.
 
-    Folders that cannot be read are added to ``left_out``. Raises InputError if there are too many files.
+    Adds folders that cannot be read to ``left_out``. Raises InputError if there are too many files.
     """
 
     def leave_out(fault: OSError) -> None:
         place = plain(as_text(Path(os.path.relpath(fault.filename, folder))))
-        reason = f"a folder that cannot be read ({fault.strerror}). Make it readable, or move it away."
+        reason = f"this folder cannot be read ({fault.strerror}). Make it readable, or move it away."
         left_out.append(LeftOut(place, reason, lost=True))
 
     entries = 0
@@ -268,7 +270,7 @@ def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:
         for name in names:
             inner = NOT_DOWNLOADED.fullmatch(name)
             if inner is not None and read_name(PurePath(inner[1])) is not None:
-                left = plain(as_text(Path(os.path.relpath(Path(place, inner[1]), folder))))
-                left_out.append(LeftOut(left, "not downloaded: iCloud left a placeholder. Download it.", lost=True))
+                file = plain(as_text(Path(os.path.relpath(Path(place, inner[1]), folder))))
+                left_out.append(LeftOut(file, "not downloaded: iCloud has a placeholder here. Download it.", lost=True))
         links = [name for name in folders if Path(place, name).is_symlink()]
         yield from (Path(place, name) for name in (*names, *links) if not name.startswith(HIDDEN))

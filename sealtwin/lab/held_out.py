@@ -1,4 +1,4 @@
-"""Readings of a lab: what used them to choose, trials that show how far the model is off, and facts on one trial."""
+"""Readings of a lab: the studies that used them to choose, earlier trials that test the model, facts on one trial."""
 
 import hashlib
 from collections.abc import Mapping
@@ -24,12 +24,12 @@ from validate.readings.read_readings import read_readings
 from validate.result import COMPARISON, EarlierTrial, read_comparison
 from validate.settings import Readings
 
-LEVELS = 3  # Folders from a run's or a sheet's own up to the lab's: lab/P01/run
-DECIMALS = 6  # Of a millimetre, as of a profile's file; no sheet has as many
+LEVELS = 3  # Folders to search upward for the lab, from that of a run: lab/P01/run
+DECIMALS = 6  # Of a millimetre, as in the file of a profile; sheets have fewer
 
 
 def uses(catalogue: Catalogue) -> tuple[dict[str, list[str]], list[str]]:
-    """Return the studies and calibrated trials of a lab by the hash of their readings, and cautions on unread ones."""
+    """Return studies and calibrated trials of a lab by the hash of their readings, and cautions on unread trials."""
     names_by_hash = {digest: sorted(names) for digest, names in catalogue.content.uses.items()}
     cautions = list[str]()
     for record in catalogue.records:
@@ -41,7 +41,7 @@ def uses(catalogue: Catalogue) -> tuple[dict[str, list[str]], list[str]]:
             use = f"calibration of sample '{record.name}', revision {record.revision},"
             names_by_hash.setdefault(_hash_of(path.parent, readings), []).append(use)
         except InputError as fault:
-            # Another sample's sheet must not keep this one from its run.
+            # A fault in the sheet of another sample must not prevent this run.
             cautions.append(_caution(record, "may be calibrated on these readings", fault))
     return names_by_hash, cautions
 
@@ -57,9 +57,9 @@ def _hash_of(folder: Path, readings: Readings) -> str:
 
 
 def readings_hash(readings: Profile) -> str:
-    """Return the hash of the levels and their stations; file format and order of the repeats do not change it."""
+    """Return the hash of stations and levels; it does not depend on the file format or the order of the repeats."""
     repeats_mm = readings.level_mm[:, None] if readings.repeats_mm is None else readings.repeats_mm
-    # Missing readings come last, and a column of nothing else is none.
+    # Sorting puts missing readings last; columns without readings are dropped.
     repeats_mm = np.sort(repeats_mm, axis=1)
     repeats_mm = repeats_mm[:, ~np.isnan(repeats_mm).all(axis=0)]
     table = np.round(np.column_stack([readings.s_mm, repeats_mm]), DECIMALS) + 0.0
@@ -67,10 +67,10 @@ def readings_hash(readings: Profile) -> str:
 
 
 def note_study(file: Path, settings: Mapping[str, Any] | None = None) -> None:
-    """Write a study into the catalogue of the lab by whose readings it ranked its runs, if there is one.
+    """Record a study in the catalogue of the lab whose readings ranked its runs, if the readings are of a lab.
 
-    ``settings`` by dotted name replaced those of its trial. Raises InputError if the study, its trial or the catalogue
-    cannot be read.
+    ``settings`` by dotted name replaced those of the study's trial. Raises InputError if the study, its trial or the
+    catalogue cannot be read.
     """
     study = load_study(file)
     base = file.parent / study.trial
@@ -81,7 +81,7 @@ def note_study(file: Path, settings: Mapping[str, Any] | None = None) -> None:
 
 
 def note_use(sheet: Path, readings: Profile, what: str) -> None:
-    """Write into the catalogue of the sheet's lab, if there is one, what ranked its runs by these readings."""
+    """Record in the catalogue of the sheet's lab, if it has one, that ``what`` used these readings to choose."""
     if (lab := lab_of(sheet.parent)) is not None:
         with holding(lab, lambda _: None):
             catalogue = Catalogue(lab)
@@ -92,35 +92,35 @@ def note_use(sheet: Path, readings: Profile, what: str) -> None:
 
 
 def lab_of(folder: Path) -> Path | None:
-    """Return the lab that a folder lies in, or None."""
+    """Return the lab that contains a folder, or None."""
     folder = folder.resolve()
     return next((above for above in (folder, *folder.parents)[:LEVELS] if is_lab(above)), None)
 
 
 def earlier_trials(catalogue: Catalogue, source: Path | None = None) -> tuple[tuple[EarlierTrial, ...], list[str]]:
-    """Return the latest trial of each sample that counts, and cautions on those that could not be read.
+    """Return the latest trial of each sample if it can test the model, and cautions on unreadable trials.
 
-    A trial counts where photo and readings are measured, these were held out and chose nothing since, and particles
-    that kept their volume made its level, in files that nobody edited. The sample whose files lie in ``source``, or in
-    a run folder there, is none of them, and nor is one with the readings of another.
+    Such a trial has a measured photo and measured readings that were held out and that no study has used since. Its
+    level was simulated with particles that kept their volume, and its files were not edited. The sample whose files are
+    in ``source``, or in a run folder there, is excluded; of samples with equal readings only the first is returned.
     """
     here = None if source is None else {source.resolve(), source.resolve().parent}
     own = {one.sample for one in catalogue.records if here and (catalogue.lab / one.folder).resolve() in here}
     latest = {record.sample: record for record in catalogue.records if record.sample not in own}
-    found: dict[str, EarlierTrial] = {}
+    by_readings: dict[str, EarlierTrial] = {}
     cautions: list[str] = []
     for record in latest.values():
         try:
             if (counts := _counts(catalogue.lab, record)) is not None:
-                found.setdefault(*counts)
+                by_readings.setdefault(*counts)
         except InputError as fault:
             cautions.append(_caution(record, "is not among the earlier trials", fault))
-    chosen_by = uses(catalogue)[0] if found else {}
-    return tuple(trial for digest, trial in found.items() if digest not in chosen_by), cautions
+    chosen_by = uses(catalogue)[0] if by_readings else {}
+    return tuple(trial for digest, trial in by_readings.items() if digest not in chosen_by), cautions
 
 
 def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
-    """Return the hash of the readings and the trial; None where it does not count."""
+    """Return the hash of the readings and the trial; None if it cannot test the model."""
     result, run = read_run(lab, record), lab / record.folder / RUN
     if result is None or result.edited or not (run / COMPARISON).is_file():
         return None
@@ -135,7 +135,7 @@ def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
     if readings is None:
         return None
     if other := other_numbers(result.numbers, NUMBERS):
-        raise InputError(f"{run}: computed by {other}. 'sealtwin run' with its trial computes it anew.")
+        raise InputError(f"{run}: computed by {other}. 'sealtwin run' with its trial computes it again.")
     length_mm = comparison.covered_length_mm
     return _hash_of(run, readings), EarlierTrial(
         name=record.name,
@@ -148,17 +148,18 @@ def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
 
 
 def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:
-    """Return the facts of lab and studies on a trial whose files are in ``source``.
+    """Return what lab and studies add to a trial whose files are in ``source``.
 
-    A part of the lab that cannot be read is a caution; the lab then counts as not searched. Raises InputError, naming
-    the study or the calibration, if the trial is ``compared`` with readings that it declares held out, and that the lab
-    used to choose.
+    If a part of the lab cannot be read, the facts contain a caution and the lab counts as not searched. Raises
+    InputError, naming the study or the calibration, if the trial is ``compared`` with readings that it declares held
+    out and that the lab used to choose.
     """
     searched, cautions = False, list[str]()
-    held, lab = trial.readings, lab_of(source)
-    if compared and held is not None and held.role == "held-out" and lab is not None and (source / held.file).is_file():
-        found, cautions = uses(Catalogue(lab))
-        if used := found.get(_hash_of(source, held)):
+    readings, lab = trial.readings, lab_of(source)
+    held_out = readings if compared and readings is not None and readings.role == "held-out" else None
+    if held_out is not None and lab is not None and (source / held_out.file).is_file():
+        names_by_hash, cautions = uses(Catalogue(lab))
+        if used := names_by_hash.get(_hash_of(source, held_out)):
             raise InputError(
                 f'{source / TRIAL}: readings.role = "held-out", but the {used[0]} of {shown(lab)} used these readings '
                 'to choose; write "calibrated-on".'
@@ -177,7 +178,7 @@ def _time_of_extra_runs(job: Job) -> str:
 def _earlier_trials(job: Job) -> tuple[EarlierTrial, ...]:
     if (lab := lab_of(job.source)) is None:
         return ()
-    found, cautions = earlier_trials(Catalogue(lab), job.source)
+    trials, cautions = earlier_trials(Catalogue(lab), job.source)
     for caution in cautions:
         job.progress.warn(caution)
-    return found
+    return trials

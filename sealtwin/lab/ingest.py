@@ -1,4 +1,4 @@
-"""The ingest of a lab's folder into trials and a catalogue: sound samples are taken in, all faults are named."""
+"""Ingest of a lab's folder: makes a trial of each sound sample, keeps a catalogue, and reports all faults."""
 
 import hashlib
 import json
@@ -38,7 +38,7 @@ from sealtwin.trial.trial_file import Trial, folder_name, trial_text
 from validate.readings.samples import sample_key
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
-"""The folder in which a trial is written. It is removed, so its name is none that a user gives."""
+"""Folder in which a trial is written first. It is deleted, so its name must not be a user's."""
 
 
 @dataclass(frozen=True)
@@ -48,20 +48,20 @@ class Ingested:
     dry_run: bool
     outcomes: tuple[SampleOutcome, ...]
     left_out: tuple[LeftOut, ...]
-    faults: tuple[CatalogueFault, ...]  # Faults of samples, and of files that belong to none
+    faults: tuple[CatalogueFault, ...]  # Faults of samples, and of files without a sample
     placed: Mapping[Piece, FilePlace]
 
 
 def ingest(
     folder: Path, lab: Path, progress: Progress, *, pairing: Path | None = None, dry_run: bool = False
 ) -> Ingested:
-    """Take a folder of photos, sheets and notes into ``lab``: a trial's folder for each sample, and a catalogue.
+    """Take a folder of photos, sheets and notes into ``lab``: a trial for each sample, and a catalogue.
 
-    A sample that is in the lab is not taken in again; one that has changed becomes another trial beside its old one.
-    Another ingest into the same lab is waited for. After a kill, the same call completes it. The user's corrections and
-    answers are in the lab's pairing file, if it was edited, or in ``pairing``; they are remembered for ``folder``.
+    A sample that the lab already has is skipped; a changed one becomes a new trial, and its old trial stays. Waits for
+    another ingest into the same lab. If killed, repeat the same call to complete it. The user's corrections and replies
+    come from ``pairing``, or from the lab's pairing file if it was edited; the catalogue keeps them for ``folder``.
 
-    Raises InputError if the folder, its lab.toml or the pairing cannot be used at all.
+    Raises InputError if the folder, its lab.toml or the pairing cannot be used.
     """
     _refuse_nested(folder, lab)
     folder = folder.resolve()
@@ -105,18 +105,18 @@ def ingest(
 
 
 def _text_alone(folder: Path, file: PurePath, samples: Sequence[str]) -> LeftOut:
-    """Leave a text out whose name is of no sample; it is lost if it names samples with numbers, or says settings."""
-    reason = "a text of no sample that is known"
+    """Return a text whose name matches no sample as unused; as lost if it names samples or seems to give settings."""
+    reason = "its name matches no sample"
     hint, named = ("", []) if (folder / file).is_symlink() else text_and_samples(folder / file, samples)
     if not hint or not (named or hint.startswith(SEEMS)):
         return LeftOut(file.as_posix(), f"{reason}.", lost=False)
     of = f", though it names {few(named)}" if named else ""
-    remedy = f"Give each sample a note of its own, or write settings beside its files in {PAIRING}"
+    remedy = f"Write a note for each sample, or write settings into the rows of its files in {PAIRING}"
     return LeftOut(file.as_posix(), f"{reason}{of}; {hint}. {remedy}; then give this the role ignore.", lost=True)
 
 
 def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
-    """Write the pairing file with all questions, each beside its file; it then counts as not edited."""
+    """Write the pairing file with each question in the row of its file; the file then counts as not edited."""
     about = {
         Piece(file, outcome.sample.part if file == outcome.sample.files.get("readings") else None): " ".join(questions)
         for outcome in ingested.outcomes
@@ -133,20 +133,20 @@ def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
 
 
 def _name_of_source(folder: Path, lab: Path) -> str:
-    """Return a name of a lab's folder without its path; it stays the same if both are moved together."""
+    """Return a name of a lab's folder without its path; it does not change if folder and lab are moved together."""
     way = os.path.relpath(folder, lab.resolve())
     return f"{as_text(Path(folder.name))} ({hashlib.sha256(os.fsencode(way)).hexdigest()[:8]})"
 
 
 @contextmanager
 def _catalogue(lab: Path, progress: Progress, dry_run: bool) -> Iterator[Catalogue]:
-    """Read the lab's catalogue, locked against other processes; without a lock in a dry run.
+    """Read the lab's catalogue and lock it against other processes, except in a dry run.
 
     Raises InputError if ``lab`` has files that no ingest wrote.
     """
     require_folder(lab)
     if lab.is_dir() and not is_lab(lab):
-        # Another process may be at its very first steps here; what is hidden is its, or the system's.
+        # Hidden files are the system's, or those of another process that has just begun here.
         shown = [entry for entry in lab.iterdir() if not entry.name.startswith(".")]
         foreign = [e for e in shown if e.name not in {PAIRING, CATALOGUE, *OWN} and not (e / RECORD).is_file()]
         refuse_foreign(lab, "ingest", sorted(entry.name for entry in foreign))
@@ -154,7 +154,7 @@ def _catalogue(lab: Path, progress: Progress, dry_run: bool) -> Iterator[Catalog
         yield Catalogue(lab)
         return
     with holding(lab, progress.note):
-        # A killed process leaves the trial that it wrote.
+        # A killed process leaves an incomplete trial.
         shutil.rmtree(lab / INCOMING, ignore_errors=True)
         yield Catalogue(lab)
 
@@ -168,14 +168,14 @@ def _refuse_nested(folder: Path, lab: Path) -> None:
     inner, outer = folder.resolve(), lab.resolve()
     if inner.is_relative_to(outer) or outer.is_relative_to(inner):
         raise InputError(
-            f"{as_text(lab)}: --out and the lab's folder {as_text(folder)} lie one within the other; nothing is "
-            "written among a lab's own files: give --out another folder."
+            f"{as_text(lab)}: --out and the lab's folder {as_text(folder)} are one inside the other; the "
+            "lab's own files must stay untouched: give --out another folder."
         )
 
 
 @dataclass(frozen=True)
 class SampleIntake:
-    """Takes the samples of a lab's folder into its catalogue, one by one."""
+    """Takes samples of a lab's folder into the catalogue, one at a time."""
 
     folder: Path
     source: str  # Name of the folder in the catalogue
@@ -184,7 +184,7 @@ class SampleIntake:
     dry_run: bool
 
     def take_in(self, sample: SampleFiles, progress: Progress) -> SampleOutcome:
-        """Take in a sample. Its faults stop no other sample, unless the lab's own disk fails."""
+        """Take in a sample. Its faults do not stop other samples; a failure of the lab's own disk is raised."""
         outcome = SampleOutcome(sample)
         try:
             outcome = gather(self.folder, sample, self.defaults)
@@ -196,13 +196,13 @@ class SampleIntake:
                 raise
             outcome.faults.append(f"{fault.filename}: {fault.strerror}. Make it readable.")
         except Exception as fault:
-            # A bug of ours in one sample must not cost the others; the command ends with code 1.
+            # A bug in one sample must not stop the others; the command ends with code 1.
             progress.note(traceback.format_exc())
             last = traceback.extract_tb(fault.__traceback__)[-1]
             place = f"{Path(last.filename).name}, line {last.lineno}"
-            report = f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug of ours: please report it."
+            report = f"{sample.name}: {type(fault).__name__} in {place}: {fault}. A bug: please report it."
             outcome.fate, outcome.faults = "bug", [report]
-        # Files are named as the lab knows them: from its own folder on, which is absolute here.
+        # Messages name files relative to the lab's folder, which is absolute here.
         outcome.faults = [fault.replace(f"{self.folder}/", "") for fault in outcome.faults]
         outcome.remarks = [remark.replace(f"{self.folder}/", "") for remark in outcome.remarks]
         if outcome.fate != "bug" and not sample.questions:
@@ -210,7 +210,7 @@ class SampleIntake:
         return outcome
 
     def _decide(self, outcome: SampleOutcome) -> None:
-        """Set the fate of the sample, or its faults. Raises InputError too."""
+        """Set the fate of the sample, or its faults. Raises InputError for a fault that stops it."""
         sample, lab = outcome.sample, self.catalogue.lab
         before = None if sample.questions else next(reversed(self.catalogue.of_sample(sample.key)), None)
         if before is not None and not outcome.faults:
@@ -218,7 +218,7 @@ class SampleIntake:
                 outcome.fate, outcome.trial, outcome.revision = "unchanged", before.folder, before.revision
                 outcome.remarks, outcome.dialect = list(before.remarks), before.dialect
                 return
-            # Another folder's sample of the same name is another sample, unless its photo is the same.
+            # A sample of the same name from another folder is another sample, unless its photo is the same.
             photo = before.file("photo")
             same_photo = photo is not None and outcome.hashes.get("photo") == photo.sha256
             if not same_photo and before.source not in (self.source, as_text(self.folder)):
@@ -238,22 +238,23 @@ class SampleIntake:
         outcome.fate = "new" if before is None else "revised"
 
     def keep(self, outcome: SampleOutcome, trial: Trial, before: Record | None) -> Record:
-        """Write a trial's folder: its files byte for byte, trial.toml, record.json. ``before`` is its latest trial.
+        """Write a trial's folder: unchanged copies of its files, trial.toml, record.json.
 
-        A trial that was neither run nor edited, and whose files are the same, takes the answers and gets no revision.
-        Raises InputError if a file has changed since it was read, or the folder's name is taken by another sample.
+        ``before`` is the sample's latest trial. If it was neither run nor edited and its files are the same, it is
+        written again with the new settings and keeps its revision. Raises InputError if a file has changed since it was
+        read, or if another sample has the folder's name.
         """
         lab, sample, text = self.catalogue.lab, outcome.sample, trial_text(trial)
         settings = {key: entry.value for key, entry in outcome.note.entries.items()}
         name, revision, answered = folder_name(sample.name), 1, False
         if before is not None:
             answered = before.files == tuple(outcome.raw) and _is_as_written(lab / before.folder, before)
-            # A later revision has its number behind an @, which no other name has.
+            # The number of a later revision follows an @, which no sample's name contains.
             later = f"{before.folder.partition('@')[0]}@{before.revision + 1}"
             name, revision = (before.folder, before.revision) if answered else (later, before.revision + 1)
         if (lab / name).exists() and not answered:
             raise InputError(
-                f"{sample.files['photo']}: {lab / name} is taken by another sample; give this one another name "
+                f"{sample.files['photo']}: another sample has the folder {lab / name}; give this one another name "
                 "in the pairing file."
             )
         record = Record(
@@ -291,13 +292,13 @@ def _is_whole(folder: Path, record: Record) -> bool:
 
 
 def _is_as_written(folder: Path, record: Record) -> bool:
-    """Return whether a trial was neither edited nor run, and has all its files."""
+    """Return True if a trial was neither edited nor run, and has all its files."""
     is_run = (folder / RUN / "profile.csv").exists()
     return _is_whole(folder, record) and not is_run and files.sha256(folder / TRIAL) == record.trial_sha256
 
 
 def write_trial(outcome: SampleOutcome, trial: Trial, source: Path, folder: Path) -> None:
-    """Write a sample's files byte for byte, and its trial.toml. Raises InputError if one has changed meanwhile."""
+    """Write copies of a sample's files, and its trial.toml. Raises InputError if a file has changed meanwhile."""
     (folder / INPUTS).mkdir(parents=True)
     for raw in outcome.raw:
         path = source / raw.original

@@ -1,7 +1,7 @@
 """Settings of a trial in the sentences of a note, and the numbers that no rule reads.
 
-A number is a setting only if all words beside it are known: "Der Riss ist ca. 9 mm tief" gives a depth, and "Dichtstoff
-3 mm tief" does not. All other numbers with a unit, dates and times are returned too, so that none is dropped.
+A number is a setting only if the word list has all words around it: "Der Riss ist ca. 9 mm tief" gives a depth,
+"Dichtstoff 3 mm tief" does not. All other numbers with a unit, dates and times are returned as unread.
 """
 
 import re
@@ -17,10 +17,10 @@ from sealtwin.lab.note_words import (
     BY_WORD,
     CALLED,
     NEUTRAL,
+    OF_SETTINGS,
     PER,
     SCALE,
     SETTINGS,
-    TELLING,
     UNITS,
     WordMeaning,
     known_keys,
@@ -35,7 +35,7 @@ SAMPLE, ABBREVIATIONS = (set(SENTENCES[name].split()) for name in ("sample", "ab
 BEHIND = {key: [normal(word) for word in words.split(",")] for key, words in SENTENCES["behind"].items()}
 OTHER_UNITS = {unit_spelt(unit) for unit in SENTENCES["other_units"].split()}
 ALL_UNITS = OTHER_UNITS.union(*UNITS.values())
-PLACED = ("photo.ends_px", "date")  # Settings without a unit whose value is no word
+PLACED = ("photo.ends_px", "date")  # Settings without a unit whose value is not a word
 SYMBOLS = [(key, re.compile(rf"{letter}\s*[=:]\s*", re.IGNORECASE)) for key, letter in SENTENCES["symbols"].items()]
 
 MONTH = SENTENCES["month"].replace("\n", "")
@@ -59,7 +59,7 @@ UNIT_WORD = re.compile(r"[\s\u00a0\u202f]?([^\s,;()\[\]|!?]{1,16})(?![^\s,;()\[\
 ENDS = re.compile(rf"[;\n\r|]|,(?!\d)|[.!](?=\s|$)|\b(?:{'|'.join(SENTENCES['and'].split())})\b", re.IGNORECASE)
 OTHER_MARKS = re.compile(r"[<>\u2264\u2265\u00b1?]")  # A bound or a doubt
 SET = re.compile(r"^[ \t]*([A-Za-z_]+(?:\.[A-Za-z_]+)+)[ \t]*=[ \t]*(\S.*)$", re.MULTILINE)
-MOST_WORDS = 20  # Words before a number; more of them are a story
+MOST_WORDS = 20  # Limit of words before a number, and of numbers in a phrase
 LONGEST_QUOTE = 60
 LONGEST_TEXT = 20_000  # Letters of a text that are read
 
@@ -71,22 +71,22 @@ class Quantity:
     start: int
     end: int
     number: str
-    unit: str  # "" without one
-    is_time: bool  # Or a date
+    unit: str  # "" if it has none
+    is_time: bool  # True for a date, too
 
 
 @dataclass
 class NoteSentences:
     settings: dict[str, tuple[Any, str]] = field(default_factory=dict)
-    """Values by dotted key, with the words that say them."""
+    """Values by dotted key, each with the phrase that gives it."""
     unread: list[str] = field(default_factory=list)
-    """Numbers with a unit, dates, times and words of settings that no rule reads, as the text writes them."""
+    """Numbers with a unit, dates, times and words of settings that no rule reads, as the text has them."""
     bare: list[str] = field(default_factory=list)
-    """Numbers without a unit, which are of no setting: of a page, of a list."""
+    """Numbers without a unit that belong to no setting, such as page numbers."""
 
 
 def read_sentences(text: str, sample: str = "") -> NoteSentences:
-    """Return the settings of a sample in the sentences of a text; a number of another sample is unread."""
+    """Return the settings that the sentences of a text give of a sample; numbers of other samples are unread."""
     reader = _Reader(text, sample)
     reader.read_keys()
     for start, end in reader.phrases:
@@ -96,7 +96,7 @@ def read_sentences(text: str, sample: str = "") -> NoteSentences:
 
 
 def quantities(text: str) -> list[Quantity]:
-    """Return all numbers of a text, in their order."""
+    """Return all numbers of a text in order."""
     numbers, at = list[Quantity](), 0
     while (match := QUANTITY.search(text, at)) is not None:
         unit, at = ("", match.end()) if match["one"] is None else _unit_behind(text, match.end())
@@ -105,23 +105,23 @@ def quantities(text: str) -> list[Quantity]:
 
 
 def names_of_samples(text: str, samples: Iterable[str]) -> list[str]:
-    """Return the samples that a text names; a name without a number may be any word, and is not looked for."""
+    """Return the samples that a text names; names without a digit are ignored, since they may be ordinary words."""
     words = normal(text)
     return [name for name in samples if re.search(r"\d", name) and re.search(rf"\b{_pattern(name)}\b", words)]
 
 
 def _pattern(sample: str) -> str:
-    """Return the pattern of a name with a blank or none between its letters."""
+    """Return a pattern of a name that allows a blank between any two letters."""
     return " ?".join(normal(sample_key(sample)).replace(" ", ""))
 
 
 def squeezed(text: str) -> str:
-    """Return a quoted number that is equal however its blanks are written."""
+    """Return a quoted number without blanks and quotes, to compare quotes."""
     return re.sub(r"[\s\u00a0\u202f\"']+", "", text).casefold()
 
 
 def _unit_behind(text: str, start: int) -> tuple[str, int]:
-    """Return the unit behind a number and its end; "" and ``start`` if there is none."""
+    """Return the unit after a number and its end; "" and ``start`` without a unit."""
     words, at = list[re.Match[str]](), start
     while len(words) < 4 and (match := UNIT_WORD.match(text, at)) is not None:
         words.append(match)
@@ -134,7 +134,7 @@ def _unit_behind(text: str, start: int) -> tuple[str, int]:
         if spelt not in ALL_UNITS or not (whole or spelt in UNITS["pa_s"]):
             continue
         end = words[count - 1].start(1) + len(last)
-        # "3 in der Mitte" is no inch.
+        # "in" of "3 in der Mitte" is not inches.
         further = words[count][1] if count < len(words) else ""
         if spelt == "in" and words[0].start(1) > start and further[:1].isalpha() and not _is_behind(normal(further)):
             continue
@@ -147,7 +147,7 @@ def _is_behind(words: str) -> bool:
 
 
 def _name_of(sample: str) -> re.Pattern[str]:
-    """Return a pattern of a sample in its note: its name, or "sample" with a number of its name."""
+    """Return a pattern for a sample in its own note: its name, or "sample" with a number of its name."""
     word = rf"(?:{'|'.join(SAMPLE)})"
     named = [rf"(?:{word} )?{_pattern(sample)}"] if sample else []
     named += [rf"{word} 0*{number}" for number in {str(int(digits)) for digits in re.findall(r"\d+", sample)}]
@@ -155,14 +155,16 @@ def _name_of(sample: str) -> re.Pattern[str]:
 
 
 class _Reader:
+    """Reads one text: phrase by phrase, it assigns numbers and words to settings."""
+
     def __init__(self, text: str, sample: str) -> None:
         self.text, self.of_sample = text, _name_of(sample)
         self.numbers = quantities(text)
         self.starts = [one.start for one in self.numbers]
         self.used: dict[str, list[Quantity]] = {}  # Quantities of each setting
         self.sentences = NoteSentences()
-        self.contested: set[str] = set()
-        self.words: list[tuple[int, str]] = []  # Places and phrases whose setting has a word that cannot be
+        self.contested: set[str] = set()  # Settings with two different values
+        self.words: list[tuple[int, str]] = []  # Places and phrases of settings with an invalid word
 
     def result(self) -> NoteSentences:
         used = {one for each in self.used.values() for one in each}
@@ -180,7 +182,7 @@ class _Reader:
         return self.sentences
 
     def read_keys(self) -> None:
-        """Read lines of a trial's own keys, crack.depth_mm = 9."""
+        """Read lines with keys of a trial, as crack.depth_mm = 9."""
         for line in SET.finditer(self.text):
             if line[1] in known_keys():
                 with suppress(tomllib.TOMLDecodeError):
@@ -189,7 +191,7 @@ class _Reader:
 
     @cached_property
     def phrases(self) -> list[tuple[int, int]]:
-        """Places of the phrases: sentences, and their parts between commas and "and"."""
+        """Start and end of each phrase: a sentence, or its parts between commas and "and"."""
         phrases, start = list[tuple[int, int]](), 0
         inside = {at for one in self.numbers for at in range(one.start, one.end)}
         for mark in ENDS.finditer(self.text):
@@ -201,7 +203,7 @@ class _Reader:
         return [*phrases, (start, len(self.text))]
 
     def read_words(self, start: int, end: int) -> None:
-        """Read a setting that has no unit: a date, the ends of the crack, or one of several words."""
+        """Read a setting without a unit: a date, the ends of the crack, or a choice of words."""
         phrase = self.text[start:end]
         for word in re.finditer(r"\S+", phrase):
             rest = phrase[word.start() :]
@@ -222,7 +224,7 @@ class _Reader:
                 return
 
     def read_phrase(self, start: int, end: int) -> None:
-        """Read numbers by the words before and behind them, and by units that only a setting has."""
+        """Read numbers by the words before and after them, or by a unit that only settings have."""
         taken = {one for each in self.used.values() for one in each}
         numbers = [one for one in self._between(start, end) if (one.unit or self._stated(one)) and one not in taken]
         if len(numbers) > MOST_WORDS:
@@ -239,11 +241,11 @@ class _Reader:
                 return
             before = self.text[begins[place] : one.start]
             read = self._by_words(before, one) or self._by_behind(before, behind, one) or self._by_unit(before, one)
-            if read is not None and (follows or not self._rest(behind) or self._says(behind, read[0])):
+            if read is not None and (follows or not self._rest(behind) or self._confirms(behind, read[0])):
                 self._take(*read, self.text[begins[place] : ends[place + 1]], [one])
 
     def _by_words(self, before: str, one: Quantity) -> tuple[str, Any] | None:
-        """Read a number by the word before it: all other words before it must be neutral, or its unit."""
+        """Read a number by the word before it; all other words before it must be neutral or its unit."""
         for key, symbol in SYMBOLS:
             rest = symbol.search(before)
             if rest is not None and not re.search(r"\w$", before[: rest.start()]):
@@ -270,23 +272,23 @@ class _Reader:
     def _by_behind(self, before: str, behind: str, one: Quantity) -> tuple[str, Any] | None:
         if self._rest(before) or not one.unit:
             return None
-        key = next((key for key in BEHIND if self._says(behind, key)), None)
+        key = next((key for key in BEHIND if self._confirms(behind, key)), None)
         return None if key is None else self._read(SETTINGS[key], one, "")
 
     def _by_unit(self, before: str, one: Quantity) -> tuple[str, Any] | None:
         if self._rest(before):
             return None
         unit = unit_spelt(one.unit)
-        telling = (meaning for meaning in SETTINGS.values() if meaning.unit in TELLING and unit in UNITS[meaning.unit])
-        return next((self._read(meaning, one, "") for meaning in telling), None)
+        fitting = (one for one in SETTINGS.values() if one.unit in OF_SETTINGS and unit in UNITS[one.unit])
+        return next((self._read(meaning, one, "") for meaning in fitting), None)
 
     def _read(self, meaning: WordMeaning, one: Quantity, unit: str) -> tuple[str, Any] | None:
         with suppress(ValueError):
             return meaning.key, read_value(meaning, f"{one.number} {one.unit}".strip(), unit)
         return None
 
-    def _says(self, behind: str, key: str) -> bool:
-        """Return whether words behind a number say what it is, and nothing else."""
+    def _confirms(self, behind: str, key: str) -> bool:
+        """Return True if the words after a number name the setting ``key`` and nothing else."""
         words = self._words(behind)
         if words is None:
             return False
@@ -297,19 +299,19 @@ class _Reader:
         return False
 
     def _rest(self, text: str) -> bool:
-        """Return whether a text has words that may change what a number beside them is."""
+        """Return True if a text has words that may change the meaning of a number next to it."""
         words = self._words(text)
         return words is None or any(word not in NEUTRAL for word in words)
 
     def _words(self, text: str) -> list[str] | None:
-        """Return the words of a text without the sample's name; None if it holds a bound or a doubt."""
+        """Return the words of a text without the sample's name; None if it has a sign of a bound or a doubt."""
         if OTHER_MARKS.search(text):
             return None
         return self.of_sample.sub(" ", normal(text)).split()
 
     def _take(self, key: str, value: Any, phrase: str, ones: Sequence[Quantity]) -> None:
         if key in self.contested or (key in self.sentences.settings and self.sentences.settings[key][0] != value):
-            # Two values of one setting: neither counts.
+            # A setting with two values gets neither.
             self.contested.add(key)
             self.sentences.settings.pop(key, None)
             self.used.pop(key, None)
@@ -318,11 +320,11 @@ class _Reader:
         self.used.setdefault(key, []).extend(ones)
 
     def _stated(self, one: Quantity) -> str:
-        """Return the phrase of a number without a unit that an equals sign or a setting's word makes a value, or ""."""
+        """Return the phrase of a number without a unit if an equals sign or a setting's word marks it as a value."""
         start, end = self.phrases[bisect_right(self.phrases, (one.start, len(self.text))) - 1]
         start, end = max(start, one.start - LONGEST_QUOTE), min(end, one.end + LONGEST_QUOTE)
         before = self.text[start : one.start]
-        if any(self._says(self.text[one.end : end], key) for key in BEHIND):
+        if any(self._confirms(self.text[one.end : end], key) for key in BEHIND):
             return _quote(self.text[one.start : end])
         words = normal(before).split()
         while words and (words[-1] in NEUTRAL or unit_spelt(words[-1]) in ALL_UNITS):

@@ -1,4 +1,4 @@
-"""Words and values of notes as settings: the data file's words, a trial's own keys, numbers with their units."""
+"""Words and values of notes as settings: words of the data file, keys of a trial, numbers with units."""
 
 import re
 import tomllib
@@ -17,13 +17,13 @@ from validate.settings import OF_THE_SHEET, SIGNS, Columns
 NAME = "name"
 DATA, DATE, OPERATOR = "data", "date", "operator"
 OWN = frozenset({DATA, DATE, OPERATOR})
-"""Keys of a note alone: the origin of both photo and readings; date and operator go into the catalogue."""
-IGNORED = "ignore"  # What lab.toml says of a word that means no setting
-OF_READINGS = ("readings.", "gate.")  # Prefixes of the keys that concern no sample without readings
-COLUMNS = "readings.columns"  # A table of the trial within another
-MESH = "mesh"  # A lab's samples are photos; 'sealtwin import-mesh' takes a mesh
+"""Keys that only notes have: data is the origin of photo and readings; date and operator go into the catalogue."""
+IGNORED = "ignore"  # Value in lab.toml of a word that is no setting
+OF_READINGS = ("readings.", "gate.")  # Prefixes of keys that only samples with readings need
+COLUMNS = "readings.columns"  # Table inside another table
+MESH = "mesh"  # Samples of a lab are photos; 'sealtwin import-mesh' reads a mesh
 SCALE, DEPTH = "photo.mm_per_px", "crack.depth_mm"
-ALIKE = 0.8  # Share of letters in one order from which a word may be another, misspelt
+ALIKE = 0.8  # Similarity from which a word may be another word, misspelt
 ALTERNATIVES = (
     (
         {SCALE, "photo.scale_is"},
@@ -32,14 +32,14 @@ ALTERNATIVES = (
     ),
     ({"fluid.U", "fluid.D_cm"}, {"fluid.viscosity_pa_s"}),
 )
-"""Ways to say one thing: a sample's own takes the place of the folder's, whichever that is."""
+"""Alternative sets of settings for one thing: if a sample gives one set, the folder's defaults for all are dropped."""
 
 CALLED: dict[str, Any] = WORDS["notes"]
 UNITS: dict[str, dict[str, float]] = CALLED["units"]
-"""Factors of units to the one with which a setting's name ends."""
-TELLING = ("mm_per_px", "mm_s", "pa_s", "kg_m3", "pa")  # Units that tell a setting from other notes
+"""Factors that convert units to the unit at the end of a setting's name."""
+OF_SETTINGS = ("mm_per_px", "mm_s", "pa_s", "kg_m3", "pa")  # Units that only settings have
 PER = frozenset(CALLED["per"].split())
-NEUTRAL = frozenset(CALLED["sentences"]["neutral"].split())  # Words that do not change a number beside them, as "ca."
+NEUTRAL = frozenset(CALLED["sentences"]["neutral"].split())  # Words that do not change a number, as "ca."
 ABOUT = "~≈"
 NOTHING_BUT_WORDS = re.compile(r"[^\w/]+|_")
 NUMBER = re.compile(r"([-+\u2212]?\d[\d.,' ]*(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
@@ -51,7 +51,7 @@ GERMAN_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 
 
 def normal(text: str) -> str:
-    """Return a text in one spelling: without case, accents, hyphens and double blanks."""
+    """Return a text without case, accents, hyphens and double blanks, to compare spellings."""
     return " ".join(NOTHING_BUT_WORDS.sub(" ", plain_letters(text)).split())
 
 
@@ -64,23 +64,23 @@ class WordMeaning:
     """Meaning of a lab's word."""
 
     key: str  # A setting of the trial, dotted, or one of a note's own
-    own: bool = False  # True for the trial's own key, with a value as TOML or a spreadsheet writes it
+    own: bool = False  # True if the word is a key of a trial, with a value in TOML or a spreadsheet's form
 
     @property
     def choices(self) -> dict[str, list[str]]:
-        """A lab's words by the values of a setting that has a choice."""
+        """A lab's words for each value of a setting that has a choice."""
         return {value: _split(words) for value, words in CALLED["choices"].get(self.key, {}).items()}
 
     @property
     def unit(self) -> str:
-        """The setting's unit, with which its name ends, a key of ``UNITS``; "" if it has none."""
+        """Unit at the end of the setting's name, a key of ``UNITS``; "" without a unit."""
         return max((unit for unit in UNITS if re.search(f"[._]{unit}$", self.key)), key=len, default="")
 
 
 BY_WORD = {normal(word): WordMeaning(key) for key, each in CALLED["settings"].items() for word in _split(each)}
 SETTINGS = {meaning.key: meaning for meaning in BY_WORD.values()}
 HEADS, NOT_STATED = (set(_split(CALLED[name])) for name in ("heads", "not_stated"))
-"""Headers of the column of words in the first row of a sheet, and words for a missing value."""
+"""Headers of a sheet's column of words, and words for a missing value."""
 
 
 @cache
@@ -95,7 +95,7 @@ def tables() -> frozenset[str]:
 
 
 def of_columns(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a table of columns by dotted key; settings of the whole sheet are those of the readings."""
+    """Return a table of columns by dotted key; settings of a whole sheet become those of the readings."""
     of_readings = (*OF_THE_SHEET, "as_written")
     settings = {f"readings.{key}": table[key] for key in of_readings if key in table}
     if "sign" in table:
@@ -105,29 +105,31 @@ def of_columns(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def meaning_of(word: str, name: str, own: Mapping[str, str]) -> WordMeaning | None:
-    """Return the meaning of a word, or of its ``name`` without the unit; ``own`` are keys by the lab's own words."""
+    """Return the meaning of a word, or of its ``name`` without the unit; ``own`` maps the lab's own words to keys."""
     if word in known_keys():
         return WordMeaning(word, own=True)
     for text in (word, name):
         if (key := own.get(normal(text))) is not None:
             return SETTINGS.get(key, WordMeaning(key, own=True))
-        if (known := BY_WORD.get(normal(text))) is not None:
-            return known
-    # "mm/px" is a unit, and a word for the scale.
+        if (meaning := BY_WORD.get(normal(text))) is not None:
+            return meaning
+    # "mm/px" is both a unit and a word for the scale.
     return SETTINGS[SCALE] if unit_spelt(word) in UNITS["mm_per_px"] else None
 
 
 def key_of_unit(value: str, unit: str) -> str | None:
-    """Return the only setting with the unit of a word that is not known, or of its value."""
+    """Return the only setting that has the unit of an unrecognised word or of its value."""
     units = _units_of(value, unit)
-    return next((one.key for one in SETTINGS.values() if one.unit in TELLING and units & UNITS[one.unit].keys()), None)
+    return next(
+        (one.key for one in SETTINGS.values() if one.unit in OF_SETTINGS and units & UNITS[one.unit].keys()), None
+    )
 
 
 def key_like(word: str, value: str, unit: str) -> str | None:
-    """Return the setting that a word with a number may mean: by a name that is spelt almost alike, or a depth by mm."""
+    """Return the setting that a word with a number may mean: one of a similar name, or for a length the depth."""
     if not re.search(r"\d", value):
         return None
-    # Of two settings with one name, as crack.depth_mm and uncertainty.depth_mm, the one that has words of its own.
+    # If two settings have one name, as crack.depth_mm and uncertainty.depth_mm, take the one in SETTINGS.
     keys = [*sorted(known_keys()), *SETTINGS]
     names = {normal(key.rpartition(".")[2]): key for key in keys} | {w: one.key for w, one in BY_WORD.items()}
     if close := get_close_matches(normal(word), names, n=1, cutoff=ALIKE):
@@ -143,9 +145,9 @@ def _units_of(value: str, unit: str) -> set[str]:
 def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False, behind: str = "") -> Any:
     """Return ``text`` as a value of the setting that ``meaning`` names.
 
-    ``unit`` is that of the word, such as mm of "depth [mm]", or empty; ``exact`` marks a workbook's own number, whose
-    decimal point is one, and ``behind`` is the unit that its format shows. Raises ValueError, whose text ends a
-    sentence that names the place, if it could only be guessed.
+    ``unit`` is the word's, as mm in "depth [mm]", or empty. ``exact`` is True for a number that a workbook stores, and
+    ``behind`` is the unit that its format shows. Raises ValueError if the value is ambiguous or invalid; its text is
+    the end of a sentence that begins with the place.
     """
     if meaning.own:
         return _read_setting(text, exact=exact)
@@ -153,15 +155,15 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
         for choice, words in meaning.choices.items():
             if normal(text) in map(normal, words):
                 return choice
-        raise ValueError(f"is none of {', '.join(meaning.choices)}.")
+        raise ValueError(f"is not allowed; write one of {', '.join(meaning.choices)}.")
     match meaning.key:
         case "photo.face_mm":
             width, times, height = TIMES.sub("x", text).partition("x")
             if not times:
                 raise ValueError("is no size; write width x height, for example 160 x 40.")
-            # "160 x 40 mm" gives the unit once, for both.
-            beside = _number_and_unit(height)
-            return [_quantity(meaning, width, unit, beside[2] if beside else ""), _quantity(meaning, height, unit)]
+            # In "160 x 40 mm" the unit is that of both numbers.
+            second = _number_and_unit(height)
+            return [_quantity(meaning, width, unit, second[2] if second else ""), _quantity(meaning, height, unit)]
         case "photo.ends_px":
             numbers = [*map(float, PIXELS.findall(text))]
             if len(numbers) != 4:
@@ -178,7 +180,7 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
 
 
 def _read_setting(text: str, *, exact: bool) -> Any:
-    """Return the value of a trial's own key in a sheet of words: a number, a word, or a list as TOML writes it."""
+    """Return the value of a trial's key in a sheet of words: a number, a word, or a list in TOML."""
     if exact:
         return int(text) if WHOLE.fullmatch(text) else float(text)
     if text[0] in "[{\"'" or text in {"true", "false"}:
@@ -186,7 +188,7 @@ def _read_setting(text: str, *, exact: bool) -> Any:
             return tomllib.loads(f"value = {text}")["value"]
         except tomllib.TOMLDecodeError as fault:
             example = "[[12.0, 340.0], [905.0, 377.0]]"
-            raise ValueError(f"is no value as TOML writes it ({fault}); for example {example}.") from None
+            raise ValueError(f"is not valid TOML ({fault}); write for example {example}.") from None
     return text if number(text, None) is None else _plain_number(text)
 
 
@@ -199,32 +201,32 @@ def read_date(value: object) -> str:
     try:
         return date.fromisoformat(text[:10] if re.match(r"\d{4}-\d\d-\d\d[T ]", text) else text).isoformat()
     except ValueError:
-        raise ValueError("is no date that can be read one way only; write 2026-12-31 or 31.12.2026.") from None
+        raise ValueError("is no unambiguous date; write 2026-12-31 or 31.12.2026.") from None
 
 
 def is_unit(text: str) -> bool:
     return any(unit_spelt(text) in units for units in UNITS.values())
 
 
-def _quantity(meaning: WordMeaning, text: str, unit: str, beside: str = "") -> float:
-    """Return a number in its setting's unit; ``beside`` is the unit if ``text`` has none."""
+def _quantity(meaning: WordMeaning, text: str, unit: str, otherwise: str = "") -> float:
+    """Return a number converted to its setting's unit; ``otherwise`` is the unit of a ``text`` without a unit."""
     quantity = _number_and_unit(text)
     if quantity is None:
         raise ValueError("is no number; write for example 16,0 or 16.0.")
-    return _scaled(meaning, _plain_number(quantity[1].strip()), unit, quantity[2].strip() or beside.strip())
+    return _scaled(meaning, _plain_number(quantity[1].strip()), unit, quantity[2].strip() or otherwise.strip())
 
 
 def has_words_beside(value: str) -> bool:
-    """Return whether a number has words that are not read, as the "ca." of "ca. 9 mm"."""
+    """Return True if a number has neutral words around it, as "ca." in "ca. 9 mm"."""
     return NUMBER.fullmatch(value) is None and _number_and_unit(value) is not None
 
 
 def _number_and_unit(text: str) -> re.Match[str] | None:
-    """Match a number and the text behind it, without words around them that change nothing."""
+    """Match a number and the text after it, without neutral words around them."""
     words = text.lstrip(f"{ABOUT} ").split(" ")
     while words and normal(words[0]) in NEUTRAL:
         del words[0]
-    # "in" is inches, too.
+    # "in" may be inches.
     while words and normal(words[-1]) in NEUTRAL and not is_unit(words[-1]):
         del words[-1]
     return NUMBER.fullmatch(" ".join(words))
@@ -236,26 +238,26 @@ def _plain_number(text: str) -> float:
         raise ValueError(f"may be {whole}{fraction} or {whole}.{fraction}0; write one of these.")
     value = number(text, None)
     if value is None:
-        raise ValueError("is no number; write for example 16,0 or 16.0, without a sign between thousands.")
+        raise ValueError("is no number; write for example 16,0 or 16.0, without separators of thousands.")
     return int(value) if WHOLE.fullmatch(text) else value
 
 
 def _scaled(meaning: WordMeaning, number: float, in_word: str, in_value: str) -> float:
     units = UNITS[meaning.unit]
-    known = ", ".join(units)
+    allowed = ", ".join(units)
     given = [unit for unit in (unit_spelt(in_word), unit_spelt(in_value)) if unit]
     if not given:
-        raise ValueError(f"has no unit; write it beside the word or the number, one of {known}.")
+        raise ValueError(f"has no unit; write it after the word or the number, one of {allowed}.")
     for unit in given:
         if unit not in units:
-            raise ValueError(f"is in {unit!r}, which is not known here; write one of {known}.")
+            raise ValueError(f"is in {unit!r}, which is not a unit of this setting; write one of {allowed}.")
     if len({units[unit] for unit in given}) > 1:
-        raise ValueError(f"is in {given[0]} by its word and in {given[1]} by its value; write one of both.")
-    # Twelve digits: 1.6 cm is 16 mm, and not 16.000000000000004.
+        raise ValueError(f"has the unit {given[0]} at its word and {given[1]} at its value; write one of them.")
+    # Twelve digits, so that 1.6 cm is 16 mm and not 16.000000000000004.
     return float(f"{number * units[given[0]]:.12g}")
 
 
 def unit_spelt(text: str) -> str:
-    """Return a unit in one spelling, without spaces and marks between its letters; "mm per pixel" is mm/pixel."""
+    """Return a unit in one spelling, without spaces and marks between letters; "mm per pixel" becomes mm/pixel."""
     words = ("/" if word in PER else word for word in text.replace("μ", "µ").casefold().replace("μ", "µ").split())
     return re.sub(r"[\s·*]+|(?<=[a-z])\.$", "", "".join(words))

@@ -1,4 +1,4 @@
-"""A note: what somebody wrote down about a sample, or about all of a folder, since no photo shows it."""
+"""Notes: settings that no photo shows, written down for a sample or for a whole folder."""
 
 import json
 import re
@@ -32,18 +32,18 @@ from validate.readings.sheet import SheetCell, clipped
 from validate.readings.text_table import is_missing
 from validate.settings import Declared
 
-SEEMS = "it seems to say "
+SEEMS = "it seems to give "
 MOST_QUOTED = 30  # Numbers in one question
-NOT_READ = "Or give the file the role text: it is kept then, and not read."
-STARTER = 'a note says what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
+NOT_READ = "Or give the file the role text: it is then kept unread."
+STARTER = 'a note gives what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
 UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+(?:in|en)\s+(\S+)|,\s*(\S+))\s*:?\s*")
 """Tiefe [mm], depth (mm), Tiefe in mm, depth, mm."""
 LONGEST_OWN = 200
-WORDS = "words"  # Table of lab.toml with the lab's own words and their settings
+WORDS = "words"  # Table of lab.toml that maps the lab's own words to settings
 OF_ONE = (note_words.NAME, note_words.DATE, *NAMED_FILES.values(), "readings.as_written")
-"""Keys that cannot hold for all samples of a folder."""
-OF_ALL = SampleFiles("", {}, ())  # No sample, of a note that is of all of a folder
-KEYS = "a note knows the keys of a trial ('sealtwin init DIR' shows them), and data, date and operator."
+"""Keys that cannot apply to all samples of a folder."""
+OF_ALL = SampleFiles("", {}, ())  # Stands for the sample of a note about a whole folder
+KEYS = "a note may have the keys of a trial ('sealtwin init DIR' shows them), and data, date and operator."
 
 
 @dataclass(frozen=True)
@@ -54,21 +54,21 @@ class NoteEntry:
 
 @dataclass
 class Note:
-    """Settings in notes by dotted key, and the faults of the notes, a sentence each."""
+    """Settings in notes by dotted key, and the faults of the notes."""
 
     entries: dict[str, NoteEntry] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
-    """Text that belongs to no setting: the weather, the name of a project."""
+    """Text other than settings: the weather, the name of a project."""
     words: dict[str, str] = field(default_factory=dict)
-    """Settings, or "ignore", by the lab's own words for them."""
+    """The lab's own words, and for each its setting or "ignore"."""
     meant: set[str] = field(default_factory=set)
-    """Keys that the faults are about, as far as can be known: they are not missing, but wrong."""
+    """Keys that the faults are about, if that is clear: they are wrong rather than missing."""
     doubts: list[tuple[str, str, str]] = field(default_factory=list)
-    """Keys that an unknown word may mean, with the fault if nothing else says that key, and the remark if it does."""
+    """Keys of words that may be settings, with the fault if nothing else sets the key, and the remark if it is set."""
 
     def decided(self) -> "Note":
-        """Return this note with each doubt as a fault or a remark."""
+        """Turn each doubt into a fault or a remark; return this note."""
         for key, fault, remark in self.doubts:
             if key in self.entries:
                 self.remarks.append(remark)
@@ -79,11 +79,11 @@ class Note:
         return self
 
     def without(self, *prefixes: str) -> "Note":
-        """Return this note without settings whose keys begin so."""
+        """Return this note without settings whose keys begin with one of ``prefixes``."""
         return replace(self, entries={key: one for key, one in self.entries.items() if not key.startswith(prefixes)})
 
     def over(self, defaults: "Note") -> "Note":
-        """Return this note, with the folder's ``defaults`` for all that it does not say."""
+        """Return this note, with the folder's ``defaults`` for settings that it does not give."""
         dropped = set[str]()
         for ways in note_words.ALTERNATIVES:
             others = [way for way in ways if not way & self.entries.keys()]
@@ -100,10 +100,9 @@ def read_note(
     sample: SampleFiles = OF_ALL,
     answers: Mapping[str, Any] | None = None,
 ) -> Note:
-    """Return the settings of a note of a sample and its faults, also if it cannot be read.
+    """Return the settings and faults of a note of a sample; the note has only faults if it cannot be read.
 
-    ``own`` are the settings that the lab's own words mean; ``answers`` are settings by dotted key that the pairing file
-    has beside the sample's files.
+    ``own`` maps the lab's own words to settings. ``answers`` has settings by dotted key from the pairing file.
     """
     reader = _NoteReader(own or {})
     try:
@@ -119,25 +118,25 @@ def read_note(
 
 
 def _of_sentences(path: Path, sample: SampleFiles, answers: Mapping[str, Any]) -> Note:
-    """Read a free text that the user calls a note: each number of it is a setting, or a fault or a remark."""
+    """Read a free text with the role note: each of its numbers becomes a setting, a fault or a remark."""
     text, where = text_of(path), as_text(path)
     if len(text) > LONGEST_TEXT:
-        return Note(faults=[f"{where}: {len(text):,} letters; a note has at most {LONGEST_TEXT:,}. {NOT_READ}"])
+        return Note(faults=[f"{where}: {len(text):,} letters; the limit for a note is {LONGEST_TEXT:,}. {NOT_READ}"])
     if others := names_of_samples(text, sample.others):
-        return Note(faults=[f"{where}: names {', '.join(others)} too. Give each sample a note of its own. {NOT_READ}"])
+        return Note(faults=[f"{where}: names {', '.join(others)} too. Write a note for each sample. {NOT_READ}"])
     sentences = read_sentences(text, sample.name)
     note = Note({key: NoteEntry(value, where) for key, (value, _) in sentences.settings.items()})
     note.remarks += [_read_as(where, key, value, words) for key, (value, words) in sentences.settings.items()]
     if sentences.bare:
         few = ", ".join(sentences.bare[:MOST_QUOTED])
-        note.remarks.append(f"{where}: not read, since they have no unit: {few}.")
+        note.remarks.append(f"{where}: not read, because they have no unit: {few}.")
     skipped = set(map(squeezed, sample.answers.get("note", {}).get("skip", "").split(";")))
     unread = [one for one in sentences.unread if squeezed(one) not in skipped and not _is_answered(one, answers)]
     if unread:
         note.faults.append(
-            f"{where}: {_quoted(unread)}: no setting was read from {'this' if len(unread) == 1 else 'these'}. In the "
-            f"pairing file, beside this note, write what is a setting into settings (crack.depth_mm = 9), and all else "
-            f"into skip ({unread[0]}). {NOT_READ}"
+            f"{where}: {_quoted(unread)}: no setting was read from {'this' if len(unread) == 1 else 'these'}. In this "
+            f"note's row of the pairing file, write settings into the column settings (crack.depth_mm = 9), and the "
+            f"rest into skip ({unread[0]}). {NOT_READ}"
         )
     return note
 
@@ -148,7 +147,7 @@ def _quoted(unread: Sequence[str]) -> str:
 
 
 def seems_to_say(path: Path, sample: str = "") -> str:
-    """Return in words the settings of a text as a note, and the numbers that would be asked about; or ""."""
+    """Return the settings that a text seems to give and its other numbers as a sentence; else ""."""
     try:
         sentences = read_sentences(text_of(path)[:LONGEST_TEXT], sample)
     except (InputError, OSError):
@@ -156,13 +155,14 @@ def seems_to_say(path: Path, sample: str = "") -> str:
     settings = ", ".join(f"{key} = {value} ({words})" for key, (value, words) in sentences.settings.items())
     parts = [f"{SEEMS}{settings}"] if settings else []
     if sentences.unread:
-        leaves = "leaves" if settings else "gives no setting, and leaves"
-        parts.append(f"as a note it {leaves} open {_quoted(sentences.unread)}")
+        parts.append(
+            f"{'' if settings else 'it gives no setting; '}its numbers {_quoted(sentences.unread)} are not read"
+        )
     return "; ".join(parts)
 
 
 def text_and_samples(path: Path, samples: Sequence[str]) -> tuple[str, list[str]]:
-    """Return what a text seems to say, and the samples that it names."""
+    """Return the sentence of ``seems_to_say`` for a text, and the samples that it names."""
     try:
         return seems_to_say(path), names_of_samples(text_of(path)[:LONGEST_TEXT], samples)
     except (InputError, OSError):
@@ -170,7 +170,7 @@ def text_and_samples(path: Path, samples: Sequence[str]) -> tuple[str, list[str]
 
 
 def _is_answered(quoted: str, settings: Mapping[str, Any]) -> bool:
-    """Return whether a number of a note is a value of one of ``settings``, in the unit of either."""
+    """Return True if one of ``settings`` has a number of a note as its value, converted to the setting's unit."""
     for key, value in settings.items():
         numbers = re.findall(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?", json.dumps(value, default=str))
         with suppress(ValueError):
@@ -180,11 +180,13 @@ def _is_answered(quoted: str, settings: Mapping[str, Any]) -> bool:
 
 
 def read_defaults(path: Path) -> Note:
-    """Read lab.toml, if there is one. Raises InputError with all its faults, since one would fail every sample."""
+    """Read lab.toml, if there is one. Raises InputError with all its faults, since each would affect every sample."""
     if path.is_symlink() or not path.is_file():
         return Note()
     note = read_note(path)
-    faults = [f"{path}: {key} is of one sample; put it into its note." for key in OF_ONE if key in note.entries]
+    faults = [
+        f"{path}: {key} belongs to one sample; put it into that sample's note." for key in OF_ONE if key in note.entries
+    ]
     faults += [
         f"{path}: [{WORDS}] {word!r} = {shown(key)} is no setting of a trial, nor {IGNORED!r}."
         for word, key in note.words.items()
@@ -196,18 +198,18 @@ def read_defaults(path: Path) -> Note:
 
 
 def read_cell(text: str, where: str) -> Note:
-    """Read settings in a cell: a trial's own keys as TOML, a semicolon between two."""
+    """Read the settings in a cell: keys of a trial as TOML, separated by semicolons."""
     reader = _NoteReader({})
     try:
         reader.read_tables(tomllib.loads(text.replace(";", "\n")), where)
     except tomllib.TOMLDecodeError as fault:
         example = "crack.depth_mm = 16.0; photo.ends_px = [[12, 340], [905, 377]]"
-        return Note(faults=[f"{where}: settings = {shown(text)}: not as TOML writes them ({fault}); write {example}."])
+        return Note(faults=[f"{where}: settings = {shown(text)}: not valid TOML ({fault}); write {example}."])
     return reader.note
 
 
 class _NoteReader:
-    """Reads tables of TOML, or a sheet of words and values, into a note; ``own`` are keys by the lab's own words."""
+    """Reads TOML tables, or a sheet of words and values, into a note; ``own`` maps the lab's own words to keys."""
 
     def __init__(self, own: Mapping[str, str]) -> None:
         self.note, self.own = Note(), own
@@ -227,7 +229,7 @@ class _NoteReader:
                     self._take(key, inner, where)
 
     def read_sheet(self, path: Path) -> None:
-        """Read a sheet of two columns, word and value; a third may hold the unit."""
+        """Read a sheet with the columns word and value, and perhaps unit."""
         grid = read_cells(path, Declared())
         for place, row in enumerate(grid.rows):
             word, value, unit, *more = (row.cell(column).text for column in range(max(4, len(row.cells))))
@@ -235,31 +237,29 @@ class _NoteReader:
             if place == 0 and normal(word) in note_words.HEADS:
                 continue
             if any(more) or (unit and not note_words.is_unit(unit)):
-                beside = next(text for text in (*more, unit) if text)
+                extra = next(text for text in (*more, unit) if text)
                 self.note.faults.append(
-                    f"{where}: {shown(beside)} beside word and value; a third column holds units, and no more are read."
+                    f"{where}: {shown(extra)} is neither word, value nor unit; only these three columns are read."
                 )
             elif not word:
-                self.note.faults.append(f"{where}: {shown(value)} without a word before it; write what it is.")
+                self.note.faults.append(f"{where}: {shown(value)} has no word before it; write what it is.")
             elif row.cell(1).kind in {"formula", "error"}:
-                self.note.faults.append(
-                    f"{where}: {shown(word)} holds a formula without a result; write the value itself."
-                )
+                self.note.faults.append(f"{where}: {shown(word)} has a formula without a result; write the value.")
             elif value.casefold() not in note_words.NOT_STATED and not is_missing(value):
                 self._take_word(word, row.cell(1), unit, where, grid.shown_units.get((row.number, 1), ""))
 
     def _take(self, key: str, value: Any, where: str) -> None:
-        """Take a trial's own key, or one of a note's."""
+        """Take a key of a trial, or a key that only notes have."""
         note = self.note
         if key in tables():
             note.faults.append(f"{where}: {key} is a table of settings; write [{key}], and its keys below.")
         elif key == note_words.MESH or (key not in known_keys() and key.partition(".")[0] in tables()):
-            # A mesh, or a key of a trial's table, can only be a setting.
+            # A key in a table of a trial cannot be a remark; a mesh is not possible in a lab.
             note.faults.append(f"{where}: {shown(key)}: no such key; {KEYS}")
         elif key not in known_keys():
             self._take_unknown(key, value, "", where)
         elif key in note.entries:
-            note.faults.append(f"{where}: {key} stands there twice, also in {note.entries[key].origin}; keep one.")
+            note.faults.append(f"{where}: {key} is given twice, also in {note.entries[key].origin}; keep one.")
         else:
             try:
                 note.entries[key] = NoteEntry(_own(key, value), where)
@@ -268,7 +268,7 @@ class _NoteReader:
                 note.faults.append(f"{where}: {key} = {shown(value)} {fault}")
 
     def _take_word(self, word: str, cell: SheetCell, unit: str, where: str, behind: str) -> None:
-        """Take a word and its value; ``behind`` is the unit that the format of a workbook's number shows behind it."""
+        """Take a word and its value; ``behind`` is the unit that the workbook's format shows after the number."""
         written, value = word.rstrip(": "), cell.text
         parts = UNIT_OF_WORD.fullmatch(word)
         name, in_word = (parts[1], next(filter(None, parts.groups()[1:]), "")) if parts else (written, "")
@@ -280,9 +280,7 @@ class _NoteReader:
         try:
             exact = cell.kind == "number"
             if exact and behind == "%":
-                raise ValueError(
-                    f"has the format of percentages, {float(value) * 100:.12g} %; write a number without it."
-                )
+                raise ValueError(f"has a percent format, {float(value) * 100:.12g} %; write a plain number.")
             behind = behind if exact and note_words.is_unit(behind) else ""
             setting = note_words.read_value(meaning, value, in_word, exact=exact, behind=behind)
             self._take(meaning.key, setting, where)
@@ -293,14 +291,14 @@ class _NoteReader:
             self.note.faults.append(f"{where}, column 2: {shown(written)} = {shown(value)} {fault}")
 
     def _take_unknown(self, word: str, value: object, unit: str, where: str) -> None:
-        """Remark what is no setting; ask about what may be one, since the folder's would be taken in its place."""
+        """Add a remark, or a question if the word may be a setting: otherwise the folder's default would be used."""
         key = likely = None
         if self.own.get(normal(word)) != IGNORED:
             key, likely = key_of_unit(str(value), unit), key_like(word, str(value), unit)
-        remark = f"{where}: {shown(word)} = {shown(value)}: written down, and no setting."
+        remark = f"{where}: {shown(word)} = {shown(value)}: kept as a remark, not a setting."
         fault = (
-            f"{where}: {shown(word)} = {shown(value)} may be {key or likely}, and the word is not known. Say what it "
-            f'is in lab.toml: [{WORDS}] "{word}" = "{key or likely}" (or another key, or "{IGNORED}").'
+            f"{where}: {shown(word)} = {shown(value)} may be {key or likely}, but the word is unknown. Define it "
+            f'in lab.toml: [{WORDS}] "{word}" = "{key or likely}" (or another key, or "{IGNORED}").'
         )
         if key is not None:
             self.note.meant.add(key)
@@ -312,11 +310,11 @@ class _NoteReader:
 
 
 def _own(key: str, value: Any) -> Any:
-    """Return a value that can be; the trial checks its own settings. Raises ValueError for one of a note's."""
+    """Return a value; checks the keys that only notes have, since a trial checks its own. Raises ValueError."""
     if key == note_words.DATE:
         return note_words.read_date(value)
     if key == note_words.NAME and not (isinstance(value, str) and value.strip() and plain(value) == value):
-        raise ValueError("must be a name: one line of letters that can all be seen.")
+        raise ValueError("must be a name: one line of visible letters.")
     if key in note_words.OWN and not (isinstance(value, str) and 0 < len(value) <= LONGEST_OWN):
         raise ValueError(f"must be one to {LONGEST_OWN} letters, in quotes.")
     return value

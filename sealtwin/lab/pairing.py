@@ -1,4 +1,4 @@
-"""Pairing of files to samples by their names, as corrected by the user. Doubtful cases become questions."""
+"""Pairing of files with samples by name and by the user's corrections. Doubtful cases become questions."""
 
 import re
 import unicodedata
@@ -27,31 +27,33 @@ from validate.readings.samples import SamplePart, named_cells, read_table, sampl
 from validate.readings.text_table import plain_letters
 
 PAIRING = "pairing.csv"
-SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"  # B, or B:D; of several small letters a name is likelier
+SPAN = "([A-Z]{1,3}(:[A-Z]{1,3})?|[a-z](:[a-z])?)"  # B, or B:D; several lower-case letters are more likely a name
 SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
-LIKENESS = 0.4  # Share of letters in one order from which a photo is offered for a file without one
+LIKENESS = 0.4  # Similarity of names from which a photo is suggested for a sample without one
 ROLES: tuple[Role, ...] = get_args(Role)
 REVISION = re.compile(LAB_WORDS["revision"]["word"])
-"""A word such as v2, whose number is none of a sample."""
+"""A word such as v2, whose number belongs to no sample."""
 ROLE_WORDS = frozenset[str]().union(*WORDS.values())
-CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; the words for a whole sheet are longer
+CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
 DIGIT = re.compile(r"\d")
 
 
 Decisions = Mapping[tuple[PurePath, str], FilePlace]
-"""Decisions of the user by file and name of its part; "" is the whole file."""
+"""The user's decisions by file and name of its part; "" is the whole file."""
 
 
 @dataclass(frozen=True)
 class SampleFiles:
-    """Files of one sample, and what is in doubt about them."""
+    """Files of one sample, and questions about them."""
 
     name: str
-    files: Mapping[Role, PurePath]  # One of a role; a photo among them, if ``questions`` is empty
+    files: Mapping[Role, PurePath]  # One for each role; includes a photo if ``questions`` is empty
     questions: tuple[str, ...]
-    part: SamplePart | None = None  # Part of the file of readings, where samples share it
+    part: SamplePart | None = None  # Part of the file of readings, if samples share it
     texts: tuple[PurePath, ...] = ()  # Free texts, which give no settings
-    answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # In the pairing file, beside its files
+    answers: Mapping[Role, Mapping[str, str]] = field(
+        default_factory=dict
+    )  # From the pairing file, by the role of the file
     others: tuple[str, ...] = ()  # Names of the other samples
 
     @property
@@ -60,10 +62,10 @@ class SampleFiles:
 
 
 def place_files(named: Mapping[Piece, FilePlace], decisions: Decisions) -> dict[Piece, FilePlace]:
-    """Place each piece by the user's decision on it or on its whole file, or else by its name.
+    """Place each piece by the user's decision about it or its whole file, otherwise by its name.
 
-    A file without a photo belongs to the photo whose name differs by words without a number, as L08.jpg and
-    l08_misure.csv, unless that sample has a file of its role, or another photo may be meant.
+    A file without a photo goes to the photo whose name differs only by words without a number, as L08.jpg and
+    l08_misure.csv. It does not if that sample already has a file with its role, or if several photos fit.
     """
     placed: dict[Piece, FilePlace] = {}
     for piece, place in named.items():
@@ -86,8 +88,8 @@ def place_files(named: Mapping[Piece, FilePlace], decisions: Decisions) -> dict[
 
 
 def _is_within(inner: str, outer: str) -> bool:
-    """Return whether a name is a run of another's words, the rest of which hold no number."""
-    words, key = _telling(outer), sample_key(" ".join(_telling(inner)))
+    """Return True if consecutive words of ``outer`` are the name ``inner``, and its other words are without digits."""
+    words, key = _own_words(outer), sample_key(" ".join(_own_words(inner)))
     spans = ((start, end) for end in range(1, len(words) + 1) for start in range(end))
     return any(
         key == sample_key(" ".join(words[start:end])) and not DIGIT.search(" ".join(words[:start] + words[end:]))
@@ -95,14 +97,14 @@ def _is_within(inner: str, outer: str) -> bool:
     )
 
 
-def _telling(name: str) -> list[str]:
-    """Return the words of a name without those that say what a file is, or which version."""
+def _own_words(name: str) -> list[str]:
+    """Return the words of a name without words for a role or a version."""
     words = ((word, plain_letters(word)) for word in WORD.findall(name))
     return [word for word, plain in words if plain not in ROLE_WORDS and not REVISION.fullmatch(plain)]
 
 
 def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
-    """Return samples in the order of their names; files to be ignored are of none, nor are texts without a sample."""
+    """Return samples sorted by name, without ignored files and without texts that match no sample."""
     groups: dict[str, dict[Piece, FilePlace]] = defaultdict(dict)
     texts: dict[str, list[PurePath]] = defaultdict(list)
     for piece, place in placed.items():
@@ -126,44 +128,46 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
     for piece, place in group.items():
         by_role[place.role].append(piece)
     for role, pieces in by_role.items():
-        # What was saved anew beside it stands in: P01.csv for P01.xls.
+        # A copy in a format that is read replaces it: P01.csv for P01.xls.
         by_role[role] = [piece for piece in pieces if piece.file.suffix.lower() not in UNREAD_TABLES] or pieces
     name = group[by_role["photo"][0] if "photo" in by_role else next(iter(group))].sample
     files: dict[Role, PurePath] = {role: pieces[0].file for role, pieces in by_role.items() if len(pieces) == 1}
     questions = [
         f"{len(pieces)} files are its {role.replace('_', ' ')}: {few(pieces)}{_twins(pieces)}; "
-        "keep one, and give the others the role ignore."
+        "keep one, and set the role of the others to ignore."
         for role, pieces in by_role.items()
         if len(pieces) > 1
     ]
     if not key:
-        questions = [f"{piece}: its name says no sample; rename it, or give it a sample." for piece in group]
+        questions = [f"{piece}: its name gives no sample; rename it, or give it a sample." for piece in group]
     elif "photo" not in by_role:
-        # A sample that lacks what this one has may wait for it.
+        # These files may belong to a sample that has none with their roles.
         roles = {one: {place.role for place in other.values()} for one, other in groups.items()}
         lacking = [one for one, its in roles.items() if "photo" in its and not by_role.keys() & its]
         close = get_close_matches(key, lacking, cutoff=LIKENESS)
         photos = [piece for one in close for piece, place in groups[one].items() if place.role == "photo"]
-        likely = f"Is it of {few(photos)}? Name both alike" if photos else "Add it, give it the sample's name"
-        questions.append(f"{few(list(group))}: no photo of sample {name}. {likely}, or give this the role ignore.")
+        likely = (
+            f"Is it of {few(photos)}? If so, write one sample for both" if photos else "Add it with the sample's name"
+        )
+        questions.append(f"{few(list(group))}: no photo of sample {name}. {likely}; if not, set role to ignore.")
     part = by_role["readings"][0].part if "readings" in files else None
     answers: dict[Role, Mapping[str, str]] = {role: group[by_role[role][0]].answers for role in files}
     return SampleFiles(name, files, tuple(questions), part, answers=answers)
 
 
 def _twins(pieces: Sequence[Piece]) -> str:
-    """Return in words how names differ that look alike."""
+    """Return a remark on names that look equal and differ in their bytes, or ""."""
     names = [str(piece.file) for piece in pieces]
     if len({unicodedata.normalize("NFC", name) for name in names}) == len(names):
         return ""
     apart = next(name for name in names if unicodedata.normalize("NFC", name) != name)
     number = names.index(apart) + 1
-    return f" (names that look alike: file {number} has accents that are signs of their own, as Macs write them)"
+    return f" (these names look equal: file {number} has its accents as separate characters, as macOS writes them)"
 
 
 @dataclass(frozen=True)
 class PairingRow:
-    """Row of the pairing file, as the user wrote it."""
+    """A row of the pairing file, as the user wrote it."""
 
     where: str  # The file and the line
     file: str
@@ -174,9 +178,9 @@ class PairingRow:
 
 
 def pairing_text(placed: Mapping[Piece, FilePlace], samples: Sequence[SampleFiles], about: Mapping[Piece, str]) -> str:
-    """Return the pairing file: a row for each piece, in the order of samples, with the question about it.
+    """Return the text of the pairing file: a row for each piece, sorted by sample, with the question about it.
 
-    ``about`` are questions on the content of single pieces.
+    ``about`` has questions about the content of single pieces.
     """
     questions = {sample.key: " ".join(sample.questions) for sample in samples}
     rows = list[tuple[tuple[str, int, PurePath, str], tuple[str, ...]]]()
@@ -190,7 +194,7 @@ def pairing_text(placed: Mapping[Piece, FilePlace], samples: Sequence[SampleFile
 
 
 def _column(reference: str) -> str:
-    """Return a letter as a span of letters, which no column has for a name."""
+    """Return a column's letter as the span "B:B", which cannot be the name of a column."""
     return f"{reference}:{reference}" if re.fullmatch("[A-Z]{1,3}", reference) else reference
 
 
@@ -219,28 +223,28 @@ OF_COLUMNS: Mapping[str, Callable[[str], Any]] = {
     "missing": lambda text: re.split(r"\s*;\s*", text),
     "as_written": _as_written,
 }
-"""Answers on a sheet, as the settings of its columns."""
+"""Columns of the pairing file about a sheet, each with the reader of its text."""
 ANSWERS = (*OF_COLUMNS, "crack", "mass", "settings")
-"""Columns of answers: on a sheet, on a photo (the number of a crack), on a fill, and other settings of the trial."""
+"""Columns for the user's replies: on a sheet, a photo (number of the crack), a fill, and other settings."""
 COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
-"""Columns of the pairing file; the part is that of a file that several samples share, blank for the whole file."""
+"""Columns of the pairing file; the part is blank unless several samples share the file."""
 
 
 def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
-    """Return answers as a table of columns of a trial, with ``as_written``."""
+    """Return a row's replies as the trial's table of columns, with ``as_written``."""
     return {key: read(answers[key]) for key, read in OF_COLUMNS.items() if key in answers}
 
 
 def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Decisions:
-    """Return the user's decisions: pieces whose rows differ from their names, and files taken as a whole.
+    """Return the user's decisions: the rows that differ from what the names of the files give.
 
-    Raises InputError with every fault: a file or a part that is not there or is named twice, a role or a sample that
-    cannot be.
+    Raises InputError with every fault: a file or a part that does not exist or has two rows, or an invalid role or
+    sample.
     """
     pieces: dict[PurePath, dict[str, FilePlace]] = defaultdict(dict)
     for piece, place in named.items():
         pieces[piece.file][piece.part_name] = place
-    # As they are, and as a spreadsheet must not calculate them.
+    # By the name itself, and by the name with the mark that stops a spreadsheet from calculating it.
     by_cell = {as_text_cell(file.as_posix()): file for file in pieces} | {file.as_posix(): file for file in pieces}
     decisions: dict[tuple[PurePath, str], FilePlace] = {}
     rowed: set[tuple[PurePath, str]] = set()
@@ -253,7 +257,7 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Dec
         part = next((part for part in pieces[file] if row.part in (part, as_text_cell(part))), row.part)
         fault = _fault(file, part, row, pieces[file])
         if (file, part) in rowed:
-            fault = f"{file} stands there twice; keep one row."
+            fault = f"{file} has two rows; keep one."
         rowed.add((file, part))
         if fault is not None:
             faults.append(f"{row.where}: {fault}")
@@ -267,7 +271,7 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Dec
 
 
 def read_pairing(path: Path) -> list[PairingRow]:
-    """Read a pairing file in any dialect of a spreadsheet. Raises InputError if it is none."""
+    """Read a pairing file in any dialect of a spreadsheet. Raises InputError if it is not one."""
     table = read_table(path, f"'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}")
     rows = []
     for place, cells in named_cells(table, COLUMNS[:3], ["part", *ANSWERS]):
@@ -278,7 +282,7 @@ def read_pairing(path: Path) -> list[PairingRow]:
 
 def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FilePlace]) -> str | None:
     if part and part not in parts:
-        names = ", ".join(repr(name) for name in parts if name) or "none: several samples do not share it"
+        names = ", ".join(repr(name) for name in parts if name) or "none: it is not shared by several samples"
         return f"{file} has no part {part!r:.80}; its parts are {names}."
     possible = (*(("readings",) if part else possible_roles(file.suffix.lower())), "ignore")
     if row.role not in possible:
@@ -286,7 +290,7 @@ def _fault(file: PurePath, part: str, row: PairingRow, parts: Mapping[str, FileP
     if row.role == "ignore":
         return None
     if not sample_key(row.sample):
-        return f"{file} is of no sample; write its name, or the role ignore."
+        return f"{file} has no sample; write the sample's name, or the role ignore."
     if as_label(row.sample) != row.sample:
-        return f"{file}: a sample {row.sample!r:.80}; a name has letters, digits, spaces and -_. only."
+        return f"{file}: a sample {row.sample!r:.80}; names may have letters, digits, spaces and -_. only."
     return None

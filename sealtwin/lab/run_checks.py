@@ -1,4 +1,4 @@
-"""Checks of a lab's trials as a run makes them before its first frame."""
+"""The checks that a run makes before its first frame, made for all trials of a lab."""
 
 import re
 import tempfile
@@ -31,11 +31,12 @@ PICTURE = re.compile(r" Look at [^\n]+?\.png\.")
 def check_runs(
     ingested: Ingested, folder: Path, progress: Progress, jobs: int = 1
 ) -> tuple[Batch, list[CatalogueFault]]:
-    """Trace every trial of ``folder`` that was taken in or is sound, and check it as its run would.
+    """Trace the crack of each sample of ``folder`` that has a scale, and check its trial as its run would.
 
-    A trial is traced into the folder of its run, once; a contact sheet of all is on top of the lab. Photos of samples
-    in doubt are traced too, in a temporary folder, so that all questions come at once, as all are in a dry run. A fault
-    in one costs no other. Raises InputError if the lab has another program's contact sheet.
+    Each trial in the lab is traced once, into the folder of its run; a contact sheet of all is written at the top of
+    the lab. Samples in doubt, and all samples of a dry run, are traced in a temporary folder, so that all questions
+    come at once. A fault in one sample does not stop the others. Raises InputError if the lab has another program's
+    contact sheet.
     """
     taken = {each.trial: each for each in ingested.outcomes if each.trial is not None and not ingested.dry_run}
     doubtful = {
@@ -58,7 +59,7 @@ def check_runs(
     batch = replace(batch, rows=rows)
     if ingested.dry_run:
         return batch, faults
-    # On the page of the others nobody would miss them.
+    # The page shows samples that failed too: otherwise they would not be missed.
     missed = [
         BatchRow(str(outcome.sample.files["photo"]), outcome.sample.name, "failed", reason=" ".join(outcome.faults))
         for outcome in ingested.outcomes
@@ -67,7 +68,7 @@ def check_runs(
     with holding(ingested.lab, progress.note):
         catalogue = Catalogue(ingested.lab)
         batch, more = _checked(ingested.lab, taken, progress, jobs, missed, catalogue)
-        # What was edited since is read first.
+        # Do not overwrite edits since the ingest; the next ingest reads them.
         if files.sha256(ingested.lab / PAIRING) == catalogue.content.pairing:
             write_pairing(ingested, catalogue)
         catalogue.save()
@@ -75,7 +76,7 @@ def check_runs(
 
 
 class _Forgotten(Progress):
-    """Progress of trials in a temporary folder, with the lab's names for their files, and no picture there."""
+    """Progress of trials in a temporary folder; texts have the lab's names of files, and no pictures that vanish."""
 
     def __init__(self, shown: Progress, scratch: Path, tried: Mapping[str, SampleOutcome]) -> None:
         self._shown, self._scratch = shown, scratch
@@ -98,10 +99,10 @@ class _Forgotten(Progress):
 
 
 def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
-    """Return the trial of a sample; without its readings if they are in doubt, and asked about."""
+    """Return the trial of a sample; without its readings if the sample has faults."""
     changed: dict[str, Any] = dict.fromkeys(("readings", "gate")) if outcome.faults else {}
     if DEPTH in outcome.stand_ins:
-        # Upright walls hold whatever the depth is.
+        # Upright walls are possible at any depth.
         changed["crack"] = CrackShape(depth_mm=NEEDED[DEPTH].stand_in, tilt="vertical")
     elif "crack.tilt" in outcome.stand_ins and trial.crack is not None:
         changed["crack"] = trial.crack.model_copy(update={"fill": None})
@@ -116,7 +117,7 @@ def _checked(
     missed: Sequence[BatchRow] = (),
     catalogue: Catalogue | None = None,
 ) -> tuple[Batch, list[CatalogueFault]]:
-    """Trace and check the trials in ``place``; a lab's ``catalogue`` keeps the faults and spares a second check."""
+    """Trace and check the trials in ``place``; a lab's ``catalogue`` stores the faults, to avoid repeated checks."""
     planned = [PlannedPhoto(place / name / TRIAL, f"{name}/{RUN}", {}) for name in tried]
     if not planned:
         return Batch(place), []
@@ -133,7 +134,7 @@ def _checked(
             catalogue is None or catalogue.content.checked.get(name) != (state, [])
         ):
             sentences = _faults_of(place / name / RUN)
-        # Files are named as the lab knows them.
+        # Messages have the lab's names of files.
         for raw in tried[name].raw:
             sentences = [sentence.replace(f"{place / name / raw.kept_as}", raw.original) for sentence in sentences]
         if catalogue is not None:
@@ -145,7 +146,7 @@ def _checked(
 
 
 def _faults_of(run: Path) -> list[str]:
-    """Return what keeps a traced trial from its run, and doubts about its readings in that crack."""
+    """Return the faults that prevent the run of a traced trial, and doubts about its readings."""
     source = run.parent
     trial = load_trial(source / TRIAL)
     try:

@@ -31,7 +31,7 @@ class KeptFile:
 
 @dataclass
 class SampleOutcome:
-    """A sample and the result of its ingest; it becomes a trial only without faults."""
+    """A sample and the result of its ingest; only a sample without faults becomes a trial."""
 
     sample: SampleFiles
     fate: Literal["new", "revised", "unchanged", "failed", "bug"] = "failed"
@@ -40,15 +40,15 @@ class SampleOutcome:
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     settings: Trial | None = None  # None if they cannot be used
-    stand_ins: frozenset[str] = frozenset()  # Settings that nobody said, and that have a stand-in
+    stand_ins: frozenset[str] = frozenset()  # Required settings that were not given and have a stand-in
     dialect: str | None = None  # Dialect of the sheet of readings, as a sentence
-    columns: dict[Role, tuple[ReadColumn, ...]] = field(default_factory=dict)  # Of its sheets, as understood
+    columns: dict[Role, tuple[ReadColumn, ...]] = field(default_factory=dict)  # Of its sheets, as they were read
     asked: dict[PurePath, list[str]] = field(default_factory=dict)  # Questions for the pairing file, by file
     trial: str | None = None  # Folder of its trial; in a dry run there is none yet
     revision: int | None = None
 
     def ask(self, sentences: Iterable[str]) -> None:
-        """Ask for an answer in the pairing file: beside the file that a sentence begins with, or else the photo."""
+        """Add questions for the pairing file, to the file that a sentence begins with, otherwise to the photo."""
         sample = self.sample
         for sentence in sentences:
             named = (file for file in sample.files.values() if sentence.startswith(str(file)))
@@ -58,7 +58,7 @@ class SampleOutcome:
 
     @property
     def hashes(self) -> dict[Role, str]:
-        """Hashes of the files by role; of a shared sheet, of this sample's part."""
+        """Hashes of the files by role; for a shared sheet, the hash of this sample's part."""
         part = self.sample.part
         return {
             raw.role: part.sha256 if part and raw.role == "readings" else raw.sha256
@@ -68,7 +68,7 @@ class SampleOutcome:
 
     @property
     def content(self) -> str:
-        """Hash of files and settings, equal if nothing has changed."""
+        """Hash of files and settings, which changes with any of them."""
         settings: dict[str, Any] = {key: entry.value for key, entry in sorted(self.note.entries.items())}
         if of_fill := self.sample.answers.get("fill"):
             settings["of_fill"] = dict(of_fill)
@@ -76,11 +76,11 @@ class SampleOutcome:
 
 
 def kept_as(role: str, file: PurePath) -> str:
-    """Return a file's name in the trial's folder, by its role, since names in a lab may be equal."""
+    """Return a file's name in the trial's folder: its role, since two files of a lab may have one name."""
     return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
 
 
 def note_of(outcome: SampleOutcome) -> str:
-    """Return the name of the sample's note, or the one that it would get."""
+    """Return the name of the sample's note, or the name to give a new one."""
     note, photo = outcome.sample.files.get("note"), outcome.sample.files["photo"]
     return str(note or photo.with_name(f"{photo.stem}_notes.toml"))

@@ -1,4 +1,4 @@
-"""A sample's notes and files read, and the trial that they make; or all that keeps them from it."""
+"""The trial that a sample's notes and files give, or the faults that prevent it."""
 
 import tomllib
 from collections.abc import Mapping, Set
@@ -27,24 +27,24 @@ from validate.readings.samples import read_cells
 from validate.readings.sheet import SheetFaults
 from validate.settings import Declared
 
-MOST_CELLS = 3  # Cells of a row that holds a title: word, value and unit
+MOST_CELLS = 3  # Cells of a row that may be a title: word, value and unit
 STARTER = tomllib.loads(TRIAL)
 ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
 UNSEEN = {"crack.tilt": "lean", ANGLE: 11.0}
-"""Settings of the walls that no photo shows, and their values if no note says them."""
+"""Settings of the walls that no photo shows, with the values if no note gives them."""
 
 
 @dataclass(frozen=True)
 class Needed:
     """A required setting that no photo shows."""
 
-    stand_in: Any  # With which the rest is checked
+    stand_in: Any  # Value with which the rest is checked
     remedy: str  # What to write, as the end of a sentence
-    role: str = "photo"  # Of the file with which it is required
-    others: frozenset[str] = frozenset()  # Further settings that say it
+    role: str = "photo"  # Role of the file that requires it
+    others: frozenset[str] = frozenset()  # Settings that can replace it
 
 
-ORIGIN = ': where they come from; write data = "measured" (or "reconstructed", "synthetic")'
+ORIGIN = ': write data = "measured" (or "reconstructed", "synthetic")'
 NEEDED = {
     "photo.data": Needed("synthetic", ORIGIN, others=frozenset({DATA})),
     DEPTH: Needed(16.0, ", and no photo shows it: write [crack] depth_mm = 16.0, or 'Depth [mm]' and 16.0"),
@@ -57,7 +57,7 @@ NEEDED = {
     "readings.data": Needed("synthetic", ORIGIN, "readings", frozenset({DATA})),
     "readings.role": Needed(
         "held-out",
-        ': write [readings] role = "held-out", or "calibrated-on" where they helped to choose the fluid',
+        ': write [readings] role = "held-out", or "calibrated-on" if they were used to choose the fluid',
         "readings",
     ),
     SCALE: Needed(
@@ -69,7 +69,7 @@ NEEDED = {
 
 
 def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
-    """Read a sample's notes and hash its files; their content is not looked at yet."""
+    """Read a sample's notes and hash its files; does not read photos and sheets."""
     outcome = SampleOutcome(sample, faults=[*sample.questions])
     _read_texts(folder, outcome)
     if sample.questions:
@@ -78,14 +78,12 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     for role, file in (*sorted(sample.files.items()), *texts):
         path = folder / file
         if path.is_symlink() or not path.is_file():
-            outcome.faults.append(f"{path}: a link, or no plain file; links are not followed: copy the file itself.")
+            outcome.faults.append(f"{path}: not a plain file; links are not followed: copy the file itself.")
             continue
         limit = LARGEST_FILE_BYTES if role in PICTURES else LARGEST_SHEET_BYTES
         size = path.stat().st_size
         if size > limit:
-            outcome.faults.append(
-                f"{path}: {size / 1e6:,.0f} MB; at most {limit / 1e6:,.0f} MB of such a file are read."
-            )
+            outcome.faults.append(f"{path}: {size / 1e6:,.0f} MB; the limit for such a file is {limit / 1e6:,.0f} MB.")
         else:
             name = kept_as(role if role != "text" else f"text-{1 + texts.index((role, file))}", file)
             outcome.raw.append(KeptFile(role, file.as_posix(), name, files.sha256(path), size))
@@ -97,10 +95,10 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
     notes = (raw.original for raw in outcome.raw if raw.role == "note")
     own = next((read_note(folder / note, defaults.words, sample, answers) for note in notes), Note())
     if "readings" not in sample.files:
-        # The folder's settings of readings concern other samples.
+        # The folder's settings of readings are for other samples.
         defaults = defaults.without(*OF_READINGS)
         outcome.faults += [
-            f"{entry.origin}: {key} of a sample without readings; add its sheet, or leave {key} out."
+            f"{entry.origin}: {key} is given, but the sample has no readings; add its sheet, or delete {key}."
             for key, entry in sorted(own.entries.items())
             if key.startswith(OF_READINGS)
         ]
@@ -113,7 +111,7 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
         if (theirs := defaults.entries.get(key)) is not None and theirs.value != entry.value
     ]
     outcome.remarks += [
-        f"{file}: its name has {', '.join(numbers)}, and a name is no setting."
+        f"{file}: its name has {', '.join(numbers)}; settings are not read from names."
         for file in sample.files.values()
         if (numbers := _numbers_in(file))
     ]
@@ -135,22 +133,22 @@ def gather(folder: Path, sample: SampleFiles, defaults: Note) -> SampleOutcome:
 
 
 def _numbers_in(file: PurePath) -> list[str]:
-    """Return numbers in a file's name, and its folders', with a unit that a setting of a trial has."""
+    """Return numbers in the names of a file and its folders that have the unit of a setting."""
     name = file.with_suffix("").as_posix().replace("_", " ").replace("/", "; ")
     return [name[one.start : one.end] for one in quantities(name) if one.unit and is_unit(one.unit)]
 
 
 def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
     for text in (text for text in outcome.sample.texts if not (folder / text).is_symlink()):
-        remark = f"{text} is kept as text, and not read"
+        remark = f"{text} is kept as text and not read"
         if seems := seems_to_say(folder / text, outcome.sample.name):
-            remark += f"; {seems}: if that is of the sample, give it the role note in {PAIRING}, else leave it"
+            remark += f"; {seems}: if it is about the sample, set its role to note in {PAIRING}; if not, leave it"
             outcome.asked[text] = [shorten(f"{remark}.", LONGEST_QUESTION, placeholder="...")]
         outcome.remarks.append(f"{remark}.")
 
 
 def prepare(folder: Path, outcome: SampleOutcome) -> None:
-    """Give ``outcome``, as ``gather`` returns it, its settings and its dialect, or its faults."""
+    """Set the settings and the dialect of an outcome of ``gather``, or its faults."""
     content = tables_of(folder, outcome)
     try:
         trial = checked(Trial, folder, content, lambda key: origin_of(folder, outcome, key))
@@ -169,16 +167,17 @@ def prepare(folder: Path, outcome: SampleOutcome) -> None:
     if outcome.faults or trial is None:
         return
     if assumed := assumed_of(outcome):
-        outcome.remarks.append(f"{assumed} Write your own, best into {DEFAULTS}.")
+        outcome.remarks.append(f"{assumed} Write your own values, best into {DEFAULTS}.")
     if trial.fluid is not None and trial.fluid.freeze_after_s == "never" and trial.fluid.most_yield_stress_pa == 0:
-        nothing = "nothing holds the sealant's slope, neither fluid.yield_stress_pa nor fluid.freeze_after_s"
-        outcome.remarks.append(f"{nothing}: it ends level.")
+        outcome.remarks.append("without fluid.yield_stress_pa and fluid.freeze_after_s the sealant ends level.")
     if trial.photo is not None and not (trial.photo.ends_px or trial.photo.mask or trial.photo.crack):
-        outcome.remarks.append("no ends_px: the crack is searched for; 'sealtwin trace' lets you click its ends.")
+        outcome.remarks.append(
+            "no ends_px: the crack is searched for automatically; 'sealtwin trace' lets you click its ends."
+        )
 
 
 def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: float, outcome: SampleOutcome) -> None:
-    """Decode a picture, or read readings as the pipeline does, whose crack's length is not known yet."""
+    """Decode a picture, or read readings like a run does, but without the crack's length."""
     if role in PICTURES:
         from digitise.image.decoding import read_photo
 
@@ -186,11 +185,11 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
     elif role == "readings":
         readings = content["readings"]
         try:
-            # Its dialect alone: other settings of the readings may be wrong, and hide no fault of the sheet.
+            # Only the sheet's dialect is checked here, so that other wrong settings do not hide faults of the sheet.
             keys = Declared.model_fields.keys() & readings.keys()
             declared = checked(Declared, path, {key: readings[key] for key in keys})
         except InputError:
-            return  # A fault already, by its key.
+            return  # Already reported as a fault of its key.
         outcome.faults += _contradictions(path, declared, content, outcome)
         try:
             profile = read_readings(path, declared, None, deepest_mm)
@@ -198,21 +197,23 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
             outcome.columns["readings"] = fault.columns
             raise
         outcome.dialect, outcome.columns["readings"] = profile.dialect, profile.columns
-        # A sheet is judged by the crack's own depth.
+        # Doubts are reliable only with the crack's own depth.
         if DEPTH in outcome.note.entries:
-            outcome.faults += [f"{doubt} It goes into {note_of(outcome)}, or {PAIRING}." for doubt in profile.doubts]
+            outcome.faults += [
+                f"{doubt} Write it into {note_of(outcome)}, or into {PAIRING}." for doubt in profile.doubts
+            ]
 
 
 def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], outcome: SampleOutcome) -> list[str]:
-    """Return a fault for each title or remark of a sheet with another value of a setting than the one that would run.
+    """Return a fault for each title or remark of a sheet that gives a setting another value than the trial has.
 
-    A value in the pairing file is the answer to it.
+    A value in the pairing file settles it.
     """
     faults, assumed = list[str](), rest_of(outcome)
     try:
         rows = read_cells(path, declared).rows
     except InputError:
-        return faults  # A fault of the readings themselves.
+        return faults  # Reported as a fault of the readings.
     for row in rows:
         texts = [cell.text for cell in row.cells if cell.text]
         if len(texts) > MOST_CELLS or len(" ".join(texts)) > LONGEST_QUESTION:
@@ -222,22 +223,22 @@ def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], 
             runs, entry = content.get(table, {}).get(name, assumed.get(key)), outcome.note.entries.get(key)
             if value == runs or key.startswith(OF_READINGS) or (entry and entry.origin.startswith(PAIRING)):
                 continue
-            # Date and operator are of no table: a run does not depend on them.
+            # Date and operator are in no table: a run does not depend on them.
             if not table and entry is None:
                 continue
-            other = f"{entry.origin} says {toml_value(entry.value)}" if entry else "no note says so"
+            other = f"{entry.origin} has {toml_value(entry.value)}" if entry else "no note does"
             faults.append(
-                f"{path}, row {row.number}: {words!r} says {key} = {toml_value(value)}, and {other}. Write the "
-                f"right one into settings of {PAIRING}: {key} = {toml_value(value)}."
+                f"{path}, row {row.number}: {words!r} gives {key} = {toml_value(value)}, but {other}. Write the "
+                f"right value into the column settings of {PAIRING}: {key} = {toml_value(value)}."
             )
     return faults
 
 
 def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
-    """Return the tables of a trial. A required setting that no note says is a fault, and gets a stand-in.
+    """Return the tables of a trial. A required setting that no note gives is a fault, and gets a stand-in.
 
-    Other settings of solver and fluid are the starter's: without a rest the jet, still falling, would be taken for the
-    sealant's level; and no one radius fits all cracks of a lab.
+    Other settings of solver and fluid are those of 'sealtwin init': they let the sealant settle before its level is
+    measured, and choose the particle radius by the crack.
     """
     settings = _settings_of(outcome)
     _weigh(folder, outcome, settings)
@@ -248,14 +249,14 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     for key, it in missing.items():
         settings[key] = it.stand_in
         if not outcome.note.meant & {key, *it.others}:
-            outcome.faults.append(f"{key} is not said{it.remedy} in {DEFAULTS}, or in the sample's note (NAME.toml).")
+            outcome.faults.append(f"{key} is missing{it.remedy} in {DEFAULTS}, or in the sample's note (NAME.toml).")
     return with_settings({}, settings)
 
 
 def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
-    """Return the settings of a trial by dotted key: of its notes, its files, and its part of a shared file.
+    """Return the settings of a trial by dotted key, from its notes, its files, and its part of a shared file.
 
-    A note may name a file or a part too, if it is the same.
+    A file or a part that a note names must be the sample's.
     """
     sample, entries = outcome.sample, outcome.note.entries
     settings: dict[str, Any] = {"name": sample.name}
@@ -276,29 +277,29 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
         given |= {key: (value, place, value) for key, value in parts.items() if value is not None}
     for key, (name, place, value) in given.items():
         if key in entries:
-            _hold_against(outcome, key, entries[key].value, name, place)
+            _require_same(outcome, key, entries[key].value, name, place)
         settings[key] = value
     return {key: value for key, value in settings.items() if value or key not in given}
 
 
-def _hold_against(outcome: SampleOutcome, key: str, named: Any, name: str, place: str) -> None:
-    """Add a fault if a note calls a file or a part of this sample otherwise than its ``name``."""
+def _require_same(outcome: SampleOutcome, key: str, named: Any, name: str, place: str) -> None:
+    """Add a fault if a note names another file or part than this sample's, ``name``."""
     if name not in (named, PurePath(str(named)).name):
         outcome.faults.append(
-            f"{outcome.note.entries[key].origin}: {key} = {str(named)!r:.80}, but {place} is of this sample by its "
-            "name; leave it out, and say in the pairing file which is."
+            f"{outcome.note.entries[key].origin}: {key} = {str(named)!r:.80}, but by its name {place} belongs to this "
+            "sample; delete the key, and choose the file in the pairing file."
         )
 
 
 def _weigh(folder: Path, outcome: SampleOutcome, settings: dict[str, Any]) -> None:
-    """Put the content of the fill's sheet into ``settings`` in place of its name; settings of the liquid stay."""
+    """Replace the name of the fill's sheet in ``settings`` by its content; settings of the liquid stay."""
     file = outcome.sample.files.get("fill")
     given = settings.pop(FILL, {})
     table = dict(given) if isinstance(given, Mapping) else {"file": given}
     if (named := table.pop("file", None)) is not None:
-        _hold_against(outcome, FILL, named, "" if file is None else file.name, "no fill" if file is None else str(file))
+        _require_same(outcome, FILL, named, "" if file is None else file.name, "no fill" if file is None else str(file))
     if file is None:
-        # What the folder says of liquids concerns other samples.
+        # The folder's settings of liquids are for other samples.
         settings |= {FILL: table} if "mass_g" in table else {}
         return
     # "B g", or the name of a column.
@@ -319,10 +320,10 @@ def _weigh(folder: Path, outcome: SampleOutcome, settings: dict[str, Any]) -> No
 
 
 def _fluid(settings: Set[str]) -> dict[str, Any]:
-    """Return the starter's settings of the fluid that nobody says; either of two ways for flow and slope."""
+    """Return settings of the fluid that are not given, as in 'sealtwin init', without those that given ones exclude."""
     fluid = {f"fluid.{key}": value for key, value in STARTER["fluid"].items()}
     if "fluid.viscosity_pa_s" in settings:
-        # D goes with it: the drag of the walls then follows from the viscosity.
+        # Without D_cm too, since the drag of the walls then follows from the viscosity.
         del fluid["fluid.U"], fluid["fluid.D_cm"]
     if "fluid.freeze_after_s" in settings:
         del fluid["fluid.yield_stress_pa"]
@@ -330,7 +331,7 @@ def _fluid(settings: Set[str]) -> dict[str, Any]:
 
 
 def rest_of(outcome: SampleOutcome) -> dict[str, Any]:
-    """Return the values of path, nozzle and solver that nobody says, and that 'sealtwin quick' marks as assumed."""
+    """Return values of path, nozzle and solver that are not given and that 'sealtwin quick' marks as assumed."""
     settings = outcome.note.entries
     tables: dict[str, Any] = {table: Trial.model_fields[table].default for table in ("path", "nozzle", "solver")}
     names = [name.partition(".") for name in ASSUMED]
@@ -350,16 +351,16 @@ def _solver() -> dict[str, Any]:
 
 
 def assumed_of(outcome: SampleOutcome) -> str:
-    """Return the trial's note, which every report shows: the settings that nobody of the lab said."""
+    """Return the trial's note, which the report shows: the settings that no note of the lab gives."""
     settings = {*outcome.note.entries, *([ANGLE] if "fill" in outcome.sample.files else [])}
     crack = {key: value for key, value in UNSEEN.items() if key not in settings}
     assumed = {**crack, **_fluid(settings), **rest_of(outcome)}
     listed = ", ".join(f"{key} = {toml_value(value)}" for key, value in assumed.items())
-    return f"Assumed, since no note of the lab says it: {listed}." if listed else ""
+    return f"Assumed, since no note of the lab gives it: {listed}." if listed else ""
 
 
 def origin_of(folder: Path, outcome: SampleOutcome, key: str) -> str:
-    """Return the place of a setting, or of those of a table, in the notes."""
+    """Return where the notes give a setting, or the settings of a table."""
     entries = outcome.note.entries
     origins = [entry.origin for name, entry in entries.items() if f"{key}.".startswith(f"{name}.")]
     origins += [entry.origin for name, entry in entries.items() if name.startswith(f"{key}.")]

@@ -1,4 +1,4 @@
-"""Tables and texts of a lab: which kind each is, and the masses and levels of a fill."""
+"""Tables and texts of a lab: the kind of each, and the masses and levels of a fill."""
 
 from pathlib import Path
 from typing import Any, Literal
@@ -26,7 +26,7 @@ LARGEST_READ_BYTES = 200_000
 
 
 def kind_of_text(path: Path) -> Literal["readings", "fill", "note", "text"]:
-    """Return whether a file is a table of readings or of a fill, a table of words and values, or free text."""
+    """Return the kind of a file: a table of readings or of a fill, a note of words and values, or free text."""
     try:
         grid = read_cells(path, Declared())
     except InputError:
@@ -40,16 +40,16 @@ def kind_of_text(path: Path) -> Literal["readings", "fill", "note", "text"]:
 
 
 def text_of(path: Path) -> str:
-    """Return the first part of a text in whatever encoding it is. Raises InputError if it is no text."""
+    """Return the beginning of a text in any encoding. Raises InputError if the file is not text."""
     with naming(path), opened(path) as file:
         content = file.read(LARGEST_READ_BYTES)
     return decoded(path, content)[0]
 
 
 def _is_fill(grid: SheetGrid) -> bool:
-    """Return whether a sheet can only be a fill: a mass over numbers, at most one other column, and no place."""
+    """Return True for a fill: a column of masses, at most one other column of numbers, no column of places."""
     header = find_header(grid.rows, grid.merged, Columns())
-    roles = {at: known.role for at, name in header.names.items() if (known := meaning(name)) is not None}
+    roles = {at: column.role for at, name in header.names.items() if (column := meaning(name)) is not None}
     body = grid.rows[header.first + header.count :]
     masses = [sum(is_a_number(row.cell(at)) for row in body) for at, role in roles.items() if role == "mass"]
     numeric = {at for row in body for at, cell in enumerate(row.cells) if is_a_number(cell)}
@@ -64,16 +64,15 @@ def _is_pair(row: SheetRow) -> bool:
 def _is_setting(row: SheetRow) -> bool:
     word, value = row.cell(0).text.rstrip(": "), row.cell(1).text
     setting = meaning_of(word, word.partition("[")[0].partition("(")[0], {})
-    # "Tiefe" above "Ort" is a header.
+    # "Tiefe" beside "Ort" is a header, not a setting.
     return setting is not None and (not setting.unit or any(map(str.isdigit, value)))
 
 
 def read_fill(path: Path, declared: Declared, mass: Mass = "") -> tuple[dict[str, Any], str, tuple[ReadColumn, ...]]:
-    """Read a liquid weighed into a crack as readings are read, with masses in place of places.
+    """Read the sheet of a liquid weighed into a crack, like readings with masses in place of stations.
 
-    Returns the columns of [crack.fill] of a trial, and how the sheet was understood, as a sentence and as columns.
-    ``mass`` is the unit of the masses if the sheet names none. Raises InputError: file, row, column and value, and
-    what to answer.
+    Returns the columns of [crack.fill] of a trial, a sentence on how the sheet was read, and its columns. ``mass`` is
+    the unit of the masses if the sheet lacks it. Raises InputError with file, row, column, value and the remedy.
     """
     grid, faults = upright(read_cells(path, declared), declared), FaultList()
     header = read_header(grid, declared, faults, mass)
@@ -82,7 +81,7 @@ def read_fill(path: Path, declared: Declared, mass: Mass = "") -> tuple[dict[str
     steps = [step for row in header.body if (step := table.station(row, {})) is not None]
     faults.raise_if_any()
     read = [(step.s_mm, [one.value_mm for one in step.readings.values()]) for step in steps]
-    # A step without a level is left out: masses are those of all steps so far.
+    # Masses are cumulative, so a step without a level can be dropped.
     levels = [(grams, float(np.nanmean(each))) for grams, each in read if not np.isnan(each).all()]
     way = -1.0 if header.quantity == "depth" else 1.0
     if not levels:

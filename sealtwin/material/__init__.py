@@ -1,1 +1,1 @@
-"""A paste measured by what a lab has: a cone and a phone, or a rheometer's table; its file is what a trial takes."""
+"""Measurement of a paste by a cone or a bead and a photo, or by a rheometer's table; writes a file for trials."""

@@ -1,4 +1,4 @@
-"""The flow of a pump and the yield stress of a paste, by one bead on a plate that was weighed and photographed."""
+"""Flow of a pump and yield stress of a paste, from one bead on a plate that was weighed and photographed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,32 +18,34 @@ from sealtwin.material.paste import MeasuredPaste, PasteOnPlate, PasteValue, by_
 from simulate.bead_law import STRETCH, PasteArea, laid_section, slumped_stress
 from simulate.spread_law import GRAVITY_M_S2
 
-MASS_ERROR_G = 0.03  # Of a scale that shows 0.05 g, with what sticks to the nozzle
+MASS_ERROR_G = 0.03  # Standard uncertainty: a scale with steps of 0.05 g, and paste that sticks to the nozzle
 SPEED_ERROR = 0.005  # Relative standard uncertainty of an arm's speed on a straight line
-LAW = 0.057  # Relative standard uncertainty of a yield stress: RMS over the beads in particles (benchmarks/beads.py)
-SECTION = 0.03  # That of the section in the middle, by the same beads
+LAW = 0.057  # Relative standard uncertainty of a yield stress: RMS over simulated beads (benchmarks/beads.py)
+SECTION = 0.03  # Relative standard uncertainty of the section in the middle, from the same beads
 STIFFEST = 0.16
-"""Stress over rho g sqrt(A) beyond which a bead hardly flows, and shows no yield stress."""
-SHORTEST = 4.0  # Length as laid over the root of the section, below which the ends drain the middle
+"""Largest stress over rho g sqrt(A): a stiffer bead hardly flows and does not show its yield stress."""
+SHORTEST = 4.0  # Least laid length over the root of the section: in a shorter bead the ends drain the middle
 SOURCES = ("density", "mass", "scale", "edge", "surface tension", "law", "section", "speed")
-END = 0.1  # Standard uncertainty of the bead's begin over its width, since ends spread irregularly
-BINS = 40  # Of the distance to the edge
-BESIDE = 0.5  # Largest distance of the mark from the bead's line, over its width
+END = 0.1  # Standard uncertainty of where the bead begins, over its width: ends spread irregularly
+BINS = 40  # Classes of the distance to the edge
+BESIDE = 0.5  # Largest distance of the start mark from the bead's line, over its width
 BEAD_NOT_FOR = (
     *NOT_FOR,
-    "other flows than the bead's: a pump needs weighings at two flows or more, each repeated",
+    "flows other than the bead's: a pump needs weighings at two flows or more, each repeated",
 )
 
 
 class LaidBead(PasteOnPlate):
+    """A bead as it was laid: mass, density, flow and speed of the program."""
+
     mass_g: float = Field(gt=0, le=1e5)
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
     asked_mm3_s: float = Field(ge=1e-3, le=1e6)
-    """Flow that the program asked for."""
+    """Flow in the robot's program."""
     speed_mm_s: float = Field(ge=0.01, le=5000)
     """Speed of the nozzle."""
     start_mm: tuple[OnFace, OnFace] | None = None
-    """Place where the nozzle began to move and to ask, from the lower left corner of the sheet's opening."""
+    """Place where the nozzle started to move and to dispense, from the lower left corner of the sheet's opening."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +53,8 @@ class BeadEstimate:
     stress_pa: PasteValue
     flow_mm3_s: PasteValue
     delay_s: PasteValue | None  # None without a mark of the start
-    time_s: float  # In which the nozzle gave
-    section_mm2: float  # In the middle
+    time_s: float  # Time of dispensing
+    section_mm2: float  # Cross-section in the middle
     stiffness: float  # tau / (rho g sqrt(A))
     parts_pa: dict[str, float]  # Standard uncertainty of the yield stress by source
 
@@ -62,7 +64,7 @@ class BeadEstimate:
 
 
 def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
-    """Return flow, yield stress and delay by a bead. Raises InputError for one that does not show them."""
+    """Return flow, yield stress and delay from a bead. Raises InputError if it does not determine them."""
     random = np.random.default_rng(SEED)
     noise = {name: random.standard_normal(DRAWS) for name in SOURCES}
     footprint = footprint_of(bead)
@@ -73,14 +75,14 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
         volume = 1e6 * (laid.mass_g + laid.mass_error_g * off["mass"]) / density
         scale, outward = 1 + bead.scale_error * off["scale"], bead.edge_error_mm * off["edge"]
         if (np.minimum(volume, np.minimum(density, bead.width_mm / 4 + outward)) <= 0).any():
-            raise InputError("mass, density or edge are as uncertain as they are large: measure them better.")
+            raise InputError("the uncertainty of mass, density or edge is as large as its value: measure them better.")
         per_mm = footprint.per_mm(volume, scale, outward, STRETCH)
         raw = footprint.volume_mm3(per_mm, scale, outward, STRETCH)[1]
         section = laid_section(per_mm, raw) * (1 + SECTION * off["section"])
         weight_pa_mm = density * GRAVITY_M_S2 * 1e-3
         whole = weight_pa_mm * slumped_stress(per_mm, raw) * (1 + LAW * off["law"])
         edge = np.maximum(0.0, laid.edge_n_m + laid.edge_error_n_m * off["surface tension"])
-        # Of a disc, lambda R^2 / V (Roussel, Stefani and Leroy 2005): by the area for any outline.
+        # For a disc it is lambda R^2 / V (Roussel, Stefani and Leroy 2005); the area generalises it to any outline.
         stress = whole - 1e3 * edge * bead.area_mm2 * scale**2 / (np.pi * volume)
         flow = section * laid.speed_mm_s * (1 + SPEED_ERROR * off["speed"])
         stiffness = whole / (weight_pa_mm * np.sqrt(section))
@@ -91,20 +93,20 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
     section = flow / laid.speed_mm_s
     if (long := volume / section**1.5) < SHORTEST:
         raise InputError(
-            f"{volume / section:.0f} mm of {section:.3g} mm² were laid, {long:.1f} times the section's root, need "
-            f"{SHORTEST:g}: ends take from the middle of so short a bead. Lay a longer one, or less of it to a mm."
+            f"{volume / section:.0f} mm of {section:.3g} mm² were laid, {long:.1f} times the section's root (at least "
+            f"{SHORTEST:g}): the ends drain so short a bead. Lay a longer one, or less paste per mm."
         )
     if stiffness > STIFFEST:
         slower = laid.speed_mm_s * (STIFFEST / stiffness) ** 2
         raise InputError(
-            f"a bead of {section:.3g} mm² holds {stress:.2g} Pa nearly in the shape in which it was laid, and shows no "
-            f"yield stress: lay it at {slower:.2g} mm/s or slower for the same flow and at least "
+            f"with {stress:.2g} Pa a bead of {section:.3g} mm² nearly keeps the shape in which it was laid, and "
+            f"does not show its yield stress: lay it at {slower:.2g} mm/s or slower for the same flow and at least "
             f"{SHORTEST * np.sqrt(flow / slower):.0f} mm long, or spread a cone of the paste."
         )
     if not stress > 0:
         raise InputError(
-            f"the bead spread to {bead.width_mm:.0f} mm, as far as surface tension lets water: it has no yield stress "
-            "that a bead shows. Check mass and density, or take a thicker paste."
+            f"the bead spread to {bead.width_mm:.0f} mm, as far as water would against surface tension: this shows no "
+            "yield stress. Check mass and density, or take a thicker paste."
         )
     if not 1 / MISTYPED < flow / laid.asked_mm3_s < MISTYPED:
         raise InputError(
@@ -131,7 +133,7 @@ def _estimate(value: float, drawn: Floats) -> PasteValue:
 
 
 def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) -> PasteValue:
-    """Return the time from the nozzle's start to the bead's own. Raises InputError for a mark beside the bead."""
+    """Return the time from the nozzle's start to the bead's begin. Raises InputError if the mark is not on its line."""
     near, far = bead.tips_mm[np.argsort(np.linalg.norm(bead.tips_mm - start_mm, axis=1))]
     forth = (far - near) / bead.length_mm
     to_tip = near - start_mm
@@ -148,7 +150,7 @@ def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) 
 
 
 def footprint_of(bead: BeadOutline) -> PasteArea:
-    """Return the area of a bead's paste by its distance to the edge."""
+    """Return the area of a bead by distance to its edge."""
     ends = np.linspace(0, bead.inward_mm.max() * (1 + 1e-9), BINS + 1)
     piece_mm = MIDDLE * bead.length_mm
     middle = np.abs(bead.along_mm) < piece_mm / 2
@@ -157,7 +159,7 @@ def footprint_of(bead: BeadOutline) -> PasteArea:
 
 
 def material_of_bead(photo: PhotoInput, laid: LaidBead, day: date, note: Callable[[str], None]) -> MeasuredPaste:
-    """Measure a bead in a photo and return its paste and its pump. Raises InputError for what cannot be measured."""
+    """Measure a bead in a photo; return paste and pump. Raises InputError if the photo does not show them."""
     if (start := laid.start_mm) is not None and photo.face_mm is not None:
         for name, place, side in zip("xy", start, photo.face_mm, strict=True):
             if not 0 <= place <= side:
@@ -199,12 +201,12 @@ def material_of_bead(photo: PhotoInput, laid: LaidBead, day: date, note: Callabl
     }
     low, high = (end / laid.asked_mm3_s for end in flow.interval)
     sentences = [
-        f"The pump gave {flow.value:.4g} mm³/s of {laid.asked_mm3_s:g} asked for, {flow.value / laid.asked_mm3_s:.3f} "
-        f"of it, 95 % {low:.3f} to {high:.3f}."
+        f"The pump gave {flow.value:.4g} of {laid.asked_mm3_s:g} mm³/s, or {flow.value / laid.asked_mm3_s:.3f}, 95 % "
+        f"{low:.3f} to {high:.3f}."
     ]
     if delay is not None:
         sentences.append(
             f"It began {delay.value:.2f} s late, 95 % {delay.interval[0]:.2f} to {delay.interval[1]:.2f} s."
         )
-    sentences.append(f"A row for pump.csv ({','.join(row)}): {','.join(f'{value:g}' for value in row.values())}")
+    sentences.append(f"Row for pump.csv ({','.join(row)}): {','.join(f'{value:g}' for value in row.values())}")
     return MeasuredPaste(material, figures, sentences)

@@ -1,4 +1,4 @@
-"""A rheometer's flow curve: yield stress and plastic viscosity by Bingham's line, and its misfit."""
+"""Yield stress and plastic viscosity from a rheometer's flow curve, by Bingham's line."""
 
 from datetime import date
 from pathlib import Path
@@ -13,58 +13,58 @@ from simulate.material_file import Material
 
 BOUNDS = {"shear_rate_per_s": (1e-6, 1e6), "stress_pa": (1e-6, 1e6)}
 ROWS = (5, 5000)
-LEAST_RANGE = 3.0  # Least ratio of the largest to the smallest shear rate: a line through one decade's third is none
-TORQUE = 0.03  # Relative standard uncertainty of a rheometer's stress that all rows share: gap and calibration
-MOST_ERROR = 0.5  # Standard uncertainty of a viscosity over its value from which the 95 % interval reaches 0
-LEAST_RISE = 0.01  # Least rise of the line over the rates, over its stress, that is no drift of the instrument
-LEAST_AGAIN = 3  # Rows at rates that were measured before, from which a change of the paste is no chance
-MOST_CHANGE = 0.05  # Mean change of their stresses over the earlier ones that a repeat of one paste has
-MOST_ALIKE = 0.8  # Share of them with one sign
-WIDEST_GAP = 3.0  # Ratio of two neighbouring rates between which a stress follows from both, on logarithmic scales
-MOST_MISS = 0.2  # RMS of the line's misses over the stress beyond which the paste's curve is no line
-BY_HAND = "by hand in [fluid], with how they were found"
+LEAST_RANGE = 3.0  # Least ratio of the largest to the smallest shear rate: a smaller range does not determine a line
+TORQUE = 0.03  # Relative standard uncertainty of the stress that is common to all rows: gap and calibration
+MOST_ERROR = 0.5  # Largest relative standard uncertainty of a viscosity: above it the 95 % interval includes 0
+LEAST_RISE = 0.01  # Least rise of the line over the rates, over its stress: less may be drift of the instrument
+LEAST_AGAIN = 3  # Least number of repeated rates by which a change of the paste is detected
+MOST_CHANGE = 0.05  # Largest mean change of stress at repeated rates if the paste has not changed
+MOST_ALIKE = 0.8  # Share of these changes with one sign from which they are systematic
+WIDEST_GAP = 3.0  # Largest ratio of neighbouring rates between which the stress is interpolated, in logarithms
+MOST_MISS = 0.2  # Largest RMS of the misfit over the stress: above it the curve is not a line
+BY_HAND = "by hand in [fluid], and note how they were found"
 NOT_FOR = (
-    "shear rates outside of those measured, above all slower ones, where the line misses the paste's own curve",
+    "shear rates outside the measured range, above all lower ones, where the paste's curve leaves the line",
     "a paste of another age, batch or temperature",
-    "comparison with another geometry's number without saying both: rheometers differ by more than their repeats",
+    "comparison with a number from another geometry, unless both are named: rheometers differ by more than repeats",
 )
 
 
 def material_of_table(path: Path, paste: PasteOnPlate, data: DataKind, day: date) -> Material:
-    """Fit a table of shear rate and stress. Raises InputError, naming the file, if it is no flow curve."""
+    """Fit Bingham's line to a table of shear rate and stress. Raises InputError if it is not a flow curve."""
     if paste.spread_of_density > paste.density_kg_m3 / 2:
         raise InputError(
             f"density_error_kg_m3 is {paste.spread_of_density:g}, more than half of density_kg_m3, "
-            f"{paste.density_kg_m3:g}: give the standard uncertainty of the density, or leave it out."
+            f"{paste.density_kg_m3:g}: give the standard uncertainty of the density, or omit it."
         )
     columns = read_columns(path, BOUNDS, list(BOUNDS), ROWS)
     rate, stress = (np.array(columns[name]) for name in BOUNDS)
     if rate.max() < LEAST_RANGE * rate.min():
         raise InputError(
-            f"{path}: shear rates from {rate.min():g} to {rate.max():g} /s; a line needs a range of at least "
-            f"{LEAST_RANGE:g} times."
+            f"{path}: shear rates from {rate.min():g} to {rate.max():g} /s; for a line they must differ by a "
+            f"factor of at least {LEAST_RANGE:g}."
         )
     _refuse_two_pastes(path, rate, stress)
     (yields, thick), covariance, misfit = _bingham(rate, stress)
     if misfit > MOST_MISS:
         raise InputError(
-            f"{path}: Bingham's line misses the stresses by {misfit:.0%} (RMS), more than {MOST_MISS:.0%}: the "
-            f"curve is no line. Give yield_stress_pa, and viscosity_pa_s or a curve with flow_index, {BY_HAND}; or "
+            f"{path}: Bingham's line misfits the stresses by {misfit:.0%} (RMS, limit {MOST_MISS:.0%}): the "
+            f"curve is not a line. Give yield_stress_pa, and viscosity_pa_s or a curve with flow_index, {BY_HAND}; or "
             "measure at the rates of the fill alone."
         )
     if yields <= 0 or thick <= 0:
         raise InputError(
-            f"{path}: Bingham's line through it has {yields:.3g} Pa and {thick:.3g} Pa s, of which none may be below "
-            "0: the paste has no yield stress at these rates, or thins. Give viscosity_pa_s, or flow_index, by hand."
+            f"{path}: Bingham's line has {yields:.3g} Pa and {thick:.3g} Pa s; both must be above 0. The paste has no "
+            "yield stress at these rates, or thins. Give viscosity_pa_s, or flow_index, by hand."
         )
     error = float(np.hypot(np.sqrt(covariance[0, 0]), TORQUE * yields))
     percent = 100 * float(np.hypot(np.sqrt(covariance[1, 1]) / thick, TORQUE))
     rise = thick * float(rate.max() - rate.min()) / yields
     if percent > 100 * MOST_ERROR or rise < LEAST_RISE:
         raise InputError(
-            f"{path}: rates from {rate.min():g} to {rate.max():g} /s show no viscosity_pa_s: Bingham's line rises by "
-            f"{100 * rise:.2g} % of its {yields:.3g} Pa over them, and its viscosity is known to {percent:.2g} %; "
-            f"{100 * LEAST_RISE:g} % or more, and {100 * MOST_ERROR:g} % or better, are needed. Measure at faster "
+            f"{path}: rates from {rate.min():g} to {rate.max():g} /s do not determine viscosity_pa_s: over them "
+            f"Bingham's line rises by {100 * rise:.2g} % of its {yields:.3g} Pa (at least {100 * LEAST_RISE:g} %), and "
+            f"its viscosity is uncertain by {percent:.2g} % (at most {100 * MOST_ERROR:g} %). Measure at higher "
             f"rates, or give it {BY_HAND}."
         )
     return measured_material(
@@ -77,35 +77,35 @@ def material_of_table(path: Path, paste: PasteOnPlate, data: DataKind, day: date
         method="rheometer's flow curve, Bingham's line by least squares of relative differences",
         basis=(
             f"{len(rate)} rows from {rate.min():g} to {rate.max():g} /s",
-            f"RMS of the line's misses {misfit:.1%} of the stress, which the uncertainty holds",
+            f"RMS misfit of the line {misfit:.1%} of the stress, which the uncertainty includes",
         ),
         not_for=NOT_FOR,
     )
 
 
 def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats) -> None:
-    """Raise InputError if stresses at rates that were measured before are all higher, or all lower, than those were.
+    """Raise InputError if stresses at repeated rates are nearly all higher, or nearly all lower, than before.
 
-    Shear has then changed the paste between two sweeps, or the table has two pastes.
+    Shear has then changed the paste between two sweeps, or the table is of two pastes.
     """
     changes = [(row, change) for row in range(2, len(rate)) if (change := _change(rate, stress, row)) is not None]
     if len(changes) < LEAST_AGAIN:
         return
     rows, change = np.array([row for row, _ in changes]), np.array([change for _, change in changes])
     mean = float(change.mean())
-    alike = float((np.sign(change) == np.sign(mean)).mean())
-    if abs(mean) < MOST_CHANGE or alike < MOST_ALIKE:
+    same_sign = float((np.sign(change) == np.sign(mean)).mean())
+    if abs(mean) < MOST_CHANGE or same_sign < MOST_ALIKE:
         return
     # Row 1 is the header.
     raise InputError(
-        f"{path}: {len(rows)} rows, {rows.min() + 2} to {rows.max() + 2}, have rates that rows before them have, and "
-        f"stresses {abs(mean):.0%} {'lower' if mean < 0 else 'higher'} on average: two sweeps of a paste that shear "
-        "has changed, or two pastes. Keep the rows of one sweep; the last one is that of a paste that flows."
+        f"{path}: {len(rows)} rows, {rows.min() + 2} to {rows.max() + 2}, repeat earlier rates with stresses "
+        f"{abs(mean):.0%} {'lower' if mean < 0 else 'higher'} on average: two sweeps of a paste changed by shear, or "
+        "two pastes. Keep the rows of one sweep; use the last one for a paste that flows."
     )
 
 
 def _change(rate: Floats, stress: Floats, row: int) -> float | None:
-    """Return a row's stress over that of earlier rows at its rate, less 1; None if no two of them are around it."""
+    """Return the relative change of a row's stress from earlier rows at its rate; None if they do not bracket it."""
     order = np.argsort(rate[:row], kind="stable")
     earlier, levels = np.log(rate[order]), np.log(stress[order])
     at = np.log(rate[row])
@@ -113,16 +113,16 @@ def _change(rate: Floats, stress: Floats, row: int) -> float | None:
     before = int(np.searchsorted(earlier, at, side="right")) - 1
     if not (before >= 0 and after < row and earlier[after] - earlier[before] <= np.log(WIDEST_GAP)):
         return None
-    # Of rows at this very rate, their mean.
+    # Several earlier rows at the same rate: their mean.
     expected = levels[after : before + 1].mean() if after <= before else np.interp(at, earlier, levels)
     return float(stress[row] / np.exp(expected) - 1)
 
 
 def _bingham(rate: Floats, stress: Floats) -> tuple[Floats, Floats, float]:
-    """Return yield stress and viscosity, their covariance by the scatter, and the relative RMS miss.
+    """Return yield stress and viscosity, their covariance from the scatter, and the relative RMS misfit.
 
-    Neighbouring rows of a sweep share their misses if the line is not the paste's law, so that they count as few:
-    as many as the misses change sign.
+    If the paste does not follow the line, neighbouring rows have similar misfits. The number of independent rows is
+    therefore taken as the number of sign changes of the misfit.
     """
     slopes = np.column_stack([1 / stress, rate / stress])
     line = np.linalg.lstsq(slopes, np.ones(len(rate)), rcond=None)[0]

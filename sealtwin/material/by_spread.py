@@ -1,4 +1,4 @@
-"""The yield stress, and from an early photo the viscosity, of a paste that has spread on a plate."""
+"""Yield stress of a paste from its spread on a plate, and viscosity from photos taken during the spread."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -25,23 +25,23 @@ from simulate.spread_law import (
 
 DRAWS, SEED = 4000, 16
 CONE_ERROR_MM = 0.1  # Standard uncertainty of each size of a cone, by caliper
-MASS_ERROR_G = 0.1  # Of a kitchen scale, and of what sticks to the cone
-FORMULA = 0.25  # Standard uncertainty of the closed form over what stretching adds to it: the next order is left out
-REPLAY = 0.05  # Relative standard uncertainty of a yield stress by slumps in particles (benchmarks/slumps.py)
-COURSE = 0.25  # That of the time of a slump in particles (benchmarks/heaps.py)
-LIFT_ERROR_S = 0.2  # Standard uncertainty of the time from when a cone is lifted by hand
-LATE = 0.97  # Largest radius of an early photo over that at rest, beyond which the time is left open
-MOST_GALILEI = 1000.0  # rho^2 g V / mu^2 beyond which inertia, and not the viscosity, sets the pace
+MASS_ERROR_G = 0.1  # Standard uncertainty: a kitchen scale, and paste that sticks to the cone
+FORMULA = 0.25  # Standard uncertainty of the closed form over its stretching term: higher orders are neglected
+REPLAY = 0.05  # Relative standard uncertainty of a yield stress from simulated slumps (benchmarks/slumps.py)
+COURSE = 0.25  # Relative standard uncertainty of the time in a simulated slump (benchmarks/heaps.py)
+LIFT_ERROR_S = 0.2  # Standard uncertainty of the moment at which the cone is lifted by hand
+LATE = 0.97  # Largest radius in an early photo over that at rest; near rest the radius hardly depends on time
+MOST_GALILEI = 1000.0  # Largest rho^2 g V / mu^2: beyond it inertia slows the spread, not viscosity
 NOT_FOR = (
-    "a paste of another age, batch or temperature: it stiffens, and thins where it is sheared again",
-    "flow that is faster than a spread's, unless the viscosity was measured with a rheometer",
-    "walls on which the paste slips: the plate is taken for rough",
-    "comparison with another method's number without saying both methods",
+    "a paste of another age, batch or temperature: pastes stiffen with time and thin when sheared",
+    "flow that is faster than a spread, unless the viscosity was measured with a rheometer",
+    "walls on which the paste slips: the plate is assumed to be rough",
+    "comparison with a number from another method, unless both methods are named",
 )
 
 
 class Heap(PasteOnPlate):
-    """Amount, density and first shape of a paste that spreads."""
+    """Amount, density and initial shape of a paste that spreads."""
 
     mass_g: float | None = Field(default=None, gt=0, le=1e5)
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
@@ -54,7 +54,7 @@ class Heap(PasteOnPlate):
 
 @dataclass(frozen=True)
 class Draws:
-    """Draws of the inputs of the yield stress, (DRAWS,) each."""
+    """Random draws of the inputs of the yield stress, (DRAWS,) each."""
 
     volume_mm3: Floats
     radius_mm: Floats
@@ -65,7 +65,7 @@ class Draws:
 
 @dataclass(frozen=True)
 class PasteEstimate(PasteValue):
-    """Yield stress in Pa, and how it was found."""
+    """Yield stress in Pa, with the figures that it was computed from."""
 
     flat_pa: float  # By Roussel and Coussot's formula alone
     height_to_radius: float
@@ -80,7 +80,7 @@ def estimate(
     note: Callable[[str], None] = lambda _: None,
     curve: SlumpCurve | None = None,
 ) -> PasteEstimate:
-    """Return the yield stress of a spread; ``curve`` has known slumps. Raises InputError out of range."""
+    """Return the yield stress of a spread; ``curve`` has slumps to reuse. Raises InputError if it is undetermined."""
     middle, drawn, by_source = _draws(heap, spread)
     one = _closed(middle)
     height = float(heap_height_mm(one, middle.radius_mm, middle.density_kg_m3)[0]) / spread.radius_mm
@@ -90,17 +90,17 @@ def estimate(
         cone = heap.cone
         if cone is None:
             raise InputError(
-                f"the heap is {height:.2f} of its radius high, where the closed form holds up to {FLATTEST:g}, and a "
-                "replay of the slump needs the shape that it began with: give --cone-mm, or spread more paste."
+                f"the heap's height is {height:.2f} of its radius; the closed form is valid up to {FLATTEST:g}, and a "
+                "simulation of the slump needs the initial shape: give --cone-mm, or spread more paste."
             )
-        note(f"The heap is {height:.2f} of its radius high: its slump is replayed in particles, a minute or two.")
+        note(f"The heap's height is {height:.2f} of its radius: simulating its slump with particles, 1 to 2 minutes.")
         law = _replayed(curve or SlumpCurve(cone.scaled_to(float(middle.volume_mm3[0])), heap.density_kg_m3, {}))
     values = law(drawn) - _surface_pa(drawn)
     stress = float((law(middle) - _surface_pa(middle))[0])
     if not stress > 0:
         raise InputError(
-            f"the paste spread to {2 * spread.radius_mm:.0f} mm, as far as surface tension lets water: it has no yield "
-            "stress that a spread shows. Check mass and density, or take a thicker paste."
+            f"the paste spread to {2 * spread.radius_mm:.0f} mm, as far as water would against surface tension: this "
+            "shows no yield stress. Check mass and density, or take a thicker paste."
         )
     low, high = (float(end) for end in np.quantile(values, (0.025, 0.975)))
     parts = {name: float((law(of) - _surface_pa(of)).std()) for name, of in by_source.items()}
@@ -117,7 +117,7 @@ def estimate(
 
 
 def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draws]]:
-    """Return the values themselves, draws of all together, and draws of each source alone."""
+    """Return the inputs without errors, draws with all errors, and for each source draws with its error only."""
     random = np.random.default_rng(SEED)
     noise = {name: random.standard_normal(DRAWS) for name in ("density", "radius", "surface tension", "law", "mass")}
     sizes = random.standard_normal((3, DRAWS))
@@ -130,7 +130,7 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
         if heap.mass_g is not None:
             volume = 1e6 * (heap.mass_g + heap.mass_error_g * of("mass")) / density
         elif heap.cone_mm is None:
-            raise InputError("a spread needs the amount of paste: give --mass-g, or --cone-mm of a cone that was full.")
+            raise InputError("a spread needs the amount of paste: give --mass-g, or --cone-mm if the cone was full.")
         else:
             a, b, c = (size + CONE_ERROR_MM * off for size, off in zip(heap.cone_mm, sizes, strict=True))
             full = np.pi / 12 * c * (a * a + a * b + b * b)
@@ -138,7 +138,9 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
         radius = spread.radius_mm + spread.radius_error_mm * of("radius")
         edge = heap.edge_n_m + heap.edge_error_n_m * of("surface tension")
         if (np.minimum(volume, np.minimum(radius, density)) <= 0).any():
-            raise InputError("mass, density or spread are as uncertain as they are large: measure them better.")
+            raise InputError(
+                "the uncertainty of mass, density or spread is as large as its value: measure them better."
+            )
         return Draws(volume, radius, density, np.maximum(edge, 0.0), of("law"))
 
     nothing = made()
@@ -147,7 +149,7 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
 
 
 def _surface_pa(of: Draws) -> Floats:
-    """Return lambda R^2 / V, what surface tension takes off the spread."""
+    """Return lambda R^2 / V, the part of the stress that surface tension carries."""
     return of.edge_n_m * (1e-3 * of.radius_mm) ** 2 / (1e-9 * of.volume_mm3)
 
 
@@ -167,15 +169,15 @@ def _replayed(curve: SlumpCurve) -> Callable[[Draws], Floats]:
 def viscosity(
     heap: Heap, stress: PasteEstimate, early: Sequence[tuple[SpreadBlob, float]], replay: Slump | None = None
 ) -> tuple[float, float]:
-    """Return the viscosity from radii at earlier times, in Pa s, and its standard uncertainty in percent.
+    """Return the viscosity in Pa s from radii at earlier times, and its standard uncertainty in percent.
 
-    The slump is replayed with a constant viscosity, unless ``replay`` is given; without inertia, its time is
-    proportional to the viscosity. Photos are weighted by the error of their time; all share those of the lift and of
-    the slump's course. Raises InputError for a time that shows nothing.
+    Simulates the slump with a constant viscosity, unless ``replay`` is given. Without inertia, times are proportional
+    to the viscosity. Photos are weighted by the error of their time; the errors of the lift and of the simulated times
+    are common to all. Raises InputError for a photo whose radius does not determine the viscosity.
     """
     cone = heap.cone
     if cone is None:
-        raise InputError("an early photo needs the shape that the paste began with: give --cone-mm.")
+        raise InputError("an early photo needs the initial shape of the paste: give --cone-mm.")
     replay = replay or slump(cone.scaled_to(stress.volume_mm3), stress.value, heap.density_kg_m3, steady=True)
     if replay.viscosity_pa_s is None:
         raise ValueError("replay is not of a constant viscosity")
@@ -186,7 +188,7 @@ def viscosity(
         if not 1.1 * cone.bottom_mm / 2 < blob.radius_mm < LATE * replay.at_rest_mm:
             raise InputError(
                 f"the photo of {early_s:g} s shows {blob.radius_mm / replay.at_rest_mm:.0%} of the spread at rest: "
-                f"between a tenth beyond the cone and {LATE:.0%} the time tells the viscosity. Take one then."
+                f"only between 1.1 times the cone's radius and {LATE:.0%} it shows the viscosity. Take a photo then."
             )
         around_mm = blob.radius_mm + blob.radius_error_mm * np.array([-1, 0, 1])
         reached = np.interp(around_mm, radii[steps], times[steps])
@@ -199,8 +201,8 @@ def viscosity(
     galilei = heap.density_kg_m3**2 * GRAVITY_M_S2 * stress.volume_mm3 * 1e-9 / value**2
     if galilei > MOST_GALILEI:
         raise InputError(
-            f"early photos would say {value:.2g} Pa s, and so thin a paste is slowed by its inertia and by the hand "
-            "that lifts the cone: measure the viscosity with a rheometer, or leave --early out."
+            f"early photos give {value:.2g} Pa s; in so thin a paste inertia and the lift of the cone set the time, "
+            "not the viscosity: measure it with a rheometer, or omit --early."
         )
     own = np.linalg.norm(weight * by_radius)
     return value, 100 * float(np.sqrt(COURSE**2 + (weight @ by_lift) ** 2 + own**2))
@@ -209,7 +211,7 @@ def viscosity(
 def material_of(
     photo: PhotoInput, heap: Heap, early: Sequence[tuple[Path, float]], day: date, note: Callable[[str], None]
 ) -> MeasuredPaste:
-    """Measure a spread in a photo and return the paste. Raises InputError for what cannot be measured."""
+    """Measure a spread in a photo and return the paste. Raises InputError if the photo does not show it."""
     spread = measure_spread(photo, Path())
     for warning in spread.warnings:
         note(f"note: {warning}")
@@ -217,9 +219,9 @@ def material_of(
     thickness = None
     if early:
         blobs = [(measure_spread(photo.model_copy(update={"file": file}), Path()), at_s) for file, at_s in early]
-        note("The slump is replayed once more, for its course in time.")
+        note("Simulating the slump once more, for its course in time.")
         thickness = viscosity(heap, stress, blobs)
-    way = "slump of a cone replayed in particles" if stress.replayed else "spread, closed form with stretching"
+    way = "slump of a cone simulated with particles" if stress.replayed else "spread, closed form with stretching"
     small, large = spread.diameters_mm
     material = measured_material(
         photo.file,
@@ -232,7 +234,7 @@ def material_of(
         basis=(
             f"spread of {2 * spread.radius_mm:.2f} mm by its area ({small:.1f} to {large:.1f} mm across), "
             f"{stress.volume_mm3 / 1000:.4g} ml",
-            f"height over radius {stress.height_to_radius:.3f}; Roussel and Coussot's flat formula alone says "
+            f"height over radius {stress.height_to_radius:.3f}; Roussel and Coussot's flat formula alone gives "
             f"{stress.flat_pa:.4g} Pa",
             by_source(stress.parts),
         ),

@@ -1,4 +1,4 @@
-"""Parts that all ways of measuring a paste share: a value with its interval, and material.toml."""
+"""Parts that all methods of measuring a paste share: a value with its interval, and material.toml."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -14,12 +14,12 @@ from sealtwin.core.settings import Settings, checked
 from simulate.material_file import Material
 
 EDGE_N_M = 0.005
-"""Weight of R^2 / V that surface tension takes off the yield stress, for cement pastes (Roussel et al. 2005)."""
-EDGE_ERROR_N_M = 0.0015  # Its standard uncertainty for a paste that nobody measured: it is known to one digit
-DENSITY_ERROR = 0.01  # Relative standard uncertainty of a density by a weighed syringe
-MEASURED = "A paste as it was measured, written by 'sealtwin material'. Errors are standard uncertainties."
-CALIBRATED = "A paste as the levels of trials determine it, by 'sealtwin calibrate'. Errors are standard uncertainties."
-USE = "In a trial file: [fluid] material = the name of this file; not_for says what these numbers must not be used for."
+"""Coefficient lambda of the term lambda R^2 / V that surface tension adds (Roussel et al. 2005, cement pastes)."""
+EDGE_ERROR_N_M = 0.0015  # Its standard uncertainty for an unmeasured paste: the value has one digit
+DENSITY_ERROR = 0.01  # Relative standard uncertainty of a density from a weighed syringe
+MEASURED = "A measured paste, written by 'sealtwin material'. Errors are standard uncertainties."
+CALIBRATED = "A paste determined by the levels of trials, with 'sealtwin calibrate'. Errors are standard uncertainties."
+USE = "In a trial file: [fluid] material = the name of this file; not_for lists what these numbers are not valid for."
 
 
 class PasteOnPlate(Settings):
@@ -32,7 +32,7 @@ class PasteOnPlate(Settings):
 
     @property
     def spread_of_density(self) -> float:
-        """Standard uncertainty of the density in kg/m3, given or usual."""
+        """Standard uncertainty of the density in kg/m3: the given one, or ``DENSITY_ERROR`` of the density."""
         return self.density_error_kg_m3 or DENSITY_ERROR * self.density_kg_m3
 
 
@@ -47,10 +47,10 @@ class PasteValue:
 
 @dataclass(frozen=True)
 class MeasuredPaste:
-    """A paste, and what else its measurement shows."""
+    """A paste, with further results of its measurement."""
 
     material: Material
-    figures: dict[str, Any] = field(default_factory=dict)  # Of the answer's JSON
+    figures: dict[str, Any] = field(default_factory=dict)  # For the JSON answer
     sentences: Sequence[str] = ()
 
 
@@ -67,7 +67,7 @@ def measured_material(
     viscosity: tuple[float, float] | None = None,
     **rest: Any,
 ) -> Material:
-    """Return a paste as it was measured, its numbers to four digits; ``rest`` are the other fields of the file.
+    """Return a measured paste, its numbers rounded to four digits; ``rest`` are the other fields of the file.
 
     ``viscosity`` is in Pa s, with its standard uncertainty in percent. Raises InputError, naming ``path``, for a number
     out of range.

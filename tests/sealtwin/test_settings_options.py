@@ -99,7 +99,7 @@ def test_what_is_easily_misread_is_refused(text, named):
     ],
 )
 def test_a_setting_is_given_once(options, others):
-    with pytest.raises(typer.BadParameter, match="given already"):
+    with pytest.raises(typer.BadParameter, match="given twice"):
         settings_of(options, others)
 
 

@@ -129,9 +129,9 @@ def test_a_text_is_kept_with_its_sample_and_never_fails_it(small, tmp_path):
     assert (tmp_path / "lab/P01/inputs/text-1.txt").read_bytes() == (small / "P01.txt").read_bytes()
     assert len(list((tmp_path / "lab/P02/inputs").glob("text-*"))) == 2
     assert len(list((tmp_path / "lab/P01/inputs").glob("text-*"))) == 2
-    assert "Left out: README.txt" in "\n".join(ingest_answer(ingested).lines)
+    assert "Not used: README.txt" in "\n".join(ingest_answer(ingested).lines)
     assert any(
-        "P01.txt is kept as text, and not read; as a note it gives no setting, and leaves open Massstab: 0" in remark
+        "P01.txt is kept as text and not read; it gives no setting; its numbers Massstab: 0" in remark
         for remark in ingested.outcomes[0].remarks
     ), "the hint names what nothing would read"
     (small / "P01.txt").write_text("Mehr dazu.")
@@ -144,10 +144,10 @@ def test_a_text_that_looks_like_settings_is_asked_about_and_fails_nothing(small,
     (small / "P01.txt").write_text("Probe 1, gesägt. Tiefe 8,0 mm, Datum: 3.5.2026\nRissenden 40 101 160 98")
     ingested = ingest(small, lab, QUIET)
     assert any(
-        "seems to say crack.depth_mm = 8.0" in remark
+        "seems to give crack.depth_mm = 8.0" in remark
         for remark in ingested.outcomes[0].remarks + list(ingested.outcomes[0].asked.values())
     )
-    assert "give it the role note" in _question(lab, "P01.txt")
+    assert "set its role to note" in _question(lab, "P01.txt")
     pairing = _answered(lab, "P01.txt", role="note")
     assert _fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "new", "P02": "unchanged"}
     crack = load_trial(lab / "P01" / "trial.toml").crack

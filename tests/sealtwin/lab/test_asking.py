@@ -67,7 +67,7 @@ def test_show_tells_files_hashes_dialect_and_every_revision(lab):
         f"readings: P01.csv, {(lab / 'P01/inputs/readings.csv').stat().st_size} bytes, sha256 {digest}" in answer.stdout
     )
     assert "read as CSV, UTF-8, commas, decimal point" in answer.stdout
-    assert "said: crack.depth_mm = 8.0" in answer.stdout
+    assert "given: crack.depth_mm = 8.0" in answer.stdout
 
 
 def test_show_tells_why_a_sample_is_not_there(lab):
@@ -87,7 +87,7 @@ def test_export_is_a_table_with_a_row_for_each_sample_taken_in_or_not(lab, tmp_p
     assert rows["P01"]["mean_error_mm"] == "0.456"
     again = _lab("export", lab, "--out", tmp_path / "lab.csv")
     assert again.exit_code == 3
-    assert "is there already" in again.stderr
+    assert "exists and is not overwritten" in again.stderr
 
 
 def test_asking_changes_nothing_and_needs_a_lab(lab, tmp_path):

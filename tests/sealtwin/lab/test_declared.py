@@ -19,7 +19,7 @@ def test_a_fault_of_lab_toml_is_told_once_and_stops_all(small, tmp_path):
     with pytest.raises(InputError, match=r"lab\.toml: 'photo\.mm_per_pxl': no such key"):
         ingest(small, tmp_path / "lab", QUIET)
     (small / "lab.toml").write_text('data = "measured"\nname = "all"\n')
-    with pytest.raises(InputError, match="name is of one sample"):
+    with pytest.raises(InputError, match="name belongs to one sample"):
         ingest(small, tmp_path / "lab", QUIET)
 
 
@@ -28,7 +28,7 @@ def test_all_faults_of_lab_toml_are_told_at_once(small, tmp_path):
     with pytest.raises(InputError) as refusal:
         ingest(small, tmp_path / "lab", QUIET)
     told = str(refusal.value)
-    for words in ("'photo.mm_per_pxl': no such key", "'photo.scale': no such key", "name is of one sample"):
+    for words in ("'photo.mm_per_pxl': no such key", "'photo.scale': no such key", "name belongs to one sample"):
         assert words in told
     assert len(told.splitlines()) == 3
 
@@ -71,7 +71,12 @@ def test_the_particles_of_a_thin_crack_fit_it_where_nobody_says_their_radius(sma
         ("viscosity_pa_s = 0.05", 12.0, "never", "fluid.yield_stress_pa = 12.0"),
         ("U = 10.0\nyield_stress_pa = 20.0", 20.0, "never", 'fluid.freeze_after_s = "never"'),
         ("U = 10.0\nD_cm = 0.3\nfreeze_after_s = 2.5", 0.0, 2.5, None),
-        ('U = 10.0\nD_cm = 0.3\nfreeze_after_s = "never"', 0.0, "never", "nothing holds the sealant's slope"),
+        (
+            'U = 10.0\nD_cm = 0.3\nfreeze_after_s = "never"',
+            0.0,
+            "never",
+            "without fluid.yield_stress_pa and fluid.freeze_after_s the sealant ends level",
+        ),
     ],
 )
 def test_of_a_fluid_that_is_said_in_part_only_the_rest_is_the_starters(
@@ -106,10 +111,10 @@ def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):
     sentences = [fault.sentence for fault in ingest(small, tmp_path / "lab", QUIET).faults if fault.name == "P01"]
     assert len(sentences) == 3
     for key in ("photo.data", "readings.data", "readings.role"):
-        assert any(sentence.startswith(f"{key} is not said") for sentence in sentences)
-    told = [line for line in ingest_answer(ingest(small, tmp_path / "lab", QUIET)).lines if "is not said" in line]
+        assert any(sentence.startswith(f"{key} is missing") for sentence in sentences)
+    told = [line for line in ingest_answer(ingest(small, tmp_path / "lab", QUIET)).lines if "is missing" in line]
     assert len(told) == 3, "of many samples once"
-    assert told[0].startswith("failed: P01, P02: photo.data is not said")
+    assert told[0].startswith("failed: P01, P02: photo.data is missing")
 
 
 def test_readings_that_a_note_speaks_of_must_be_there(small, tmp_path):
@@ -117,7 +122,7 @@ def test_readings_that_a_note_speaks_of_must_be_there(small, tmp_path):
     assert not ingest(small, tmp_path / "lab", QUIET).faults  # of lab.toml's readings P02 has none
     (small / "P02_Notiz.csv").write_text("Tiefe;8 mm\nZustand;wet\n")
     (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
-    assert "P02_Notiz.csv, line 2: readings.state of a sample without readings" in fault.sentence
+    assert "P02_Notiz.csv, line 2: readings.state is given, but the sample has no readings" in fault.sentence
 
 
 def test_a_traced_trial_beside_its_photo_is_its_note(small, tmp_path):
@@ -127,7 +132,7 @@ def test_a_traced_trial_beside_its_photo_is_its_note(small, tmp_path):
     assert not ingest(small, tmp_path / "lab", QUIET).faults
     (small / "P01.toml").write_text(text.replace("P01.png", "P02.png"))
     (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
-    assert "P01.toml: photo.file = 'P02.png', but P01.png is of this sample by its name" in fault.sentence
+    assert "P01.toml: photo.file = 'P02.png', but by its name P01.png belongs to this sample" in fault.sentence
 
 
 def test_a_mask_is_its_samples_by_its_name_and_by_nothing_else(small, tmp_path):
@@ -140,4 +145,4 @@ def test_a_mask_is_its_samples_by_its_name_and_by_nothing_else(small, tmp_path):
     assert trial.photo.mask == Path("inputs/mask.png")
     (small / "P01_mask.png").rename(small / "drawn.dat")
     (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
-    assert "P01.toml: photo.mask = 'P01_mask.png', but no mask is of this sample by its name" in fault.sentence
+    assert "P01.toml: photo.mask = 'P01_mask.png', but by its name no mask belongs to this sample" in fault.sentence

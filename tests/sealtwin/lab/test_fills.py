@@ -103,7 +103,7 @@ def test_a_fill_beside_the_readings_is_copied_used_and_reported(small, tmp_path)
     rows = list(csv.DictReader((lab / "pairing.csv").read_text(encoding="utf-8").splitlines()))
     (row,) = (row for row in rows if row["role"] == "fill")
     assert (row["file"], row["sample"]) == ("P01 Wasser.xlsx", "P01")
-    assert "crack.tilt is not said, and the steps of a fill need it" in held.stdout
+    assert "crack.tilt is missing, and the steps of a fill need it" in held.stdout
     row["settings"] = 'crack.tilt = "funnel"'
     with (lab / "pairing.csv").open("w", encoding="utf-8", newline="") as pairing:
         writer = csv.DictWriter(pairing, list(rows[0]))
@@ -135,4 +135,7 @@ def test_a_fill_in_doubt_is_asked_beside_its_file(small, tmp_path):
     with (small / "P01.toml").open("a") as note:
         note.write('[crack.fill]\nfile = "other.csv"\n')
     (outcome, _) = ingest(small, lab, QUIET).outcomes
-    assert any("P01.toml: crack.fill = 'other.csv', but P01 Wasser.xlsx is of this" in one for one in outcome.faults)
+    assert any(
+        "P01.toml: crack.fill = 'other.csv', but by its name P01 Wasser.xlsx belongs to this" in one
+        for one in outcome.faults
+    )

@@ -63,4 +63,4 @@ def test_an_unreadable_folder_is_named_and_the_rest_goes_on(small, tmp_path, mon
     assert _fates(ingested) == {"P01": "new", "P02": "new"}
     assert ingest_answer(ingested).exit_code == 6
     sentences = [fault.sentence for fault in ingested.faults]
-    assert "shut: a folder that cannot be read (Permission denied). Make it readable, or move it away." in sentences
+    assert "shut: this folder cannot be read (Permission denied). Make it readable, or move it away." in sentences

@@ -21,8 +21,8 @@ def test_links_are_not_followed(small, tmp_path):
     (small / "loop").symlink_to(small)
     ingested = ingest(small, tmp_path / "lab", QUIET)
     link, depth = (fault.sentence for fault in ingested.faults)
-    assert link == "P03.png: a link, or no plain file; links are not followed: copy the file itself."
-    assert depth.startswith("crack.depth_mm is not said")
+    assert link == "P03.png: not a plain file; links are not followed: copy the file itself."
+    assert depth.startswith("crack.depth_mm is missing")
     assert not check_runs(ingested, small, QUIET)[1]
     assert [outcome.fate for outcome in ingested.outcomes] == ["new", "new", "failed"]
 
@@ -71,7 +71,7 @@ def test_a_sheet_of_a_gigabyte_is_refused_unread(small, tmp_path, monkeypatch):
         sample_trials.files, "sha256", lambda path: pytest.fail(str(path)) if path.stat().st_size > 1e8 else "x"
     )
     ingested = ingest(small, tmp_path / "lab", QUIET, dry_run=True)
-    assert ingested.outcomes[0].faults == ["P01.csv: 1,000 MB; at most 5 MB of such a file are read."]
+    assert ingested.outcomes[0].faults == ["P01.csv: 1,000 MB; the limit for such a file is 5 MB."]
 
 
 def test_a_note_that_cannot_be_read_is_the_one_fault(small, tmp_path):
@@ -104,7 +104,7 @@ def test_a_catalogue_that_is_none_is_told_of(small, tmp_path):
 def test_a_name_that_cannot_be_seen_as_it_is_written_is_refused(small, tmp_path, name):
     (small / "P01.toml").write_text(f'name = "{name}"\n{(small / "P01.toml").read_text()}')
     (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
-    assert "must be a name: one line of letters that can all be seen" in fault.sentence
+    assert "must be a name: one line of visible letters" in fault.sentence
 
 
 def test_a_lab_names_no_place_of_this_machine_and_moves_with_its_folder(small, tmp_path):

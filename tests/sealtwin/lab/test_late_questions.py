@@ -55,7 +55,7 @@ def test_they_stand_beside_their_files_and_the_same_command_takes_the_answers(la
     before = hashes_of(folder)
     first = _ingest(folder, lab)
     assert first.exit_code == 6, first.output
-    assert "To answer questions, edit" in first.stdout
+    assert "To answer the questions, edit" in first.stdout
     assert "2 cracks compete" in _question(lab, "P02.png")
     assert "a 2 in the column crack" in _question(lab, "P02.png")
     assert _question(lab, "P01.csv").startswith("P01.csv, line 8, column s_mm: 40 mm is outside the crack")
@@ -84,7 +84,7 @@ def test_any_setting_answers_beside_any_file_of_its_sample(late):
     assert trial.crack.depth_mm == 9
     for said, fault in (
         ("crack.dpeth_mm = 9; ", "pairing.csv, P02.png: 'crack.dpeth_mm': no such key"),
-        ("9 mm", "pairing.csv, P02.png: settings = '9 mm': not as TOML writes them"),
+        ("9 mm", "pairing.csv, P02.png: settings = '9 mm': not valid TOML"),
     ):
         _answer(lab, P02_png={"settings": said})
         assert any(fault in one.sentence for one in ingest(folder, lab, QUIET).faults)
@@ -95,15 +95,15 @@ def test_what_no_note_says_is_asked_beside_the_photo(late):
     (folder / "P02_Notiz.csv").write_text("Wetter;trocken\n")
     (folder / "P02.txt").write_text("Bord ebreche a gauche.")
     told = _ingest(folder, lab).stdout
-    assert "crack.depth_mm is not said" in _question(lab, "P02.png")
+    assert "crack.depth_mm is missing" in _question(lab, "P02.png")
     assert "2 cracks compete" in _question(lab, "P02.png"), "the photo is traced in the same round"
     assert "refused.png" not in _question(lab, "P02.png"), "and the picture of it is forgotten"
-    assert "P02.txt is kept as text, and not read." in told, "its notes are told though it failed"
+    assert "P02.txt is kept as text and not read." in told, "its notes are told though it failed"
     (folder / "P02b.csv").write_bytes((folder / "P02_Messung.csv").read_bytes())
     _answer(lab)
     rows = (lab / "pairing.csv").read_text().replace(",P02b,", ",P02,")
     (lab / "pairing.csv").write_text(rows)
-    assert "P02.txt is kept as text, and not read." in _ingest(folder, lab).stdout
+    assert "P02.txt is kept as text and not read." in _ingest(folder, lab).stdout
 
 
 @pytest.mark.slow

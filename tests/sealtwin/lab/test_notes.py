@@ -78,15 +78,15 @@ def test_what_is_left_blank_or_not_known_is_not_said(tmp_path):
         ("Tiefe;16,0", "line 2, column 2: 'Tiefe' = '16,0' has no unit"),
         ("Tiefe [mm];1,234", "may be 1234 or 1.2340"),
         ("Tiefe [mm];1.234,5", "is no number"),
-        ("Tiefe [mm];1,6 cm", "is in mm by its word and in cm by its value"),
-        ("Tiefe [kg];16", "is in 'kg', which is not known here; write one of mm, cm"),
-        ("Datum;03/05/2026", "is no date that can be read one way only"),
-        ("Zustand;halb trocken", "is none of wet, cured"),
+        ("Tiefe [mm];1,6 cm", "has the unit mm at its word and cm at its value"),
+        ("Tiefe [kg];16", "is in 'kg', which is not a unit of this setting; write one of mm, cm"),
+        ("Datum;03/05/2026", "is no unambiguous date"),
+        ("Zustand;halb trocken", "is not allowed; write one of wet, cured"),
         ("Rissenden;12,5 340 905 377", "must be two places in pixels, decimals with a point"),
-        ("Tiefe [mm];16;links", "'links' beside word and value"),
-        (";16", "'16' without a word before it"),
-        ("Tiefe [mm];16\nRisstiefe [mm];17", "line 3: crack.depth_mm stands there twice"),
-        ("path.trim_mm;[1, 2", "is no value as TOML writes it"),
+        ("Tiefe [mm];16;links", "'links' is neither word, value nor unit"),
+        (";16", "'16' has no word before it"),
+        ("Tiefe [mm];16\nRisstiefe [mm];17", "line 3: crack.depth_mm is given twice"),
+        ("path.trim_mm;[1, 2", "is not valid TOML"),
     ],
 )
 def test_what_would_have_to_be_guessed_is_a_fault_with_its_row(tmp_path, row, says):
@@ -101,7 +101,7 @@ def test_what_a_lab_writes_down_besides_is_remarked(tmp_path, row):
     note = _written(tmp_path, f"Tiefe [mm];16\n{row}\n")
     assert _said(note) == {"crack.depth_mm": 16.0}
     (remark,) = note.remarks
-    assert f"P01_notes.csv, line 2: {row.partition(';')[0]!r} = {row.partition(';')[2]!r}: written down" in remark
+    assert f"P01_notes.csv, line 2: {row.partition(';')[0]!r} = {row.partition(';')[2]!r}: kept as a remark" in remark
 
 
 @pytest.mark.parametrize(
@@ -115,11 +115,11 @@ def test_a_word_that_may_be_a_setting_is_asked_about_and_answered_in_lab_toml(tm
     """Else lab.toml's, or the starter's, would be taken in its place without a word."""
     (fault,) = _written(tmp_path, f"{row}\n").faults
     word = row.partition(";")[0]
-    assert f'may be {key}, and the word is not known. Say what it is in lab.toml: [words] "{word}" = "{key}"' in fault
+    assert f'may be {key}, but the word is unknown. Define it in lab.toml: [words] "{word}" = "{key}"' in fault
     (tmp_path / "lab.toml").write_text(f'[words]\n"{word}" = "ignore"\n')
     note = read_note(tmp_path / "P01_notes.csv", read_defaults(tmp_path / "lab.toml").words)
     assert not note.faults
-    assert "written down" in note.remarks[0]
+    assert "kept as a remark" in note.remarks[0]
     (tmp_path / "lab.toml").write_text(f'[words]\n"{word}" = "operator"\n')
     assert read_note(tmp_path / "P01_notes.csv", read_defaults(tmp_path / "lab.toml").words).entries.keys() == {
         "operator"
@@ -130,7 +130,7 @@ def test_a_key_of_toml_that_is_no_setting_is_remarked_and_one_of_a_table_is_not(
     note = _written(tmp_path, 'weather = "dry"\n[project]\nname = "A7"\n[photo]\nexposure = 3\n', "P01.toml")
     assert len(note.remarks) == 2
     (fault,) = note.faults
-    assert "'photo.exposure': no such key; a note knows the keys of a trial" in fault
+    assert "'photo.exposure': no such key; a note may have the keys of a trial" in fault
 
 
 def test_all_faults_of_a_note_are_told_at_once(tmp_path):
@@ -145,7 +145,7 @@ def test_toml_knows_the_trials_own_keys(tmp_path):
     )
     assert note.entries["date"].value == "2026-05-03"
     assert note.entries["crack.depth_mm"].value == 16
-    assert "'depht_mm' = 3: written down, and no setting" in note.remarks[0]
+    assert "'depht_mm' = 3: kept as a remark, not a setting" in note.remarks[0]
     assert "'photo.mm_per_pixl': no such key" in note.faults[0]
     assert "'mesh': no such key" in note.faults[1]
 

@@ -39,7 +39,7 @@ def test_two_of_a_kind_are_asked_about_and_neither_is_taken():
 def test_a_sheet_one_letter_off_is_asked_about_with_the_photos_that_lack_one():
     asked = _questions("P01.jpg", "P02.jpg", "P02.csv", "P0l.csv")
     assert list(asked) == ["p0l"], "a photo without a sheet is taken in; its answer makes a revision of it"
-    assert "Is it of P01.jpg? Name both alike" in asked["p0l"][0]
+    assert "Is it of P01.jpg? If so, write one sample for both" in asked["p0l"][0]
 
 
 def test_a_sheet_in_another_folder_than_its_photo_is_asked_about():
@@ -95,7 +95,7 @@ def test_a_cameras_name_counts_where_a_note_bears_it_too():
 
 
 def test_a_name_that_says_no_sample_is_asked_about():
-    assert "its name says no sample" in _questions("photo.jpg")[""][0]
+    assert "its name gives no sample" in _questions("photo.jpg")[""][0]
 
 
 def test_a_decision_of_the_user_counts_before_the_name():

@@ -55,12 +55,12 @@ def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):
     told = str(refusal.value).splitlines()
     assert "line 2: P01.png cannot be 'readings'; write one of photo, second_photo, mask, ignore." in told[0]
     assert "line 3: no file 'gone.png'" in told[1]
-    assert "line 4: P01.csv is of no sample" in told[2]
-    assert "line 6: P02.png stands there twice" in told[3]
+    assert "line 4: P01.csv has no sample" in told[2]
+    assert "line 6: P02.png has two rows" in told[3]
     assert not (tmp_path / "lab").exists()
     pairing.write_text("file,role,sample\nP01.png,photo,../../x\n")
     with pytest.raises(
-        InputError, match=r"P01.png: a sample '../../x'; a name has letters, digits, spaces and -_. only"
+        InputError, match=r"P01.png: a sample '../../x'; names may have letters, digits, spaces and -_. only"
     ):
         ingest(small, tmp_path / "lab", QUIET, pairing=pairing)
 

@@ -159,6 +159,9 @@ def test_a_cover_named_as_its_workbook_divides_nothing(shared, tmp_path):
 def test_a_note_may_name_the_sheet_if_it_means_the_same_one(shared, tmp_path):
     (shared / "P02_Notiz.csv").write_text("Tiefe;8 mm\nreadings.sample;P01\n")
     (fault,) = ingest(shared, tmp_path / "lab", QUIET).faults
-    assert "readings.sample = 'P01', but caliper_all.csv, rows of p-02, is of this sample by its name" in fault.sentence
+    assert (
+        "readings.sample = 'P01', but by its name caliper_all.csv, rows of p-02, belongs to this sample"
+        in fault.sentence
+    )
     (shared / "P02_Notiz.csv").write_text("Tiefe;8 mm\nreadings.sample;p-02\n")
     assert not ingest(shared, tmp_path / "lab", QUIET).faults

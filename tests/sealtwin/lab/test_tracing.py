@@ -91,7 +91,7 @@ def test_a_dry_run_makes_the_checks_of_a_run_and_leaves_nothing(traced):
     answer = _ingest(small, lab, "--dry-run")
     assert answer.exit_code == 6
     assert "40 mm is outside the crack" in answer.stdout
-    assert "No sample is sound yet, of 2 that were found." in answer.stdout
+    assert "No sample is sound yet, of 2 samples." in answer.stdout
     assert not lab.exists()
 
 
@@ -100,7 +100,7 @@ def test_sound_means_that_it_runs(small, tmp_path):
     lab, lab_toml = tmp_path / "lab", (small / "lab.toml").read_text()
     (small / "lab.toml").write_text(lab_toml.replace("radius_mm = 0.45", "radius_mm = 0.9"))
     answer = _ingest(small, lab)
-    assert "No sample is sound yet, of 2 that were found." in answer.stdout
+    assert "No sample is sound yet, of 2 samples." in answer.stdout
     assert "fewer than 2 particles fit abreast" in answer.stdout
     refused = sealtwin("run", lab / "P01" / "trial.toml", "--out", lab / "P01" / "run", "--quiet")
     assert "fewer than 2 particles fit abreast" in refused.output

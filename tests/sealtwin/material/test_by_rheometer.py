@@ -38,8 +38,8 @@ def test_a_curve_that_is_no_line_is_known_the_worse(tmp_path):
     ("rows", "says"),
     [
         ("1,2\n3,4\n", "2 rows below the header; 5 to 5000"),
-        ("1,9\n1,9\n1,9\n1,9\n1.1,9\n", "range of at least 3 times"),
-        ("1,9\n2,8\n4,7\n8,6\n16,5\n", "may be below 0"),
+        ("1,9\n1,9\n1,9\n1,9\n1.1,9\n", "factor of at least 3"),
+        ("1,9\n2,8\n4,7\n8,6\n16,5\n", "both must be above 0"),
         ("1,9\n2,-8\n4,7\n8,6\n16,5\n", "row 3, column stress_pa: -8"),
     ],
 )

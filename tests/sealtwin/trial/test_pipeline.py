@@ -207,7 +207,7 @@ def test_what_is_not_sound_of_the_fast_model_s_fluid_is_said_too():
     fluid = FluidFigures.model_construct(unfit=("A mound.",), warnings=warnings)
     result = TrialResult.model_construct(fluid=fluid, folder="run")
     said, *others = result_lines(result, "simulate")
-    assert said.startswith("Fluid: the fast model")
+    assert said.startswith("Fluid: fast model")
     assert others == ["A mound.", "The Bond number is 0.9.", "Folder: run"]
 
 

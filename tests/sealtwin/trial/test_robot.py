@@ -114,7 +114,7 @@ def test_the_formats_asked_for_are_written_and_no_others(run, cell):
     assert report["length_mm"] == pytest.approx(60.0, abs=2.0)
     assert report["duration_s"] == pytest.approx(report["length_mm"] / 4.0, rel=1e-6)
     told = f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, 4.8 ml; the worst of 3 taught points"
-    assert answer.stdout.startswith(f"{told} misses by 0.00 mm")
+    assert answer.stdout.startswith(f"{told} is off by 0.00 mm")
     assert _sealtwin("robot", run, "--cell", cell, "--format", "txt,krl").exit_code == 2
     assert _sealtwin("robot", run).exit_code == 2
 
