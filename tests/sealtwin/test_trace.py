@@ -198,7 +198,7 @@ def test_what_cannot_be_traced_is_refused_before_a_page_opens(trial, browser, tm
     assert "not found" in _refusal("trace", tmp_path / "none.jpg")
     assert "no such file" in _refusal("trace", tmp_path / "none.toml")
     (trial.parent / "photo.toml").write_text("")
-    assert "is there already" in _refusal("trace", trial.parent / "photo.jpg")
+    assert "already exists" in _refusal("trace", trial.parent / "photo.jpg")
     mesh = tmp_path / "mesh.toml"
     mesh.write_text('name = "m"\n[mesh]\nfile = "m.stl"\ndata = "measured"\nunits = "mm"\n')
     assert "no photo to trace" in _refusal("trace", mesh)

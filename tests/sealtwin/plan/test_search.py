@@ -129,7 +129,7 @@ def test_chances_are_told_as_draws():
     share = {"over_above_100_mm3": 0.25, "level_above_0.8_mm": 0.0, "draws": 24.0}
     assert chance_rows(share) == [
         ("draws of the posterior with more than 100 mm3 over the face", "6 of 24"),
-        ("draws that stand above 0.8 mm", "0 of 24"),
+        ("draws with a level above 0.8 mm", "0 of 24"),
     ]
     assert chance_rows({}) == []
 
