@@ -35,35 +35,23 @@ class LoopConstants:
     After a change of any constant, raise VERSION, so that tables are made anew.
     """
 
-    first: int = 20
-    """Number of intervals of the first pass."""
-    again: int = 16
-    """Number of intervals of the top-up."""
-    wait_s: float = 1.5
-    """Duration of a very slow first step of the way back, in which the bed comes to rest."""
-    top_up_share: float = 0.15
-    """Unit of the flow of the top-up, as a share of the mean flow of the plan."""
-    moment_s: float = 0.5
-    """Time between two moments of the tables."""
-    nudge: float = 0.3
-    """Change, either way, of a command or of the paste for a derivative."""
-    off: float = 0.2
-    """Change, either way, of commands and paste in a trial of the tables against the fast model."""
-    tried: int = 4
-    """Number of these trials."""
-    cells: int = 40
-    """Number of cells of the fast model along the crack."""
-    steps: int = 150
-    """Number of time steps of the fast model."""
+    first: int = 20  # Number of intervals of the first pass
+    again: int = 16  # Number of intervals of the top-up
+    wait_s: float = 1.5  # Additional time of the first step of the way back, in which the bed comes to rest
+    top_up_share: float = 0.15  # Unit of the flow of the top-up, as a share of the mean flow of the plan
+    moment_s: float = 0.5  # Time between two moments of the tables
+    nudge: float = 0.3  # Change, either way, of a command or of the paste for a derivative
+    off: float = 0.2  # Change, either way, of commands and paste in a trial of the tables against the fast model
+    tried: int = 4  # Number of these trials
+    cells: int = 40  # Number of cells of the fast model along the crack
+    steps: int = 150  # Number of time steps of the fast model
     first_margin_mm: float = 0.8
     """Depth below the face at which the first pass aims, since nothing removes excess sealant."""
-    top_up_margin_mm: float = 1.0
-    """Depth below the face at which the top-up aims."""
+    top_up_margin_mm: float = 1.0  # Depth below the face at which the top-up aims
     start_share: float = 1 / 1.3
     """Share of the section at which the first pass aims at its beginning. That much is filled before a level shows the
     pump's flow, which may be 20 % too large, of a paste that heaps up."""
-    start_mm: float = 25.0
-    """Length over which this share grows to 1."""
+    start_mm: float = 25.0  # Length over which this share grows to 1
     reach_mm: float = 8.0
     """Distance beyond an interval of the top-up at which its sealant ends; derivatives farther away are noise."""
 

@@ -21,7 +21,7 @@ BENT, HURRIED, DWELT = 0.02, 0.01, 0.004
 logarithm of the speed over the trial's, and of a dwell of 1 s. Small: they cost a plan about 1 % of its gain."""
 MOST_STEPS, WIDEST, ENOUGH, TINY = 16, 0.5, 0.02, 1e-9
 """Largest number of steps; widest step, in logarithms and seconds; relative gain below which slopes are computed anew,
-or, with new slopes, the search ends; and a number above 0."""
+or, with new slopes, the search ends; and a positive number close to 0."""
 STEP = 2e-2  # Step of the differences, in logarithms and seconds, far above the tolerance of the model's iteration
 DECIMALS = 3
 """Decimals of a result of a search or a correction. Further decimals depend on the processor, since BLAS orders sums

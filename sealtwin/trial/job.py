@@ -160,7 +160,7 @@ def require_sample(trial: Trial, source: Path) -> None:
 
 
 def begin_writing(job: Job, stage: StageName) -> None:
-    """Write the trial, and delete earlier files of ``stage`` and later ones. Edited files are renamed."""
+    """Write the trial, and delete the earlier files of ``stage`` and the report. Edited files are renamed."""
     adopt_trial(job)
     (job.path / "run.json").unlink(missing_ok=True)
     # A robot program of the old path must not remain with the new path.

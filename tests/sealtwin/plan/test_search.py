@@ -120,7 +120,7 @@ def test_a_pump_that_gives_no_less_bounds_from_below():
     limits = limits_of(OWN, None, pump, 500.0, False)
     assert limits.flow_mm3_s == (200.0, 500.0)
     thin = np.full(2, 10.0)
-    with pytest.raises(InputError, match="pump was weighed from 200"):
+    with pytest.raises(InputError, match="pump's smallest weighed flow is 200"):
         require_possible(limits, thin, np.array([0.0, 40.0]), OWN, Path("trial.toml"))
 
 

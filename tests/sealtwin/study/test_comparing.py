@@ -141,7 +141,7 @@ def test_results_of_other_settings_or_files_are_not_compared(run, other, tmp_pat
 
     kept = {name: (other / name).read_bytes() for name in ("trial.toml", "profile.csv", "manifest.json")}
     (other / "trial.toml").write_bytes(kept["trial.toml"].replace(b"U = 3.0", b"U = 4.0"))
-    refused("[fluid] is not what simulate ran with here")
+    refused("[fluid] differs from what simulate ran with here")
     (other / "trial.toml").write_bytes(kept["trial.toml"])
     (other / "profile.csv").write_bytes(kept["profile.csv"].replace(b",-", b",", 1))
     refused("profile.csv is not what was compared with the readings. 'sealtwin validate")
