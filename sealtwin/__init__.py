@@ -1,10 +1,10 @@
-"""A digital twin of a crack being sealed: from a photo to a compared, reported fluid run.
+"""A digital twin of a crack being sealed: from a photo to a fluid run, compared with readings and reported.
 
-``import sealtwin as st`` offers the names below. Each is loaded when it is first used, so that the import itself is
-cheap and loads no numerical library. Lengths are millimetres, times seconds, stresses pascals; the unit stands in every
-name. What a user can mend is raised as ``SealtwinError``, most of it as its subclass ``InputError``.
+``import sealtwin as st`` has the names below. Each is loaded at its first use, so that the import is quick and loads no
+numerical library. Lengths are in millimetres, times in seconds, stresses in pascals; names contain the unit. Faults
+that a user can correct are raised as ``SealtwinError``, mostly as its subclass ``InputError``.
 
-Records (frozen, of NumPy arrays) go from function to function::
+Functions take and return frozen records of NumPy arrays::
 
     read_photo -> trace_crack -> build_solid -> plan_path -> inject -> measure_level -> compare -> write_report
 """
@@ -78,11 +78,11 @@ __all__ = [
 ]
 
 _MODULES = ("shared", "trials", "runs", "samples", "levels", "outputs", "planning")
-"""Modules of ``sealtwin.api``, which load more and more libraries in this order."""
+"""Modules of ``sealtwin.api``, ordered by the number of libraries that they load."""
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name when it is first asked for (PEP 562)."""
+    """Load a public name at its first use (PEP 562)."""
     if name not in __all__:
         raise AttributeError(f"module 'sealtwin' has no attribute {name!r}")
     from importlib import import_module

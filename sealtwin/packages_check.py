@@ -1,6 +1,6 @@
-"""Check that digitise, simulate and validate are sealtwin's own: other distributions have packages of these names.
+"""Check that digitise, simulate and validate are sealtwin's packages: other distributions use the same names.
 
-It runs whenever sealtwin is imported, so it executes none of the packages and reads only the first file of each.
+It runs at each import of sealtwin, so it executes none of the packages and reads only the first file of each.
 """
 
 import sys
@@ -9,14 +9,14 @@ from pathlib import Path
 
 PACKAGES = ("digitise", "simulate", "validate")
 MARK = 'PART_OF = "sealtwin"'
-"""A line of each package's __init__.py: a package that was overwritten in place lies where ours lay."""
+"""A line in the __init__.py of each package, which detects one that was overwritten in place."""
 HOME = Path(__file__).absolute().parents[1]
 COMMANDS = ("-m", "sealtwin", "sealtwin.exe", "sealtwin-script.py")
-"""First arguments of the command while its package is imported."""
+"""Names in sys.argv[0] if the command imports the package."""
 
 
 def require_own_packages() -> None:
-    """Raises InputError where a package is not sealtwin's own."""
+    """Raise InputError if a package is not sealtwin's."""
     message = foreign_package()
     if message is not None:
         from sealtwin.core.errors import InputError
@@ -25,37 +25,37 @@ def require_own_packages() -> None:
 
 
 def require_at_import() -> None:
-    """Do so for everything but the command, which answers by itself, with its exit code and without a traceback."""
+    """Call ``require_own_packages``, except for the command, which does so with exit code and without traceback."""
     if Path(sys.argv[0] if sys.argv else "").name not in COMMANDS:
         require_own_packages()
 
 
 def foreign_package() -> str | None:
-    """Return the sentence about the first package that is not sealtwin's own, with the cure; None where all are."""
-    cure = "give sealtwin an environment of its own ('uv tool install', 'pipx install' or a new venv)"
+    """Return a sentence about the first package that is not sealtwin's, with the remedy; None if all are."""
+    remedy = "give sealtwin an environment of its own ('uv tool install', 'pipx install' or a new venv)"
     for name in PACKAGES:
         # A folder without an __init__.py has no origin.
-        found = spec.origin if (spec := find_spec(name)) is not None else None
-        if found is None:
-            return f"{HOME / name}: sealtwin's package '{name}' is missing; {cure}."
-        if not _is_ours(name, Path(found)):
-            if others := _distributions(name, Path(found)):
-                return f"{found}: '{name}' is a package of {' and '.join(others)} and not sealtwin's own; {cure}."
-            return f"{found}: '{name}' is not sealtwin's own package; rename it or start elsewhere, or {cure}."
+        origin = spec.origin if (spec := find_spec(name)) is not None else None
+        if origin is None:
+            return f"{HOME / name}: sealtwin's package '{name}' is missing; {remedy}."
+        if not _is_ours(name, Path(origin)):
+            if others := _distributions(name, Path(origin)):
+                return f"{origin}: '{name}' is a package of {' and '.join(others)}, not sealtwin's own; {remedy}."
+            return f"{origin}: '{name}' is not sealtwin's own package; rename it or start elsewhere, or {remedy}."
     return None
 
 
-def _is_ours(name: str, found: Path) -> bool:
+def _is_ours(name: str, origin: Path) -> bool:
     try:
-        return found.samefile(HOME / name / "__init__.py") and MARK in found.read_text("utf-8", "replace")
+        return origin.samefile(HOME / name / "__init__.py") and MARK in origin.read_text("utf-8", "replace")
     except OSError:
         return False
 
 
-def _distributions(name: str, found: Path) -> list[str]:
-    """Other distributions that installed a package of this name where it was found."""
+def _distributions(name: str, origin: Path) -> list[str]:
+    """Return the other distributions that installed a package of this name at its place."""
     from importlib.metadata import distribution, packages_distributions
 
     names = sorted(set(packages_distributions().get(name, ())) - {"sealtwin"})
     homes = {other: Path(str(distribution(other).locate_file(""))).resolve() for other in names}
-    return [other for other, home in homes.items() if found.resolve().is_relative_to(home)]
+    return [other for other, home in homes.items() if origin.resolve().is_relative_to(home)]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-STRETCH = 16  # Segments of a polyline whose nearest points are looked for together
+STRETCH = 16  # Number of segments of a polyline that are searched together; it changes the speed only
 
 
 def arc_length(points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -13,9 +13,9 @@ def arc_length(points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def arc_length_at(points_mm: NDArray[np.float64], polyline_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Arc length of the nearest point of a polyline, (n,); beyond its ends the polyline runs on straight.
+    """Arc length of the nearest point of a polyline, (n,). The polyline is extended straight beyond its ends.
 
-    One pass over the segments, each with the points to which a segment of its stretch may be nearest.
+    One pass over the segments, each with those points to which a segment of its stretch may be the nearest.
     """
     begins_mm, steps = arc_length(polyline_mm), np.diff(polyline_mm, axis=0)
     last = len(steps) - 1

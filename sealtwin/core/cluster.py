@@ -28,7 +28,7 @@ from urllib.parse import urlsplit
 
 from sealtwin.core.errors import InputError
 
-TRIES = 3  # Workers of this machine that a task may kill
+TRIES = 3  # Number of workers that a task may kill before it counts as lost
 KILLED = f"{TRIES} worker processes were killed while they computed it, most likely as memory ran out"
 NOT_STARTED = "no worker process could start; a script must call sealtwin below: if __name__ == '__main__'"
 WORKER_ENVIRONMENT = {
@@ -36,8 +36,8 @@ WORKER_ENVIRONMENT = {
     # Memory that a run frees goes back to the system.
     "MALLOC_TRIM_THRESHOLD_": "65536",
 }
-STARTING = Lock()  # Held while this process has the environment of a worker
-CONNECT_S = 20.0  # A scheduler answers at once, and workers that were started along with it connect within seconds
+STARTING = Lock()  # Locked while this process has the environment of a worker
+CONNECT_S = 20.0  # Longest wait for a scheduler and its first worker, which usually connect within seconds
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -45,13 +45,13 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class Lost:
-    """The outcome of a task whose workers were killed, or could not start it."""
+    """Outcome of a task whose workers were killed, or could not start."""
 
     reason: str
 
 
 def cores() -> int:
-    """The number of processor cores that this process may use."""
+    """Number of processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -62,21 +62,21 @@ def run_tasks(
     scheduler: str | None = None,
     numbers: Callable[[], Any] = dict,
 ) -> Iterator[tuple[Item, Result | Lost]]:
-    """Call ``function`` for every task and yield results as they finish.
+    """Call ``function`` for every task, and yield each result when it is there.
 
     Args:
-        function: A function of a module, which a worker imports. It should catch its own exceptions.
-        tasks: An item, which comes back beside its result, and the arguments of its call. Tasks are read only as fast
-            as workers take them.
-        processes: Worker processes on this machine, one core each, which end with this process, however that ends; 0
-            computes in the calling process.
-        scheduler: Address of a Dask scheduler whose workers are used instead.
-        numbers: A function of a module that returns the stage numbers of the machine it is called on: those of each
-            worker must be those of this process.
+        function: Function at the top level of a module, which a worker imports. It should catch its own exceptions.
+        tasks: Pairs of an item, which is returned with the result, and the arguments of the call. Read only as fast as
+            workers take them.
+        processes: Number of worker processes on this machine, one core each. They end with this process, even if it is
+            killed. 0 computes in this process.
+        scheduler: Address of a Dask scheduler; its workers are used instead.
+        numbers: Function at the top level of a module that returns the stage numbers of its machine. Each worker must
+            have those of this process.
 
     Raises:
-        InputError: The scheduler does not answer, has no worker, or disappears; it is refused as unencrypted; Dask is
-            not installed; or a worker has another version or other stage numbers.
+        InputError: The scheduler does not respond, lacks workers, disappears, or is not encrypted; Dask is not
+            installed; a worker has another version or other stage numbers.
     """
     if scheduler is None and processes == 0:
         yield from ((item, function(*arguments)) for item, arguments in tasks)
@@ -93,7 +93,7 @@ def run_tasks(
         while at_work:
             for future in wait(at_work, return_when=FIRST_COMPLETED).done:
                 item, outcome = at_work.pop(future), _outcome(future, scheduler)
-                # Before the caller writes the result to disk: the worker must not wait for that.
+                # Before the yield: a worker must not wait until the caller has written the result to disk.
                 submit()
                 yield item, outcome
 
@@ -103,7 +103,7 @@ def _outcome(future: Future[Result], scheduler: str | None) -> Result | Lost:
         return future.result()
     except CancelledError:
         raise InputError(
-            f"{scheduler}: the connection to the scheduler was lost; the same command computes what is left."
+            f"{scheduler}: the connection to the scheduler was lost; the same command computes the rest."
         ) from None
     except Exception as fault:
         return _lost(fault)
@@ -114,16 +114,16 @@ def _lost(fault: Exception) -> Lost:
 
 
 class LocalExecutor(ThreadPoolExecutor):
-    """Threads with a worker process each, so that the end of a process costs no task but its own.
+    """Threads with a worker process each, so that a process that ends costs only its own task.
 
-    A ProcessPoolExecutor waits for ever for a process that was killed in the middle of its answer.
+    ProcessPoolExecutor would wait forever for a process that was killed while it sent its result.
     """
 
     def __init__(self, processes: int) -> None:
         super().__init__(processes, initializer=_block_interrupts)
         self._idle = SimpleQueue[tuple[BaseProcess, Any]]()
         self._context = multiprocessing.get_context("spawn")
-        # The end of this process closes it too, also by kill -9.
+        # Closed when this process ends, even by kill -9.
         self._parent, self._open = self._context.Pipe(duplex=False)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
@@ -131,7 +131,7 @@ class LocalExecutor(ThreadPoolExecutor):
         return super().submit(self._call, partial(fn, *args, **kwargs))
 
     def kill(self) -> None:
-        """End the workers, in the middle of a task too."""
+        """End the workers, even during a task."""
         self._open.close()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -163,23 +163,23 @@ class LocalExecutor(ThreadPoolExecutor):
         with suppress(Empty):
             return self._idle.get_nowait()
         ours, theirs = self._context.Pipe()
-        # As a daemon, so that the interpreter ends it, and does not wait for it, if nobody closed the executor.
+        # As a daemon, so that the interpreter ends it instead of waiting for it if the executor was not closed.
         process = self._context.Process(target=_work, args=(theirs, self._parent), daemon=True)
         with STARTING, _worker_environment():
             process.start()
-        # With it open, the end of the process would not be seen.
+        # While it is open, the end of the process is not noticed.
         theirs.close()
         return process, ours
 
 
 @contextmanager
 def _processes(count: int) -> Iterator[tuple[Executor, Callable[[], int]]]:
-    """Yield an executor on this machine, and the number of tasks that it takes at a time."""
+    """Yield an executor on this machine, and a function that returns how many tasks it takes at once."""
     with LocalExecutor(count) as executor:
         try:
             yield executor, lambda: count
         except BaseException:
-            # Ctrl-C too: a worker in the middle of a run would be waited for.
+            # On Ctrl-C too: otherwise shutdown would wait for the current runs.
             executor.kill()
             raise
 
@@ -187,17 +187,17 @@ def _processes(count: int) -> Iterator[tuple[Executor, Callable[[], int]]]:
 def _block_interrupts() -> None:
     """Block Ctrl-C in this thread and in the processes that it starts.
 
-    It reaches every process of a terminal; here it is the parent's alone, which then ends its workers.
+    Ctrl-C reaches every process of a terminal. Here only the parent handles it, and ends its workers.
     """
     if hasattr(signal, "pthread_sigmask"):
-        # The first process that multiprocessing starts also starts this one, and unblocks Ctrl-C for it.
+        # multiprocessing starts this tracker with its first process, and unblocks Ctrl-C: start it before.
         resource_tracker.ensure_running()
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
 @contextmanager
 def _worker_environment() -> Iterator[None]:
-    """Set variables that the user has not set, for a process that is started within."""
+    """Set the variables of a worker, except those that the user has set, while a process is started."""
     absent = {name: value for name, value in WORKER_ENVIRONMENT.items() if name not in os.environ}
     os.environ.update(absent)
     try:
@@ -208,7 +208,7 @@ def _worker_environment() -> Iterator[None]:
 
 
 def _work(connection: Any, parent: Any) -> None:
-    """Answer each task that it begins, until a connection is closed: the parent's in the middle of a task too."""
+    """Compute tasks until a connection is closed. If the parent's is closed, end even during a task."""
     Thread(target=_end_with, args=(parent,), daemon=True).start()
     with suppress(EOFError, OSError):
         while True:
@@ -227,7 +227,7 @@ def _end_with(parent: Any) -> None:
 
 
 class ClusterExecutor(Executor):
-    """The workers of a Dask client. Dask's own executor waits for ever for a result that is lost on its way here."""
+    """The workers of a Dask client. Dask's own executor would wait forever for a result that is lost in transit."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -248,7 +248,7 @@ class ClusterExecutor(Executor):
 
 @contextmanager
 def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[tuple[Executor, Callable[[], int]]]:
-    """Yield the executor of a scheduler, and the number of tasks that it takes at a time."""
+    """Yield the executor of a scheduler, and a function that returns how many tasks it takes at once."""
     try:
         import dask.config
         from distributed import Client
@@ -258,25 +258,25 @@ def _cluster(address: str, numbers: Callable[[], Any]) -> Iterator[tuple[Executo
         ) from None
     _refuse_unencrypted(address)
     try:
-        # Dask itself waits without end for the first word of a server that accepts and says nothing.
+        # Dask itself would wait forever for a server that accepts the connection and sends nothing.
         asyncio.run(asyncio.wait_for(_greet(address), CONNECT_S))
         client: Any = Client(address, timeout=CONNECT_S)
     except (OSError, ValueError, TypeError, MemoryError, TimeoutError) as fault:
-        # A server of another kind, as a dashboard, answers what reads as the length of a huge message.
+        # The answer of another kind of server, such as a dashboard, is read as the length of a huge message.
         reason = str(fault) or f"silent for {CONNECT_S:g} s"
         raise InputError(
             f"--scheduler {address}: no scheduler answers there ({reason}). 'dask scheduler' starts one; for tls:// "
             "Dask's configuration (distributed.comm.tls) names the credentials."
         ) from None
-    # Tasks hold the records of a sample, which Dask warns of above 10 MB.
+    # Tasks contain the records of a sample; Dask would warn above 10 MB.
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}), client:
         _require_workers(client, address, numbers)
-        # A second task for each core bridges the network's delay.
+        # A second task for each core hides the delay of the network.
         yield ClusterExecutor(client), lambda: 2 * max(1, sum(client.nthreads().values()))
 
 
 async def _greet(address: str) -> None:
-    """Connect, exchange the first messages and disconnect."""
+    """Connect, exchange the first messages, and disconnect."""
     from distributed.comm.core import connect
     from distributed.security import Security
 
@@ -285,7 +285,7 @@ async def _greet(address: str) -> None:
 
 
 def _refuse_unencrypted(address: str) -> None:
-    """Raises InputError for an unencrypted connection to another machine that Dask's configuration does not allow."""
+    """Raise InputError for an unencrypted connection to another machine, unless Dask's configuration allows it."""
     import dask.config
 
     parts = urlsplit(address if "://" in address else f"tcp://{address}")
@@ -310,10 +310,9 @@ def _require_workers(client: Any, address: str, numbers: Callable[[], Any]) -> N
         raise InputError(
             f"--scheduler {address}: the scheduler has no worker. 'dask worker {address}' starts one."
         ) from None
-    # The second is asked for once the first is known to be the same. What a worker raised comes over the wire as
-    # whatever it was there.
-    for what, ask in (("sealtwin", partial(version, "sealtwin")), ("stage numbers", numbers)):
-        own, answers = ask(), client.run(ask, on_error="return")
+    # Stage numbers are compared only if the versions are equal. An exception of a worker is returned as its answer.
+    for what, function in (("sealtwin", partial(version, "sealtwin")), ("stage numbers", numbers)):
+        own, answers = function(), client.run(function, on_error="return")
         if other := {worker: theirs for worker, theirs in answers.items() if theirs != own}:
             worker, theirs = next(iter(other.items()))
             raise InputError(

@@ -1,15 +1,15 @@
-"""Exact fill of a ring on a grid: the share of each cell that it covers."""
+"""Area coverage of a ring on a grid: the share of each cell that it covers."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sealtwin.core.records import Floats
 
-ROWS_PER_PX = 8  # Sub-rows of a cell, which place edges to better than 0.01 of it
+ROWS_PER_PX = 8  # Sub-rows of a cell; with 8, edges are right to better than 0.01 of a cell
 
 
 def coverage(ring: Floats, size_px: tuple[int, int]) -> NDArray[np.float32]:
-    """Return the share of each pixel inside a ring, (height, width); OpenCV's fill grows a shape by half a pixel."""
+    """Return the share of each pixel inside a ring, (height, width). OpenCV's fill adds half a pixel all around."""
     width, height = size_px
     start, end = ring, np.roll(ring, -1, axis=0)
     low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])

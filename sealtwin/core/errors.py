@@ -1,11 +1,11 @@
 """Errors as one tree; each leaf has its exit code.
 
-SealtwinError              faults that the user can mend: no traceback is shown
+SealtwinError              a fault that the user can correct: shown without a traceback
 ├── InputError        3    a photo, a sheet, a mesh or a setting that cannot be used
-├── NumericalError    4    the fluid run left the range in which its numbers mean anything
-└── BusyError         3    another process holds the run folder
+├── NumericalError    4    the fluid run diverged, or is not physical
+└── BusyError         3    another process has locked the run folder
 
-Anything else is a bug (exit code 1) and keeps its traceback.
+Anything else is a bug: exit code 1, with its traceback.
 """
 
 import os
@@ -18,7 +18,7 @@ Kind = TypeVar("Kind")
 
 
 class SealtwinError(Exception):
-    """Fault that the user can mend; the message says where it is, what was found, what is allowed and what to do."""
+    """Fault that the user can correct. Its message has the place, the value, what is allowed and what to do."""
 
     exit_code: ClassVar[int] = 1
 
@@ -32,16 +32,16 @@ class InputError(SealtwinError):
 ShapeKind = Literal[
     "outline", "face", "sides", "size", "mouth", "through", "rivals", "walls", "narrow", "path", "cut", ""
 ]
-"""Part of a sample that is at fault: the crack's outline; the plane face, the upright sides, the size of the block; the
-mouth that is not there, leads through the underside or is there twice; walls that do not face each other or are too
-close; a given path off the crack; a body that cannot be cut."""
+"""Part of a sample that is at fault: the crack's outline; the plane face, the upright sides or the size of the block; a
+mouth that is missing, leads through the underside or exists twice; walls that do not face each other or are too close;
+a given path off the crack; a body that cannot be cut."""
 
 
 class ShapeError(InputError):
-    """Shape that is no sample with one crack.
+    """Shape that is not a sample with one crack.
 
-    What is wrong is the stage's to say. What to do about it is the command's, which may have given the stage a shape
-    that its user has never seen: ``kind`` is for its own remedy in place of ``remedy``.
+    The stage describes the fault, and a command may replace ``remedy`` by one of its own for the ``kind`` of fault,
+    since it may have made a shape that its user did not draw.
     """
 
     def __init__(self, wrong: str, remedy: str = "", kind: ShapeKind = "", file: Path | None = None) -> None:
@@ -51,7 +51,7 @@ class ShapeError(InputError):
 
 
 class BusyError(InputError):
-    """Run folder that another process is using."""
+    """Run folder that another process has locked."""
 
 
 class NumericalError(SealtwinError):
@@ -61,23 +61,23 @@ class NumericalError(SealtwinError):
 
 
 def present(value: Kind | None, name: str) -> Kind:
-    """Return a value that an earlier check has made sure of. Raises ValueError, which is a bug, if it is None."""
+    """Return a value that an earlier check guarantees. Raises ValueError, a bug, if it is None."""
     if value is None:
         raise ValueError(f"{name} is missing")
     return value
 
 
 def as_text(path: Path) -> str:
-    """Return a path as text for terminals, pages and JSON; bytes that are not UTF-8 become escapes."""
+    """Return a path as text for terminals, pages and JSON. Bytes that are not UTF-8 become escapes."""
     return os.fsencode(path).decode("utf-8", "backslashreplace")
 
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Let an OSError from within name ``path``.
+    """Put ``path`` into an OSError from within.
 
-    A full disk names no file, and a temporary file is not one of the user's; without a name a fault of the machine
-    would pass for a bug.
+    The error of a full disk names no file, and others name a temporary one. Without a file's name, a fault of the
+    machine would be reported as a bug.
     """
     try:
         yield

@@ -1,4 +1,4 @@
-"""Readers and writers of a run folder's files, CSV tables among them; a file appears whole or not at all."""
+"""Readers and writers of the files of a run folder. A file is written whole, or not written."""
 
 import csv
 import hashlib
@@ -23,32 +23,33 @@ from sealtwin.core.plain_files import LARGEST_HASHED_BYTES
 from sealtwin.core.records import Floats, Pixels
 
 NUMBERS = re.compile(r"\[\s+[-+\d.eE]+(?:,\s+[-+\d.eE]+)*\s+\]")
-TEMPORARY_MARK = "sealtwin-tmp"  # Part of the name of every unfinished file, which no name of a user's has by accident
+TEMPORARY_MARK = "sealtwin-tmp"  # Part of the name of every unfinished file, unlikely in a user's file
 TEMPORARY = re.compile(rf"\.{TEMPORARY_MARK}-\d+-[0-9a-f]{{8}}(\..+)?", re.DOTALL)
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
-"""First letters of a cell that a spreadsheet runs; some treat the last four, full-width ones, alike."""
+"""First letters of a cell that spreadsheets run as a formula; some also run the last four, which are full-width."""
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside ``path`` that takes its place when the block ends without an error.
+    """Yield a temporary path in the same folder, and move it to ``path`` if the block ends without an error.
 
-    The suffix is kept, since writers choose their format by it; the stem is not, which may be as long as a name can be.
+    It has the suffix of ``path``, by which writers choose their format, but not the stem, which may be as long as a
+    name can be.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{TEMPORARY_MARK}-{os.getpid()}-{secrets.token_hex(4)}{path.suffix}")
     with naming(path):
         try:
             yield temporary
-            with temporary.open("rb+") as written:
-                os.fsync(written.fileno())
+            with temporary.open("rb+") as file:
+                os.fsync(file.fileno())
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
 
 
 def is_temporary(path: Path) -> bool:
-    """Return True for a name that only ``replacing`` gives, of a file that a killed process leaves."""
+    """Return True for a name from ``replacing``: a file that a killed process did not finish."""
     return TEMPORARY.fullmatch(path.name) is not None
 
 
@@ -67,10 +68,10 @@ def write_if_new(path: Path, content: bytes) -> None:
 
 
 def write_unless_other(contents: Mapping[Path, bytes]) -> None:
-    """Write files. Raises InputError, before the first one, if one holds anything else now, which would be lost."""
+    """Write files. Raises InputError, before writing any, if one exists with another content, which would be lost."""
     for path, content in contents.items():
         if path.exists() and read_bytes(path) != content:
-            raise InputError(f"{path}: is there already and is not overwritten; give another name, or move it away.")
+            raise InputError(f"{path}: already exists and is not overwritten; give another name, or move it away.")
     for path, content in contents.items():
         write_if_new(path, content)
 
@@ -91,24 +92,25 @@ def write_json(path: Path, content: Any) -> None:
 def as_json(content: Any) -> str:
     """Return JSON that any reader accepts: NaN and infinity become null.
 
-    It is indented, but a list of numbers stays on one line.
+    Indented, with each list of numbers on one line.
     """
     text = json.dumps(_plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    return NUMBERS.sub(lambda found: " ".join(found.group().split()).replace("[ ", "[").replace(" ]", "]"), text)
+    return NUMBERS.sub(lambda match: " ".join(match.group().split()).replace("[ ", "[").replace(" ]", "]"), text)
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file. Raises InputError, naming the file, if it is missing or no JSON."""
+    """Read a JSON file. Raises InputError, naming the file, if it is missing or not JSON."""
     try:
         return parse_json(read_text(path))
     except ValueError as fault:
-        raise InputError(f"{path}: no readable JSON ({fault}). Delete it and run its stage again.") from fault
+        raise InputError(f"{path}: not readable JSON ({fault}). Delete it and run its stage again.") from fault
 
 
 def parse_json(text: str) -> Any:
-    """Return the content of a JSON. Raises ValueError; also for what json reads and no stage can write.
+    """Return the content of a JSON text.
 
-    That is NaN, a number too large for a float, half of a character that takes two, and lists in more than 200 others.
+    Raises ValueError if it is not JSON, and for content that json accepts but no stage writes: NaN, a number too large
+    for a float, half of a surrogate pair, lists nested more than 200 deep.
     """
     content = from_json(text, allow_inf_nan=False)
     if not _is_finite(content):
@@ -117,7 +119,7 @@ def parse_json(text: str) -> Any:
 
 
 def _is_finite(content: Any) -> bool:
-    """Return False if a number is infinite, as 1e999 is once it is read."""
+    """Return False if a number is infinite, as 1e999 is when read."""
     if isinstance(content, float):
         return math.isfinite(content)
     parts = content.values() if isinstance(content, dict) else content if isinstance(content, list) else ()
@@ -126,7 +128,7 @@ def _is_finite(content: Any) -> bool:
 
 @contextmanager
 def understood(path: Path) -> Iterator[None]:
-    """Turn errors of reading an edited file into an InputError that names the file and the remedy."""
+    """Turn errors from the content of an edited file into an InputError with the file and the remedy."""
     try:
         yield
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as fault:
@@ -135,17 +137,17 @@ def understood(path: Path) -> Iterator[None]:
 
 
 def sha256(path: Path) -> str:
-    """Return the hash of a file. Raises InputError for a device, a pipe or an endless file."""
+    """Return the hash of a file. Raises InputError for a device, a pipe or a file without end."""
     with naming(path), plain_files.opened(path, LARGEST_HASHED_BYTES) as content:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
 def read_text(path: Path) -> str:
-    """Read a text that a stage wrote. Raises InputError as ``read_bytes``, and if it is no text."""
+    """Read a text that a stage wrote. Raises InputError as ``read_bytes``, and if it is not UTF-8."""
     try:
         return read_bytes(path).decode("utf-8")
     except UnicodeDecodeError as fault:
-        raise InputError(f"{path}: no UTF-8 text. Run its stage again.") from fault
+        raise InputError(f"{path}: not a text in UTF-8. Run its stage again.") from fault
 
 
 def read_bytes(path: Path) -> bytes:
@@ -158,7 +160,7 @@ def read_bytes(path: Path) -> bytes:
 
 def write_table(path: Path, columns: Sequence[str], rows: Floats, decimals: int = 6) -> None:
     """Write a CSV of numbers with one header line, units in the names; NaN becomes an empty field."""
-    # One format for a whole row: a call for each number takes six times as long.
+    # One format for a whole row: one call for each number takes six times as long.
     line = ",".join([f"%.{decimals}f"] * len(columns)) + "\n"
     body = "".join(line % tuple(row.tolist()) for row in rows)
     write_text(path, _csv_text(columns, ()) + body.replace("nan", ""))
@@ -169,7 +171,7 @@ def write_sheet(path: Path, columns: Sequence[str], rows: Iterable[Sequence[str 
 
 
 def sheet_text(columns: Sequence[str], rows: Iterable[Sequence[str | float | None]]) -> str:
-    """Return a CSV of text and numbers for spreadsheets, without formulas; None becomes an empty field."""
+    """Return a CSV of text and numbers for spreadsheets, without formulas. None becomes an empty field."""
     return _csv_text(columns, ([_cell(value) for value in row] for row in rows))
 
 
@@ -182,17 +184,17 @@ def _csv_text(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def as_text_cell(text: str) -> str:
-    """Return a cell that a spreadsheet shows as ``text`` and does not run."""
+    """Return a cell that a spreadsheet shows as ``text`` instead of running it as a formula."""
     return f"'{text}" if text.startswith(FORMULA) else text
 
 
 def read_table(path: Path, columns: Sequence[str], *, finite: bool = False) -> Floats:
-    """Read a CSV that ``write_table`` wrote, (n, len(columns)); with ``finite`` none of its numbers may be missing.
+    """Read a CSV that ``write_table`` wrote, (n, len(columns)). With ``finite``, missing numbers are refused.
 
     Raises InputError, naming file and line.
     """
     reader = csv.DictReader(io.StringIO(read_text(path)))
-    # Eight bytes a number; lists of lists take ten times that.
+    # An array takes eight bytes for each number, lists of lists ten times that.
     numbers, line = array("d"), 1
     try:
         if missing := set(columns) - set(reader.fieldnames or ()):
@@ -201,15 +203,15 @@ def read_table(path: Path, columns: Sequence[str], *, finite: bool = False) -> F
             try:
                 numbers.extend([np.nan if row[name] == "" else float(row[name]) for name in columns])
             except (TypeError, ValueError):
-                found = str([row[name] for name in columns])
-                raise InputError(f"{path}, line {line}: expected {len(columns)} numbers, found {found:.80}.") from None
+                cells = str([row[name] for name in columns])
+                raise InputError(f"{path}, line {line}: expected {len(columns)} numbers, found {cells:.80}.") from None
     except csv.Error as fault:
-        raise InputError(f"{path}, after line {line}: no readable CSV ({fault}).") from None
+        raise InputError(f"{path}, after line {line}: not readable CSV ({fault}).") from None
     rows = np.array(numbers, dtype=float).reshape(-1, len(columns))
     if finite and len(wrong := np.argwhere(~np.isfinite(rows))):
         row, column = wrong[0]
-        found = f"{columns[column]} = {rows[row, column]:g}"
-        raise InputError(f"{path}, line {row + 2}: {found}; expected a number. Run its stage again.")
+        cell = f"{columns[column]} = {rows[row, column]:g}"
+        raise InputError(f"{path}, line {row + 2}: {cell}; expected a number. Run its stage again.")
     return rows
 
 
@@ -217,7 +219,7 @@ def _cell(value: str | float | None) -> str:
     if value is None:
         return ""
     if isinstance(value, str):
-        # Python's writer leaves a lone carriage return without quotes, and readers begin a row there.
+        # Python's writer does not quote a lone carriage return, at which readers begin a new row.
         return as_text_cell(value.replace("\r\n", "\n").replace("\r", "\n"))
     return f"{value:.12g}"
 

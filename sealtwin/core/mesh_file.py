@@ -1,6 +1,6 @@
-"""Triangles of a mesh file: STL, PLY, GLB and 3MF through trimesh, the polygons of OBJ and OFF by readers of our own.
+"""Triangles of a mesh file: STL, PLY, GLB and 3MF by trimesh, OBJ and OFF, with their polygons, by our own readers.
 
-trimesh is handed the file's bytes and no resolver, so it opens no second file: no material, no texture, no buffer.
+trimesh gets the bytes of the file and no resolver, so it cannot open a second file: a material, a texture, a buffer.
 """
 
 import importlib.util
@@ -24,10 +24,10 @@ from sealtwin.core.plain_files import read_bytes
 from sealtwin.core.records import Floats, Integers
 
 LARGEST_BYTES = 200_000_000
-"""Largest file that is read: twice a binary STL of two million triangles. Larger text is better saved as binary."""
+"""Largest file that is read: twice a binary STL of two million triangles. Larger texts should be saved as binary."""
 LARGEST_MODEL = 300_000_000  # Largest 3MF after unpacking: two million triangles take 240 MB of XML
 MOST_TRIANGLES = 2_000_000
-"""A face of 160 x 40 mm scanned every 0.08 mm, a tenth of a particle. To mend and check so many takes 2 GB."""
+"""A face of 160 x 40 mm scanned every 0.08 mm, a tenth of a particle. To repair and check so many takes 2 GB."""
 LARGEST_NUMBER = 2**31 - 1
 BEYOND_ANY_UNIT = 1e9  # A kilometre in microns
 
@@ -35,7 +35,7 @@ FileUnit = Literal["micron", "mm", "cm", "m", "inch", "foot"]
 UNITS_OF_3MF: dict[str, FileUnit] = {
     "micron": "micron",
     "millimeter": "mm",
-    "millimeters": "mm",  # trimesh's word for a file that names no unit
+    "millimeters": "mm",  # trimesh's word for a file without a unit
     "centimeter": "cm",
     "inch": "inch",
     "foot": "foot",
@@ -44,14 +44,14 @@ UNITS_OF_3MF: dict[str, FileUnit] = {
 COMMA = re.compile(rb"^[ \t]*(?:v[ \t]|vertex[ \t])?[ \t]*([-+]?[0-9]+,[0-9]+)", re.IGNORECASE | re.MULTILINE)
 """A line of coordinates whose first number has a decimal comma."""
 INSTEAD = {
-    ".gltf": "a .gltf keeps its numbers in other files; save it as .glb, which is one",
-    **dict.fromkeys((".step", ".stp", ".iges", ".igs"), "it holds CAD surfaces; export triangles from the CAD program"),
-    **dict.fromkeys((".las", ".laz", ".xyz", ".pts", ".e57"), "it holds points without faces; mesh them first"),
+    ".gltf": "a .gltf has its numbers in other files; save it as .glb, which is one file",
+    **dict.fromkeys((".step", ".stp", ".iges", ".igs"), "it has CAD surfaces; export triangles from the CAD program"),
+    **dict.fromkeys((".las", ".laz", ".xyz", ".pts", ".e57"), "it has points without faces; mesh them first"),
 }
 
 
 class UnreadableError(ValueError):
-    """Reports what is wrong with the content of a mesh file, as the end of a sentence about it."""
+    """Fault in the content of a mesh file. Its text is the end of a sentence about the file."""
 
 
 @dataclass(frozen=True)
@@ -60,21 +60,21 @@ class Triangles:
 
     vertices: Floats  # Coordinates, (v, 3)
     faces: Integers  # Vertex numbers of the triangles, (f, 3)
-    unit: FileUnit | None = None  # Unit that the file itself states; most formats cannot state one
+    unit: FileUnit | None = None  # Unit given in the file; most formats have none
 
 
 def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
     """Read the triangles of an STL, PLY, OBJ, OFF, GLB or 3MF file, in the file's own numbers.
 
-    Raises InputError, which ends with ``remedy`` where the content is at fault, if the file is missing, too large, of
-    another format than its name says, or holds no triangle or a number that is not finite.
+    Raises InputError if the file is missing or too large, its format does not match its suffix, or it lacks triangles
+    or has a number that is not finite. The message ends with ``remedy`` if the content is at fault.
     """
     kind = path.suffix.lower()
     if not path.is_file():
         raise InputError(f"{path}: no such mesh file. {remedy}")
     if kind not in READERS:
         names = ", ".join(name[1:].upper() for name in READERS)
-        raise InputError(f"{path}: {INSTEAD.get(kind, 'no mesh format that is read')}. Give one of {names}.")
+        raise InputError(f"{path}: {INSTEAD.get(kind, 'not a supported mesh format')}. Give one of {names}.")
     if (size := path.stat().st_size) > LARGEST_BYTES:
         raise InputError(
             f"{path}: {size / 1e6:.0f} MB; {LARGEST_BYTES / 1e6:.0f} MB are allowed. Simplify or crop the mesh, or "
@@ -84,22 +84,22 @@ def read_mesh(path: Path, remedy: str = "Save it again.") -> Triangles:
         raise InputError(f"{path}: 3MF needs lxml: install sealtwin[3mf], or save the mesh as STL.")
     content = read_bytes(path, LARGEST_BYTES)
     try:
-        # Numbers near the largest there are overflow, and signalling NaNs warn; both are refused below.
+        # Numbers near the largest float overflow, and signalling NaNs warn; both are refused below.
         with np.errstate(over="ignore", invalid="ignore"):
             return READERS[kind](content)
     except UnreadableError as fault:
-        if found := COMMA.search(content):
-            number = found[1].decode()
+        if comma := COMMA.search(content):
+            number = comma[1].decode()
             raise InputError(
                 f"{path}: its decimals are commas, as in {number}. Save it with decimal points."
             ) from fault
-        raise InputError(f"{path}: no readable {kind[1:].upper()}: {fault}. {remedy}") from fault
+        raise InputError(f"{path}: not a readable {kind[1:].upper()}: {fault}. {remedy}") from fault
 
 
 def fill_ring(ring: Floats) -> Integers:
-    """Return triangles between the corners of a nearly flat ring (n, 3), oriented as the ring, (n - 2, 3).
+    """Triangulate a nearly flat ring (n, 3); return its triangles, oriented like the ring, (n - 2, 3).
 
-    They stay inside a ring that is not convex. Raises UnreadableError if the ring has no area.
+    The ring need not be convex. Raises UnreadableError if its area is 0.
     """
     from manifold3d import triangulate
 
@@ -120,10 +120,10 @@ def _refuse_too_many(count: int) -> None:
 
 
 def _checked(vertices: Floats, polygons: Sequence[Integers], unit: FileUnit | None = None) -> Triangles:
-    """Return the triangles of polygons, one array (n, corners) for each number of corners, in that order."""
+    """Return the triangles of polygons, given as one array (n, corners) for each number of corners."""
     _refuse_too_many(sum(len(rings) * (rings.shape[1] - 2) for rings in polygons))
     if not any(map(len, polygons)):
-        raise UnreadableError("it holds no triangle")
+        raise UnreadableError("it has no triangle")
     count = len(vertices)
     for rings in polygons:
         if not 0 <= rings.min() <= rings.max() < count:
@@ -131,20 +131,20 @@ def _checked(vertices: Floats, polygons: Sequence[Integers], unit: FileUnit | No
     wrong = np.flatnonzero(~(np.abs(vertices) < BEYOND_ANY_UNIT).all(axis=1))
     if len(wrong):
         raise UnreadableError(
-            f"{len(wrong)} of {count} vertices are no finite numbers or beyond {BEYOND_ANY_UNIT:g}; the first is "
-            f"vertex {wrong[0]}, counted from 0"
+            f"{len(wrong)} of {count} vertices are not finite or beyond {BEYOND_ANY_UNIT:g}; the first is vertex "
+            f"{wrong[0]}, counted from 0"
         )
     return Triangles(vertices, np.concatenate([_halved_or_filled(vertices, rings) for rings in polygons]), unit)
 
 
 def _halved_or_filled(vertices: Floats, rings: Integers) -> Integers:
-    """Return the triangles (f, 3) of polygons (n, corners), none of which leaves its polygon."""
+    """Return triangles (f, 3) of polygons (n, corners). Each is inside its polygon."""
     if rings.shape[1] == 3:
         return rings
     if rings.shape[1] > 4:
         return np.concatenate([ring[fill_ring(vertices[ring])] for ring in rings])
     a, b, c, d = vertices[rings].transpose(1, 0, 2)
-    # Along the diagonal on either side of which both halves have the same orientation.
+    # Cut along the diagonal whose two halves have the same orientation.
     alike = (np.cross(b - a, c - a) * np.cross(c - a, d - a)).sum(axis=1) >= 0
     first = np.where(alike[:, None], rings[:, [0, 1, 2]], rings[:, [0, 1, 3]])
     second = np.where(alike[:, None], rings[:, [0, 2, 3]], rings[:, [1, 2, 3]])
@@ -152,7 +152,7 @@ def _halved_or_filled(vertices: Floats, rings: Integers) -> Integers:
 
 
 def _grouped(faces: Iterable[Sequence[int]]) -> list[Integers]:
-    """Group faces by their number of corners. Fewer than three enclose nothing and are left out."""
+    """Group faces by their number of corners. Those with fewer than three are omitted."""
     if isinstance(faces, np.ndarray) and faces.ndim == 2:
         return [faces.astype(np.int64)] if faces.shape[1] > 2 else []
     alike: dict[int, list[Sequence[int]]] = {}
@@ -165,10 +165,10 @@ def _parsed(parse: Callable[[], Any]) -> Any:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            # numpy only warns where text that is no number ends an array early, and triangles would be lost.
+            # numpy only warns if a text that is not a number ends an array early, and triangles would be lost.
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
             return parse()
-    except Exception as fault:  # trimesh and zipfile raise whatever their parsing of damaged bytes stumbles over.
+    except Exception as fault:  # On damaged bytes, trimesh and zipfile raise errors of any kind.
         raise UnreadableError(f"its content cannot be parsed ({str(fault) or type(fault).__name__})") from fault
 
 
@@ -181,21 +181,21 @@ def _read_stl(content: bytes) -> Triangles:
     loaded = _parsed(lambda: load_stl(io.BytesIO(text)))
     solids = [solid for solid in loaded.get("geometry", {"": loaded}).values() if solid]
     corners = np.concatenate([np.empty((0, 3)), *(solid["vertices"] for solid in solids)])
-    # trimesh leaves out a solid whose end is missing.
+    # trimesh omits a solid whose end is missing.
     named = len(re.findall(rb"^[ \t]*vertex\b", content, re.IGNORECASE | re.MULTILINE))
     if not is_binary and named != len(corners):
         raise UnreadableError(
-            f"it is cut short: {named} corners are named, {len(corners)} are three numbers in a solid"
+            f"it is cut short: it names {named} corners, of which {len(corners)} are three numbers in a solid"
         )
     return _checked(corners, [np.arange(len(corners)).reshape(-1, 3)])
 
 
 def _is_binary_stl(content: bytes) -> bool:
-    """Return True for a binary STL. Raises UnreadableError if it has more or fewer bytes than its triangles."""
+    """Return True for a binary STL. Raises UnreadableError if its size does not match its number of triangles."""
     if b"\0" not in content or (content[:200].lstrip().lower().startswith(b"solid") and b"facet" in content[:2000]):
         return False
     if len(content) < 84:
-        raise UnreadableError(f"it has {len(content)} bytes, and the header of a binary one has 84")
+        raise UnreadableError(f"it has {len(content)} bytes; the header of a binary STL has 84")
     count = int.from_bytes(content[80:84], "little")
     more = len(content) - 84 - 50 * count
     if more > 0:
@@ -208,7 +208,7 @@ def _is_binary_stl(content: bytes) -> bool:
 
 
 def _in_ascii(text: bytes) -> bytes:
-    """Return a text in which each byte that is not ASCII, as in a name or a comment, is a question mark."""
+    """Replace each byte that is not ASCII, as in a name or a comment, by a question mark."""
     return text.decode("ascii", "replace").encode("ascii", "replace")
 
 
@@ -224,16 +224,16 @@ def _read_ply(content: bytes) -> Triangles:
     loaded = _parsed(lambda: load_ply(io.BytesIO(content), skip_materials=True, fix_texture=False))
     elements = loaded["metadata"]["_ply_raw"]
     if not {"vertex", "face"} <= elements.keys() or "vertices" not in loaded:
-        raise UnreadableError(f"it holds no vertices and faces, but {', '.join(elements) or 'nothing'}")
-    # trimesh cuts polygons into fans, which leave those that are not convex, so the rows of the file are taken.
+        raise UnreadableError(f"it has no vertices and faces, but {', '.join(elements) or 'nothing'}")
+    # trimesh cuts polygons into fans, which is wrong for those that are not convex: take the rows of the file.
     table = elements["face"].get("data")
     named = [name for name in ("vertex_indices", "vertex_index") if name in elements["face"]["properties"]]
     faces: Any = [] if table is None or not named else table[named[0]]
     if isinstance(table, np.ndarray) and named:
         faces = faces["f1"]
-    for found, element in ((loaded["vertices"], "vertex"), (faces, "face")):
-        if len(found) != elements[element]["length"]:
-            raise UnreadableError(f"its header names {elements[element]['length']} of {element}, {len(found)} follow")
+    for rows, element in ((loaded["vertices"], "vertex"), (faces, "face")):
+        if len(rows) != elements[element]["length"]:
+            raise UnreadableError(f"its header names {elements[element]['length']} of {element}, {len(rows)} follow")
     if loaded["vertices"].dtype == object:
         raise UnreadableError("a vertex is not three numbers")
     return _checked(loaded["vertices"].astype(float), _grouped(faces))
@@ -245,12 +245,12 @@ def _read_glb(content: bytes) -> Triangles:
         required = scene.get("extensionsRequired")
         most = max((accessor["count"] for accessor in scene.get("accessors", ())), default=0)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as fault:
-        raise UnreadableError(f"its description is no JSON of a glTF ({fault})") from fault
+        raise UnreadableError(f"its description is not the JSON of a glTF ({fault})") from fault
     if any("uri" in buffer for buffer in scene.get("buffers", ())):
-        raise UnreadableError("it keeps its numbers in another file, which is not opened: save all in one GLB")
+        raise UnreadableError("its numbers are in another file, which is not opened: save all in one GLB")
     if required:
         raise UnreadableError(f"it needs the extension {required[0]}: save it uncompressed")
-    # trimesh fills an accessor that has no numbers with as many zeros as it claims.
+    # trimesh fills an accessor without numbers with as many zeros as its count claims.
     _refuse_too_many(most // 3)
     return _placed(content, "glb", "m")
 
@@ -266,7 +266,7 @@ def _read_3mf(content: bytes) -> Triangles:
 
 
 def _placed(content: bytes, kind: str, unit: FileUnit | None) -> Triangles:
-    """Return the triangles of all meshes of a scene, each in the place that its nodes give it."""
+    """Return the triangles of all meshes of a scene, each at the position that its nodes define."""
     load_trimesh()
     import trimesh
 
@@ -275,7 +275,7 @@ def _placed(content: bytes, kind: str, unit: FileUnit | None) -> Triangles:
     _refuse_too_many(sum(len(getattr(scene.geometry[name], "faces", ())) for name in nodes))
     mesh = _parsed(scene.to_mesh)
     if unit is None and (unit := UNITS_OF_3MF.get(scene.metadata["units"])) is None:
-        raise UnreadableError(f"its unit is {scene.metadata['units']}, which no 3MF has")
+        raise UnreadableError(f"its unit is {scene.metadata['units']}, which is not a unit of 3MF")
     return _checked(np.array(mesh.vertices, dtype=float), [np.array(mesh.faces, dtype=np.int64)], unit)
 
 
@@ -287,7 +287,7 @@ def _read_obj(content: bytes) -> Triangles:
             vertices.append(words[1:4])
         elif words[:1] == [b"f"]:
             named = _integers([word.partition(b"/")[0] for word in words[1:]])
-            # Counted from 1, or backward from the last vertex so far.
+            # Counted from 1, or backward from the latest vertex.
             faces.append([number - 1 if number > 0 else len(vertices) + number for number in named])
     return _checked(_coordinates(vertices), _grouped(faces))
 
@@ -300,7 +300,7 @@ def _read_off(content: bytes) -> Triangles:
     counts = _integers(lines[0][1:3] or [word for line in lines[1:2] for word in line[:2]])
     rest = lines[1 if len(lines[0]) > 1 else 2 :]
     if len(counts) < 2 or min(counts) < 0 or len(rest) < sum(counts):
-        raise UnreadableError(f"its header names {counts} vertices and faces, and {len(rest)} lines follow")
+        raise UnreadableError(f"its header names {counts} vertices and faces, but {len(rest)} lines follow")
     rows = rest[counts[0] : sum(counts)]
     sizes = _integers([words[0] for words in rows])
     if short := [(size, words) for size, words in zip(sizes, rows, strict=True) if not 0 <= size < len(words)]:
@@ -313,7 +313,7 @@ def _integers(words: Sequence[bytes]) -> list[int]:
     try:
         numbers = [int(word) for word in words]
     except ValueError:
-        raise UnreadableError("a vertex number or a count is no whole number") from None
+        raise UnreadableError("a vertex number or a count is not a whole number") from None
     if any(abs(number) > LARGEST_NUMBER for number in numbers):
         raise UnreadableError(f"a vertex number or a count is beyond {LARGEST_NUMBER}")
     return numbers
@@ -334,21 +334,21 @@ READERS: dict[str, Callable[[bytes], Triangles]] = {
     ".glb": _read_glb,
     ".3mf": _read_3mf,
 }
-"""Reader of each format, by the end of a file's name."""
+"""Reader of each format, by the suffix of a file."""
 
 
 def load_trimesh() -> None:
-    """Import trimesh with Ctrl-C held back until it is there.
+    """Import trimesh, and delay Ctrl-C until it is imported.
 
-    It catches every exception of its own imports, an interrupt too, after which a run would go on as if never asked.
+    trimesh catches every exception during its own imports, including an interrupt, which would then be lost.
     """
     if "trimesh" in sys.modules or threading.current_thread() is not threading.main_thread():
         return
-    held = list[int]()
-    before = signal.signal(signal.SIGINT, lambda number, _: held.append(number))
+    interrupts = list[int]()
+    before = signal.signal(signal.SIGINT, lambda number, _: interrupts.append(number))
     try:
         import trimesh  # noqa: F401  # pyright: ignore[reportUnusedImport]
     finally:
         signal.signal(signal.SIGINT, before or signal.default_int_handler)
-    if held:
+    if interrupts:
         signal.raise_signal(signal.SIGINT)

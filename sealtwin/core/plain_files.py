@@ -1,6 +1,6 @@
-"""The one reader of files: each is a plain one of a limited size before it is opened.
+"""The only reader of files. It opens plain files of a limited size.
 
-A folder may hold a link to a device, which is read without end, or a pipe, which waits for ever.
+A device would be read without end, and a pipe would wait forever.
 """
 
 import io
@@ -13,29 +13,29 @@ from pathlib import Path
 from sealtwin.core.errors import InputError, as_text, naming
 
 LARGEST_BYTES = 200_000_000
-"""Limit of a table, a JSON or a frame: two million particles. A larger file would fill the memory."""
+"""Limit of a table, a JSON file or a frame: two million particles. A larger file would fill the memory."""
 LARGEST_HASHED_BYTES = 10_000_000_000
-"""Limit of a file that is read piece by piece, larger than any that a stage takes: a sparse file has no end either."""
+"""Limit of a file that is read in pieces, larger than any input of a stage. A sparse file may be almost endless."""
 
 
 def require_plain(path: Path, largest_bytes: int = LARGEST_BYTES) -> None:
-    """Raise InputError if a file is a folder, a device or a pipe, itself or as a link's target, or is too large.
+    """Raise InputError if a path, or the target of a link, is a folder, a device or a pipe, or is too large.
 
-    Raises FileNotFoundError, or another OSError that names it, as opening it would.
+    Raises FileNotFoundError, or another OSError, as opening would, with the name of the file.
     """
     with naming(path):
         status = path.stat()
     if stat.S_ISDIR(status.st_mode):
-        raise InputError(f"{as_text(path)}: a folder; it must be a file. Move it away, and run the stage again.")
+        raise InputError(f"{as_text(path)}: a folder; expected a file. Move it away, and run the stage again.")
     if not stat.S_ISREG(status.st_mode):
         raise InputError(
-            f"{as_text(path)}: no plain file, but a device or a pipe, or a link to one, which is not read. Put a copy "
-            "of the file in its place, or delete it and run its stage again."
+            f"{as_text(path)}: a device or a pipe, or a link to one; expected a file. Put a copy of the file in its "
+            "place, or delete it and run its stage again."
         )
     if status.st_size > largest_bytes:
         raise InputError(
-            f"{as_text(path)}: {status.st_size / 1e6:.1f} MB, larger than {largest_bytes / 1e6:g} MB, which no such "
-            "file is. Delete it and run its stage again."
+            f"{as_text(path)}: {status.st_size / 1e6:.1f} MB, larger than {largest_bytes / 1e6:g} MB. Delete it and "
+            "run its stage again."
         )
 
 

@@ -7,23 +7,23 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 LINE_EVERY_S = 10.0  # Time between plain lines in a log
-TENTH = 0.1  # Share of the work after which its pace is known
+TENTH = 0.1  # Share of the work after which the remaining time is estimated
 
 
 class Pace:
-    """The time that work still takes, by the pace of the later half of its steps since the first report.
+    """Estimate of the remaining time, from the pace of the later half of the steps since the first report.
 
-    What goes before that report, as compiling kernels, is set-up, and says nothing of the steps that follow. Early
-    steps may be the cheaper ones: a fill begins with few particles.
+    Time before the first report is set-up, such as compiling kernels, and does not count. Early steps do not count
+    either, since they may be quicker: a fill begins with few particles.
     """
 
     def __init__(self, total: float, done: float = 0.0) -> None:
         self._total, self._before = total, done
         self._first = done
-        self._reports: deque[tuple[float, float]] = deque()  # Steps done and time, from half of the way on
+        self._reports: deque[tuple[float, float]] = deque()  # Steps done and time, for the later half
 
     def left_s(self, done: float, now_s: float) -> float | None:
-        """Return the expected time left after ``done`` steps; None before a tenth of those that were to do."""
+        """Return the expected time left after ``done`` steps; None before a tenth of the remaining steps is done."""
         if not self._reports:
             self._first = done
         if not self._reports or done > self._reports[-1][0]:
@@ -37,37 +37,37 @@ class Pace:
 
 
 class Progress(AbstractContextManager["Progress"]):
-    """Base and silent form; stages call ``start``, ``expect``, ``advance``, ``note`` and ``warn`` and never print."""
+    """Base class, silent. Stages call ``start``, ``expect``, ``advance``, ``note`` and ``warn``, and never print."""
 
     def start(self, title: str, total: int, done: int = 0) -> None:
-        """Begin work of ``total`` equal steps, of which an earlier process did ``done``."""
+        """Begin work of ``total`` equal steps, including ``done`` steps by an earlier process."""
 
     def expect(self, left_s: float) -> None:
-        """Give the time that the current work still takes, where that is known better than by the pace of its steps."""
+        """Set the remaining time of the current work, if there is a better estimate than the pace of its steps."""
 
     def advance(self, done: int, note: str = "") -> None:
         """Report that ``done`` steps of the current work are finished."""
 
     def note(self, text: str) -> None:
-        """Show one line to the user at once."""
+        """Show a line to the user at once."""
 
     def warn(self, text: str) -> None:
-        """Show a warning about a result, also where narration is left out."""
+        """Show a warning about a result, even if notes are not shown."""
         self.note(text)
 
     def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
-        """End the display and leave the terminal clean."""
+        """End the display and restore the terminal."""
 
 
 class _Timed(Progress):
-    """Progress that knows the time left."""
+    """Progress with an estimate of the remaining time."""
 
     def __init__(self) -> None:
         self._total, self._pace = 0, Pace(0.0)
-        self._expected: tuple[float, float] | None = None  # Time left as it was given, and when that was
+        self._expected: tuple[float, float] | None = None  # Remaining time from ``expect``, and the moment of that call
 
     def start(self, title: str, total: int, done: int = 0) -> None:
         self._total, self._pace, self._expected = total, Pace(total, done), None
@@ -76,7 +76,7 @@ class _Timed(Progress):
         self._expected = left_s, time.monotonic()
 
     def _left(self, done: int) -> str:
-        """Return the time left in words; empty where it is not known yet, or nothing is left."""
+        """Return the remaining time in words; empty without an estimate, or at the end."""
         now_s = time.monotonic()
         left_s = self._pace.left_s(done, now_s)
         if self._expected is not None:
@@ -86,7 +86,7 @@ class _Timed(Progress):
 
 
 class QuietProgress(Progress):
-    """Warnings alone, as a command with --quiet shows them; Python has warnings of its own."""
+    """Progress that shows warnings only, for a command with --quiet. Python code warns by ``warnings``."""
 
     def warn(self, text: str) -> None:
         print(text, file=sys.stderr, flush=True)
@@ -108,15 +108,15 @@ class PlainProgress(_Timed):
         if now_s - self._printed < LINE_EVERY_S:
             return
         self._printed = now_s
-        told = ", ".join(part for part in (f"{done / self._total:.0%}", left) if part)
-        self.note(f"{self._title}: {told}. {note}".rstrip())
+        state = ", ".join(part for part in (f"{done / self._total:.0%}", left) if part)
+        self.note(f"{self._title}: {state}. {note}".rstrip())
 
     def note(self, text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
 
 class RichProgress(_Timed):
-    """Progress as a bar with the time left, on a terminal."""
+    """Progress bar on a terminal, with the remaining time."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -149,7 +149,7 @@ class RichProgress(_Timed):
 
 
 def progress_for_stderr(quiet: bool) -> Progress:
-    """Return silent progress, a bar or lines, according to ``quiet`` and to the kind of stderr."""
+    """Return silent progress if ``quiet``, else a bar if stderr is a terminal, else lines."""
     if quiet:
         return Progress()
     return RichProgress() if sys.stderr.isatty() else PlainProgress()

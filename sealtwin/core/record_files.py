@@ -1,4 +1,4 @@
-"""Files of a run folder, written from records and read back as records."""
+"""Files of a run folder: records are written to them and read from them."""
 
 from dataclasses import fields
 from functools import cache
@@ -26,7 +26,7 @@ Count = Annotated[int, Field(ge=0)]
 
 
 class Result(BaseModel):
-    """Base of the JSON files that are checked: exact types and finite numbers; further keys are kept as they are."""
+    """Base of checked JSON files: exact types and finite numbers. Further keys are accepted."""
 
     model_config = ConfigDict(frozen=True, strict=True, extra="allow", allow_inf_nan=False)
 
@@ -36,7 +36,7 @@ FURTHER = ConfigDict(strict=True, extra="allow", allow_inf_nan=False)
 
 @with_config(FURTHER)
 class RunFluid(TypedDict, total=False):
-    """Settings of a run's fluid that are read again."""
+    """Settings of a run's fluid that are read back."""
 
     density_kg_m3: Positive | None
     yield_stress_pa: Amount
@@ -44,21 +44,21 @@ class RunFluid(TypedDict, total=False):
 
 @with_config(FURTHER)
 class RunSolver(TypedDict, total=False):
-    """Settings of a run's solver that are read again."""
+    """Settings of a run's solver that are read back."""
 
     settle_s: Amount
 
 
 @with_config(FURTHER)
 class RunNozzle(TypedDict, total=False):
-    """Settings of a run's nozzle that are read again."""
+    """Settings of a run's nozzle that are read back."""
 
     diameter_mm: Positive | None
 
 
 @with_config(FURTHER)
 class RunSettings(TypedDict, total=False):
-    """Settings of a run that are read again, among all others."""
+    """Settings of a run that are read back."""
 
     fluid: RunFluid
     solver: RunSolver
@@ -82,21 +82,21 @@ class Simulation(Result, FilledBy):
     remarks: tuple[str, ...] = ()
 
     @model_validator(mode="after")
-    def _hold_sealant(self) -> Self:
+    def _has_sealant(self) -> Self:
         if not self.particles and self.has_particles:
             raise ValueError("particles is 0, and there is no bed")
         return self
 
     @property
     def volume_ratio(self) -> float:
-        """Volume of the finished sealant over the volume given. Raises ValueError if the run recorded none."""
+        """Volume of the settled sealant over the dispensed volume. Raises ValueError if it was not recorded."""
         if (ratio := self.health.volume_ratio) is None:
             raise ValueError("health.volume_ratio is missing")
         return ratio
 
 
 class SolidFile(Result):
-    """Content of solid.json that is no figure."""
+    """Content of solid.json other than its figures."""
 
     tilt: str
     wall_angles_deg: tuple[float, float]
@@ -124,9 +124,9 @@ def read_outline(folder: Path) -> Outline:
 
 
 def write_solid(folder: Path, solid: Solid) -> None:
-    """Write crack.stl and crack.ply in millimetres, and crack.glb as glTF demands: metres, y up.
+    """Write crack.stl and crack.ply in millimetres, and crack.glb in metres with y up, as glTF requires.
 
-    solid.json holds what none of these formats can: units, labels, volumes.
+    solid.json has what these formats cannot contain: units, labels, volumes.
     """
     load_trimesh()
     import trimesh
@@ -142,7 +142,7 @@ def write_solid(folder: Path, solid: Solid) -> None:
         **{key: getattr(solid, key) for key in keys},
         "sections": {key: _rounded(values) for key, values in vars(solid.sections).items() if values is not None},
         **solid.figures.recorded(),
-        # A digit for each triangle of crack.ply, in its order.
+        # A digit for each triangle of crack.ply, in the same order.
         "face_label": "".join(str(label) for label in solid.face_label),
         "face_label_meaning": {str(label.value): label.name.lower() for label in FaceLabel},
     }
@@ -150,7 +150,7 @@ def write_solid(folder: Path, solid: Solid) -> None:
 
 
 def read_solid(folder: Path) -> Solid:
-    """Read geometry from crack.ply, whose order the labels follow, and the rest from solid.json."""
+    """Read the geometry from crack.ply, in the order of the labels, and the rest from solid.json."""
     path = folder / "solid.json"
     content = read_record(SolidFile, path)
     mesh = read_mesh(folder / "crack.ply", "Digitise again.")
@@ -160,7 +160,7 @@ def read_solid(folder: Path) -> Solid:
                 f"face_label has {len(content.face_label)} labels for the {len(mesh.faces)} faces of crack.ply"
             )
         if content.tilt == "modelled" and not content.sections.by_level:
-            raise ValueError("sections.below_mm2 is missing: what the walls of the mesh hold below each level")
+            raise ValueError("sections.below_mm2 is missing: the areas between the walls of the mesh below each level")
     return Solid(
         vertices_mm=mesh.vertices,
         faces=mesh.faces,
@@ -171,7 +171,7 @@ def read_solid(folder: Path) -> Solid:
 
 
 def write_trajectory(folder: Path, trajectory: Trajectory) -> None:
-    """Write trajectory.csv, and trajectory.txt with x y z a line for programs that read nothing else."""
+    """Write trajectory.csv, and trajectory.txt with x y z in each line for other programs."""
     rows = np.column_stack(
         [trajectory.t_s, trajectory.position_mm, trajectory.s_mm, trajectory.speed_mm_s, trajectory.flow_mm3_s]
     )
@@ -186,7 +186,7 @@ def read_trajectory(folder: Path) -> Trajectory:
 
 
 def write_sample(folder: Path, sample: Sample) -> None:
-    """Write a digitised sample without its readings. The trajectory is last: with it the folder is whole."""
+    """Write a digitised sample without its readings. The trajectory is last: with it the folder is complete."""
     write_outline(folder, sample.outline)
     write_solid(folder, sample.solid)
     write_trajectory(folder, sample.trajectory)
@@ -198,7 +198,7 @@ def read_sample(folder: Path) -> Sample:
 
 
 def write_run(folder: Path, run: Run) -> None:
-    """Write particles.csv, and simulation.json with all that is not per particle."""
+    """Write particles.csv, and simulation.json with everything that is not per particle."""
     rows = np.column_stack([run.position_mm, run.velocity_mm_s, run.age_s, run.spilled.astype(float)])
     files.write_table(folder / "particles.csv", PARTICLE_COLUMNS, rows)
     content: dict[str, Any] = {name: getattr(run, name) for name in Simulation.model_fields}
@@ -214,7 +214,7 @@ def read_simulation(folder: Path) -> Simulation:
 
 
 def read_run(folder: Path) -> Run:
-    """Read a run. Raises InputError if a number is missing or impossible, or the two files are not of one run."""
+    """Read a run. Raises InputError if a number is missing or impossible, or the two files are of different runs."""
     path = folder / "particles.csv"
     rows = files.read_table(path, PARTICLE_COLUMNS, finite=True)
     simulation = read_simulation(folder)
@@ -232,7 +232,7 @@ def read_run(folder: Path) -> Run:
         spilled=rows[:, 7] > 0,
         **{key: getattr(simulation, key) for key in keys},
         level=None if simulation.fast_fill is None else read_profile(folder),
-        # As written: the model would add defaults and change the order.
+        # As written: the record would add defaults and change the order.
         settings=files.read_json(folder / "simulation.json")["settings"],
     )
 
@@ -242,11 +242,11 @@ def write_profile(folder: Path, profile: Profile) -> None:
 
 
 def read_profile(folder: Path) -> Profile:
-    """Read a profile. Raises InputError if a number is missing or no level, or s does not grow from row to row."""
+    """Read a profile. Raises InputError if a number is missing, there is one row, or s does not grow."""
     path = folder / "profile.csv"
     rows = files.read_table(path, PROFILE_COLUMNS, finite=True)
     if len(rows) < 2 or (np.diff(rows[:, 0]) <= 0).any():
-        raise InputError(f"{path}: a level has two rows or more, and s_mm grows from row to row. Simulate again.")
+        raise InputError(f"{path}: expected two rows or more, and s_mm grows from row to row. Simulate again.")
     return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
 
 
@@ -256,9 +256,9 @@ def _adapter(kind: type[Kind]) -> TypeAdapter[Kind]:
 
 
 def read_record(kind: type[Kind], path: Path, remedy: str = AGAIN, *, strict: bool | None = None) -> Kind:
-    """Read a JSON file as a record; with ``strict`` no value of another type is converted.
+    """Read a JSON file as a record. With ``strict``, values of another type are not converted.
 
-    Raises InputError that names the file, the first key that does not fit, and its value, and ends with ``remedy``.
+    Raises InputError with the file, the first key that does not fit, its value, and ``remedy``.
     """
     return as_record(kind, files.read_text(path), path, remedy, strict=strict)
 
@@ -275,15 +275,15 @@ def as_record(
     except ValidationError as faults:
         fault = faults.errors()[0]
         key = ".".join(str(part) for part in fault["loc"] if part not in ("int", "float")) or "its content"
-        found = "" if fault["type"] == "missing" else f" = {fault['input']!r:.60}"
+        value = "" if fault["type"] == "missing" else f" = {fault['input']!r:.60}"
         reason = fault["msg"].removeprefix("Value error, ").removeprefix("Input ")
-        raise InputError(f"{where}: not as it was written ({key}{found}: {reason}). {remedy}") from None
+        raise InputError(f"{where}: not as it was written ({key}{value}: {reason}). {remedy}") from None
     except ValueError as fault:
-        raise InputError(f"{where}: no readable JSON ({fault}). {remedy}") from None
+        raise InputError(f"{where}: not readable JSON ({fault}). {remedy}") from None
 
 
 def _rounded(value: Any) -> Any:
-    """Return arrays, also in a tuple, to five decimals, and everything else as it is."""
+    """Round arrays, and those in a tuple, to five decimals; return everything else unchanged."""
     if isinstance(value, tuple):
         return tuple(_rounded(item) for item in value)
     return np.round(value, 5) if isinstance(value, np.ndarray) else value

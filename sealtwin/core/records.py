@@ -5,8 +5,8 @@ Conventions, everywhere:
 - ``_px``: x right, y down, origin at the centre of the photo's first pixel.
 - ``_mm``: right-handed; x right and y UP in the photo, z out of the face, z = 0 on it. The origin is the lower left
   corner of the face if the face is known, else the centre of the photo's lower left pixel.
-- ``s_mm`` runs along the centreline from the first end given, where the nozzle starts. At an open end s = 0 is where
-  the centreline meets the edge of the face.
+- ``s_mm`` is the arc length along the centreline from the first end given, where the nozzle starts. At an open end,
+  s = 0 is the point at which the centreline meets the edge of the face.
 - Polylines are open, rings are counter-clockwise in mm and do not repeat their first point.
 """
 
@@ -31,7 +31,7 @@ Pixels = NDArray[np.uint8]  # Picture, (height, width, 3), RGB
 
 
 def _finite(value: Any) -> Floats:
-    """Return a list as an array. Raises ValueError unless it holds finite numbers."""
+    """Return a list as an array. Raises ValueError unless it has finite numbers."""
     try:
         numbers = np.array(value, dtype=float)
     except TypeError:
@@ -49,7 +49,7 @@ def _points(value: Any) -> Floats:
 
 
 def _require_as_long(record: object, first: str, *others: str) -> None:
-    """Raise ValueError unless these arrays of a record are as long as the first; those that are None have no length."""
+    """Raise ValueError unless these arrays of a record are as long as the first. None is skipped."""
     length = len(getattr(record, first))
     for name in others:
         if (values := getattr(record, name)) is not None and len(values) != length:
@@ -62,17 +62,21 @@ Numbers = Annotated[Floats, PlainValidator(_finite), AS_LIST, OF_NUMBERS]  # Arr
 Points = Annotated[Floats, PlainValidator(_points)]  # Points in a record that is read from JSON, (n, 2)
 FROM_JSON = ConfigDict(strict=True, allow_inf_nan=False)
 
-FACING = 0.98  # Cosine up to which the line between two walls counts as square to the centreline: 11 degrees
+FACING = 0.98  # Least cosine at which the line between two walls counts as square to the centreline: 11 degrees
 
 PathSource = Literal["ends", "via", "automatic", "choice", "mask", "mesh", "line"]
-"""Source of a crack's path: given ends, given points between them too, automatic search, a person's choice among the
-cracks that it found, or a painted mask; in a mesh the crack's mouth, or a given line. An automatic path is a proposal
-until a person has looked at it.
+"""Source of a crack's path.
+
+ends: given ends; via: given ends and points between them; automatic: search; choice: a person's choice among the cracks
+of a search; mask: a painted mask; mesh: the crack's mouth in a mesh; line: a given line in a mesh. An automatic path is
+a proposal until a person has looked at it.
 """
 
 WidthSource = Literal["walls", "fit", "gauge", "none"]
-"""Source of a crack's width: measured between its walls; fitted to its blurred profile where it is too thin for walls;
-given, as by a gauge; or none, of a path alone, both of whose walls lie on the centreline.
+"""Source of a crack's width.
+
+walls: measured between the walls; fit: fitted to the blurred profile of a crack too thin for walls; gauge: given, as by
+a gauge; none: a path alone, with both walls on the centreline.
 """
 
 DataKind = Literal["measured", "reconstructed", "synthetic", "undeclared"]
@@ -80,9 +84,9 @@ DataKind = Literal["measured", "reconstructed", "synthetic", "undeclared"]
 
 
 SHOWN_AROUND = np.array([0.42, 0.08])
-"""Width and height of the photo that a report shows on each side of a crack, as shares of its larger extent.
+"""Margins, x and y, of the photo that a report shows around a crack, as shares of the crack's larger extent.
 
-At the sides there is room for the names of its ends.
+The margin in x has room for the names of the crack's ends.
 """
 
 
@@ -101,8 +105,8 @@ class FaceLabel(IntEnum):
 class Outline:
     """Crack on the face of a sample, in plan view.
 
-    ``left_wall`` is on the left in the direction of growing s (mm frame, y up). Beside an oblique open end, one wall
-    keeps to one point on the edge of the face, and the other spreads as many points up to it.
+    ``left_wall`` is on the left in the direction of growing s (mm frame, y up). At an oblique open end, one wall
+    repeats its last point, on the edge of the face, while the other wall goes on to the edge.
     """
 
     centreline_mm: Points  # (n, 2), first row at s = 0
@@ -115,7 +119,7 @@ class Outline:
     outline_px: Points
     ends: tuple[EndKind, EndKind]
     face_mm: tuple[float, float, float, float] | None
-    """x_min, y_min, x_max, y_max of the sample's face; None if it is not known."""
+    """x_min, y_min, x_max, y_max of the sample's face; None if unknown."""
     mm_per_px: float  # Local scale at the middle of the crack
     scale_source: str  # Description, for example "8 ArUco markers" or "given: 0.35 mm/px (assumed)"
     scale_residual_mm: float | None  # RMS misfit of the scale's control points; None if there are none
@@ -123,7 +127,7 @@ class Outline:
     warnings: tuple[str, ...] = ()
     islands_mm: tuple[Points, ...] = ()  # Rings inside the outline that are no crack, clockwise
     branches_mm: tuple[Points, ...] = ()
-    """Centre polylines of the side cracks that were found, from the main crack outward."""
+    """Centrelines of the side cracks, from the main crack outward."""
     branches_kept: bool = False  # True if the outline includes the side cracks
     scale_uncertainty: float | None = None
     """Relative standard uncertainty of every length due to the scale; None if unknown."""
@@ -132,7 +136,7 @@ class Outline:
     photo_size_px: tuple[int, int] | None = None  # Width and height of the photo; None of an outline made by hand
     width_source: WidthSource = "walls"
     width_95_mm: tuple[float, float] | None = None
-    """Ends of the 95 % interval of the mean width, without the scale's doubt; None where the method gives none."""
+    """95 % interval of the mean width, without the scale's uncertainty; None if the method gives none."""
 
     def __post_init__(self) -> None:
         _require_as_long(self, "centreline_mm", "left_wall_mm", "right_wall_mm")
@@ -140,7 +144,7 @@ class Outline:
 
     @property
     def shown_px(self) -> Floats:
-        """Low and high corner of the part of the photo that a report shows, (2, 2); they may lie outside the photo."""
+        """Lower and upper corner of the part of the photo that a report shows, (2, 2); may be outside the photo."""
         around_px = SHOWN_AROUND * float(np.ptp(self.outline_px, axis=0).max())
         return np.array([self.outline_px.min(axis=0) - around_px, self.outline_px.max(axis=0) + around_px])
 
@@ -160,17 +164,17 @@ class Outline:
 
     @property
     def width_mm(self) -> Floats:
-        """Distance between the two walls at each centreline point, square to the centreline, (n,).
+        """Width at each centreline point: the distance between the walls, square to the centreline, (n,).
 
-        Beside an oblique open end the two wall points lie along the edge of the face, and the square part of their
-        distance is as rough as the walls are there: the width is its mean, up to the nearest point whose walls face
-        each other. In a sharp bend, round whose inner corner the outer wall turns, it is the square part itself. So
-        widths add up to the crack's area.
+        At an oblique open end both wall points are on the edge of the face, and the square part of their distance is as
+        rough as the walls. There the width is the mean of that part, up to the nearest point whose walls face each
+        other. In a sharp bend, where the outer wall turns around the inner corner, the width is the square part itself.
+        So the widths add up to the crack's area.
         """
         s_mm, across_mm = self.s_mm, self.left_wall_mm - self.right_wall_mm
         width_mm = np.linalg.norm(across_mm, axis=1)
         ahead = np.gradient(self.centreline_mm, axis=0)
-        # Where a hand-written centreline turns on the spot, no direction is square to it.
+        # A hand-written centreline may turn on the spot, where no direction is square to it.
         ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), np.finfo(float).tiny)
         square_mm = np.abs(ahead[:, 0] * across_mm[:, 1] - ahead[:, 1] * across_mm[:, 0])
         facing = np.flatnonzero(square_mm >= FACING * width_mm)
@@ -192,7 +196,7 @@ class Outline:
 
     @property
     def width_doubt_mm(self) -> float | None:
-        """Standard uncertainty of the mean width, a quarter of its 95 % interval; None where there is none."""
+        """Standard uncertainty of the mean width, a quarter of its 95 % interval; None without an interval."""
         return None if self.width_95_mm is None else (self.width_95_mm[1] - self.width_95_mm[0]) / 4
 
 
@@ -217,13 +221,13 @@ class Sections:
 
     @property
     def by_level(self) -> bool:
-        """True if areas are known by level, as of walls that no angle describes."""
+        """True if areas are tabulated by level, for walls without a constant angle."""
         return self.below_mm2 is not None
 
     def below_at_mm2(self, s_mm: Floats, level_mm: Floats) -> Floats:
-        """Return the area of the sections at ``s_mm`` below ``level_mm``, (m,) each; of levels over 0, that below 0.
+        """Return the area of the sections at ``s_mm`` below ``level_mm``, (m,) each. A level above 0 counts as 0.
 
-        Raises ValueError if the walls are straight, whose areas follow from their angles.
+        Raises ValueError for straight walls: their areas follow from their angles.
         """
         if self.levels_mm is None or self.below_mm2 is None:
             raise ValueError("no areas by level: the walls are straight")
@@ -239,18 +243,18 @@ class Sections:
 class Solid:
     """Sample: a block less the crack's cavity, with dams at open ends. Watertight, faces outward.
 
-    A solid equals itself alone, so that what is made from it can be kept beside it.
+    Compared by identity, so that it can be the key of a cache.
     """
 
     vertices_mm: Floats  # (v, 3)
     faces: Integers  # (f, 3)
     face_label: Integers  # (f,), FaceLabel values
-    block_mm: tuple[float, float, float, float]  # x_min, y_min, x_max, y_max of the block; its dams may stand outside
+    block_mm: tuple[float, float, float, float]  # x_min, y_min, x_max, y_max of the block; dams may be outside
     depth_mm: float  # Largest depth
-    tilt: str  # Interpretation of the walls' tilt; "modelled" if a mesh has walls of its own, which no angle describes
+    tilt: str  # Interpretation of the walls' tilt; "modelled" for a mesh whose walls have no constant angle
     wall_angles_deg: tuple[float, float]  # Angles of the left and the right wall from vertical
     cavity_volume_mm3: float  # Volume between the walls, below the face, inside the block
-    sections: Sections  # Cavity along the centreline, without side cracks and without what lies beyond its ends
+    sections: Sections  # Cavity along the centreline, without side cracks and the parts beyond its ends
     figures: SolidFigures
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
@@ -260,7 +264,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Timed nozzle path: waypoints, each with the speed and flow that hold until the next.
+    """Timed nozzle path: waypoints, each with the speed and flow up to the next one.
 
     The last row has speed 0 and flow 0.
     """
@@ -282,7 +286,7 @@ class Trajectory:
 
     @property
     def given_mm3(self) -> Floats:
-        """Sealant given between each waypoint and the next, (n - 1,)."""
+        """Sealant dispensed between each waypoint and the next, (n - 1,)."""
         return self.flow_mm3_s[:-1] * np.diff(self.t_s)
 
     @property
@@ -291,7 +295,7 @@ class Trajectory:
 
     @property
     def giving(self) -> slice:
-        """Waypoints from the first sealant to the last, without leads; all of a path that gives none."""
+        """Waypoints from the first sealant to the last, without leads; all of them if the path gives no sealant."""
         flowing = np.flatnonzero(self.flow_mm3_s[:-1] > 0)
         return slice(int(flowing[0]), int(flowing[-1]) + 2) if len(flowing) else slice(0, len(self.t_s))
 
@@ -304,7 +308,7 @@ class JsonRecord(BaseModel):
 
 @dataclass(frozen=True)
 class Bed:
-    """Particles on their way or at rest, as levels and volumes are measured from them."""
+    """Particles, falling or at rest: the input for measuring levels and volumes."""
 
     position_mm: Floats  # (n, 3)
     velocity_mm_s: Floats  # (n, 3)
@@ -324,15 +328,15 @@ class Bed:
 
 @dataclass(frozen=True)
 class Run(Bed, FilledBy):
-    """Finished fluid run, of particles or of the fast model, which has none and does not count any."""
+    """Finished fluid run, by particles or by the fast model, which does not use particles."""
 
     age_s: Floats  # (n,): since release
     escaped_particles: int  # Particles that went through a wall; anything but 0 is a fault
     device: str
     health: RunHealth  # Numbers that show whether the run can be trusted: density error, neighbours, iterations, times
     fast_fill: FastFill | None = None
-    remarks: tuple[str, ...] = ()  # Sentences on what the run cannot show of its sealant, known before its first frame
-    level: "Profile | None" = None  # Level by the fast model; None of particles, from which it is measured
+    remarks: tuple[str, ...] = ()  # Sentences, known before the first frame, on what the run cannot show of its sealant
+    level: "Profile | None" = None  # Level by the fast model; None for particles, whose level is measured from them
 
     @property
     def dispensed_volume_mm3(self) -> float:
@@ -342,7 +346,7 @@ class Run(Bed, FilledBy):
 
     @property
     def share_below_face(self) -> float:
-        """Share of the sealant on the sample that is below the face, 0 if there is none."""
+        """Share of the sealant on the sample that is below the face; 0 without sealant."""
         if self.fast_fill is not None:
             return self.fast_fill.in_crack_mm3 / (self.fast_fill.in_crack_mm3 + self.fast_fill.above_face_mm3)
         height_mm = self.position_mm[~self.spilled, 2]
@@ -377,7 +381,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class ReadColumn:
-    """A column of a sheet of readings, or a row of it that is not read, as it was understood."""
+    """Interpretation of a column of a sheet of readings, or of a row that is not read."""
 
     place: str  # Letter of the column in a spreadsheet, or number of the row
     name: str
@@ -395,16 +399,16 @@ class Profile:
     repeats_mm: Floats | None = None  # Single readings of a measured profile, (n, r); NaN for a missing one
     data: DataKind = "synthetic"
     source: str = ""
-    dialect: str = ""  # Sentence that says how the sheet of readings was understood; empty for a simulated profile
-    doubts: tuple[str, ...] = ()  # What the sheet may not have meant, a sentence each with its cell and its answer
-    columns: tuple[ReadColumn, ...] = ()  # Columns of the sheet as they were understood, those not read included
+    dialect: str = ""  # Sentence on the interpretation of the sheet of readings; empty for a simulated profile
+    doubts: tuple[str, ...] = ()  # Doubts about the interpretation, a sentence each with the cell and how to answer
+    columns: tuple[ReadColumn, ...] = ()  # Interpretation of all columns of the sheet, read or not
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A digitised crack, its solid and the nozzle's path: all that a run takes of a photo or a mesh.
+    """A digitised crack, its solid and the nozzle's path: all that a run takes from a photo or a mesh.
 
-    A sample equals itself alone, so that what is made from it can be kept beside it. Another process can take it.
+    Compared by identity, so that it can be the key of a cache. It can be pickled.
     """
 
     outline: Outline

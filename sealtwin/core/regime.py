@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 GRAVITY_M_S2 = 9.81
 SURFACE_TENSION_N_M = 0.072
-"""Surface tension of water against air at 25 degrees; a paste's is seldom known. The simulated fluid has none."""
+"""Surface tension of water in air at 25 °C: that of a paste is rarely measured. The simulation has none."""
 
 
 class Regime(NamedTuple):
@@ -24,7 +24,7 @@ def regime_of(
 ) -> Regime:
     """Compute the numbers from the speed of the sealant in the nozzle and the width of the crack.
 
-    Without a viscosity there is the Bond number alone.
+    Without a viscosity, only the Bond number is computed.
     """
     bond = density_kg_m3 * GRAVITY_M_S2 * (1e-3 * width_mm) ** 2 / SURFACE_TENSION_N_M
     if not viscosity_m2_s or speed_mm_s == 0:
@@ -35,5 +35,5 @@ def regime_of(
 
 
 def standing_stress_pa(density_kg_m3: float, width_mm: float) -> float:
-    """Yield stress above which paste stands between upright walls: they carry its weight, rho g w / 2 a side."""
+    """Yield stress above which upright walls carry the weight of paste between them: rho g w / 2 on each side."""
     return density_kg_m3 * GRAVITY_M_S2 * 1e-3 * width_mm / 2

@@ -1,4 +1,4 @@
-"""Runs that count as replicates: a copy of a run shows no scatter, and would make every interval too narrow."""
+"""Check of replicates: copies of a run do not scatter, and would make every interval too narrow."""
 
 from collections.abc import Iterable, Sequence
 
@@ -9,17 +9,17 @@ from sealtwin.core.records import Floats
 
 
 def require_different(levels_mm: Iterable[Floats], names: Sequence[str], where: str) -> None:
-    """Refuse replicates of which two have the same level, bit by bit.
+    """Raise InputError if two replicates have the same level, bit by bit.
 
-    ``names`` say which run each level is of, and ``where`` begins the message. Raises InputError.
+    ``names`` are the runs of the levels. The message begins with ``where``.
     """
     earlier: list[Floats] = []
     for number, level_mm in enumerate(levels_mm):
         for other, earlier_mm in enumerate(earlier):
             if np.array_equal(level_mm, earlier_mm):
                 raise InputError(
-                    f"{where}: the runs {names[other]} and {names[number]} have the same level to the last digit, so "
-                    "that they are copies and no replicates, and how far single runs scatter is not known. Give "
-                    "another solver.radius_mm, of which the seed changes the run."
+                    f"{where}: the runs {names[other]} and {names[number]} have the same level to the last digit. They "
+                    "are copies, not replicates, and do not show the scatter of single runs. Give another "
+                    "solver.radius_mm, at which the seed changes the run."
                 )
         earlier.append(level_mm)

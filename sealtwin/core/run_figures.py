@@ -1,4 +1,4 @@
-"""Figures of a run beside its particles: its health, and the fill of the fast model, which has no particles."""
+"""Figures of a run other than its particles: numerical health, and the fill by the fast model."""
 
 from typing import Annotated, Any, Literal, get_args
 
@@ -11,11 +11,11 @@ PARTICLES, FAST = get_args(Method)
 Known = Annotated[
     float | None, BeforeValidator(lambda value: None if isinstance(value, float) and not np.isfinite(value) else value)
 ]
-"""A number, or None where it does not exist, as the error of a stretch without readings."""
+"""A number, or None if it does not exist, such as the error of a stretch without readings."""
 
 
 class RunHealth(BaseModel):
-    """Numbers that a run records about itself; None where one was not recorded or does not exist.
+    """Numbers that a run records about itself; None for one that was not recorded or does not exist.
 
     Labels and units of all are in the report's table of numerical health.
     """
@@ -23,7 +23,7 @@ class RunHealth(BaseModel):
     # The solver may record more.
     model_config = ConfigDict(frozen=True, extra="allow")
 
-    density_error_mean: Known = None  # Compression above the rest density as a share of it, as are the next two
+    density_error_mean: Known = None  # Compression as a share of the rest density, like the next two
     density_error_p95: Known = None
     density_error_max: Known = None
     most_neighbours: int | None = None
@@ -40,9 +40,9 @@ class RunHealth(BaseModel):
     kernels_a_frame: int | None = None
     setup_s: Known = None  # Computing time before the first frame
     frames_s: Known = None  # Computing time of all frames
-    viscosity_m2_s: Known = None  # None of U without a yield stress, which is no viscosity
+    viscosity_m2_s: Known = None  # None for U without a yield stress, since U is not a viscosity
     viscosity_pa_s: Known = None
-    viscosity_added_m2_s: Known = None  # Viscosity that the particles add to it by themselves
+    viscosity_added_m2_s: Known = None  # Numerical viscosity that the particles add
     U: Known = None
     D_cm: Known = None
     yield_stress_pa: Known = None
@@ -54,37 +54,37 @@ class RunHealth(BaseModel):
     end_speed_mm_s: Known = None  # RMS speed of the particles at the end, without those that spilled
 
     def recorded(self) -> dict[str, Any]:
-        """Return the numbers that were recorded, by name."""
+        """Return the recorded numbers by name."""
         return self.model_dump(exclude_unset=True)
 
 
 class FastFill(BaseModel):
-    """Sealant by its place in a run of the fast model, and the figures that bound the model's domain."""
+    """Volumes of sealant by place in a run of the fast model, and the figures that bound the model's domain."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     dispensed_mm3: float
     in_crack_mm3: float  # Below the face
     above_face_mm3: float
-    in_flight_mm3: float  # Given, and not yet landed when the run ends
-    held_slope: float  # Slope that the paste holds between the walls
-    mound_mm: float  # Height of what stays standing under the nozzle's last place
-    fill: float  # Volume given over that of the crack
-    above_mm: float  # Highest level over the face, 0 if it stays below
-    unfit: tuple[str, ...]  # Why the model is unfit for the case, a sentence each; none where it is fit
+    in_flight_mm3: float  # Dispensed but still falling at the end of the run
+    held_slope: float  # Slope at which the paste rests between the walls
+    mound_mm: float  # Height of the mound that remains at the nozzle's last position
+    fill: float  # Dispensed volume over the volume of the crack
+    above_mm: float  # Highest level above the face; 0 if the level stays below it
+    unfit: tuple[str, ...]  # Reasons why the model is unfit for the case, a sentence each; empty if it is fit
 
 
 class FilledBy:
     """The method of a run, as its record shows it."""
 
-    fast_fill: FastFill | None  # None of a run of particles
+    fast_fill: FastFill | None  # None for a run of particles
 
     @property
     def has_particles(self) -> bool:
-        """False for the fast model: all numbers of particles are then not computed."""
+        """False for the fast model, which computes no numbers of particles."""
         return self.fast_fill is None
 
     @property
     def unfit(self) -> tuple[str, ...]:
-        """Reasons why the run's method is unfit for the case, a sentence each. Particles have none."""
+        """Reasons why the run's method is unfit for the case, a sentence each; empty for particles."""
         return () if self.fast_fill is None else self.fast_fill.unfit

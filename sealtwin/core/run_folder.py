@@ -1,4 +1,4 @@
-"""Run folder: its lock, and the manifest of which stage made which file from which inputs."""
+"""Run folder: its lock, and its manifest: the stages, their inputs and the files that they wrote."""
 
 import json
 import os
@@ -30,7 +30,7 @@ ENTRY = {
     "versions": dict,
     "stage_numbers": dict,
 }
-"""Entries of the manifest for each finished stage."""
+"""Keys of a finished stage in the manifest, with their types."""
 PACKAGES = (
     *("sealtwin", "numpy", "scipy", "opencv-python-headless", "scikit-image", "trimesh", "manifold3d", "warp-lang"),
     *("similaritymeasures", "matplotlib"),
@@ -38,7 +38,7 @@ PACKAGES = (
 
 
 class RunFolder:
-    """Folder that this process holds, made by ``open_folder``."""
+    """Folder that this process has locked, as ``open_folder`` yields it, or that is open for reading."""
 
     def __init__(self, path: Path, manifest: dict[str, Any]) -> None:
         self.path = path
@@ -50,39 +50,39 @@ class RunFolder:
         return entry.get("key") == key and not self._changed(entry)
 
     def settings_of(self, stage: str) -> dict[str, Any] | None:
-        """Return the settings of a finished ``stage``; None if it is not finished."""
+        """Return the settings of a finished ``stage``, else None."""
         return self.manifest["stages"].get(stage, {}).get("settings")
 
     def numbers_of(self, stage: str) -> dict[str, int]:
-        """Return the stage numbers by which ``stage`` was computed; none if it is not finished."""
+        """Return the stage numbers by which ``stage`` was computed; empty if it is not finished."""
         return self.manifest["stages"].get(stage, {}).get("stage_numbers", {})
 
     def edited(self, stage: str) -> list[str]:
-        """Return the files of ``stage`` that exist, but not as it wrote them."""
+        """Return the files of ``stage`` that were changed since it wrote them."""
         entry = self.manifest["stages"].get(stage)
         return [name for name in self._changed(entry) if (self.path / name).is_file()] if entry else []
 
     def changed_since(self, stage: str) -> list[str]:
-        """Return the inputs of a finished ``stage`` that are gone or have changed."""
+        """Return the inputs of a finished ``stage`` that are missing or have changed."""
         inputs = self.manifest["stages"][stage]["inputs"].items()
-        return [name for name, digest in inputs if not self._holds(name, digest)]
+        return [name for name, digest in inputs if not self._matches(name, digest)]
 
     def clear(self, stage: str) -> list[str]:
         """Remove ``stage`` from the manifest and delete its files, so that no old file passes for a new one.
 
-        Files that were edited since are kept. Returns the names under which they were kept.
+        A file that was edited is renamed instead. Returns the new names.
         """
-        kept = []
+        renamed = list[str]()
         for name in self.edited(stage):
             path = self.path / name
             names = (path.with_name(f"{path.stem}.changed{number}{path.suffix}") for number in chain([""], count(2)))
-            kept.append(path.replace(next(free for free in names if not free.exists())).name)
+            renamed.append(path.replace(next(free for free in names if not free.exists())).name)
         entry = self.manifest["stages"].pop(stage, None)
         if entry is not None:
             self.save()
             for name in entry["outputs"]:
                 (self.path / name).unlink(missing_ok=True)
-        return kept
+        return renamed
 
     def record(
         self,
@@ -99,8 +99,8 @@ class RunFolder:
     ) -> None:
         """Record a finished ``stage``: its key, its settings, the hashes of its inputs and outputs, and other facts.
 
-        ``numbers`` are the stage numbers in its key; ``given`` names the inputs that came from the user and not from an
-        earlier stage.
+        ``numbers`` are the stage numbers in its key. ``given`` names the inputs from the user, as opposed to those from
+        an earlier stage.
         """
         self.manifest["stages"][stage] = {
             "key": key,
@@ -117,8 +117,8 @@ class RunFolder:
         self.save()
 
     def finished(self) -> list[str]:
-        """Return the finished stages whose inputs and outputs are still in the folder, in the order of the pipeline."""
-        # A stage that was redone is last in the manifest; the alphabetical order is that of the pipeline.
+        """Return the finished stages whose inputs and outputs are in the folder, in the order of the pipeline."""
+        # A stage that was redone is last in the manifest. The alphabetical order is that of the pipeline.
         stages = sorted(self.manifest["stages"].items())
         return [stage for stage, entry in stages if self._is_complete(entry)]
 
@@ -128,21 +128,21 @@ class RunFolder:
     def _is_complete(self, entry: Mapping[str, Any]) -> bool:
         from_stages = [item for item in entry["inputs"].items() if item[0] not in entry["given"]]
         present = all((self.path / name).is_file() for name in entry["outputs"])
-        return present and all(self._holds(name, digest) for name, digest in from_stages)
+        return present and all(self._matches(name, digest) for name, digest in from_stages)
 
     def _changed(self, entry: Mapping[str, Any]) -> list[str]:
-        return [name for name, digest in entry["outputs"].items() if not self._holds(name, digest)]
+        return [name for name, digest in entry["outputs"].items() if not self._matches(name, digest)]
 
-    def _holds(self, name: str, digest: str) -> bool:
+    def _matches(self, name: str, digest: str) -> bool:
         return (self.path / name).is_file() and sha256(self.path / name) == digest
 
 
 @contextmanager
 def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
-    """Hold a run folder until the block ends or the process is killed; ``create`` makes it if it is missing or empty.
+    """Lock a run folder until the block ends or the process is killed; ``create`` makes it if it is missing or empty.
 
-    Raises InputError if it is a file, is no run folder or holds files that no run wrote, and BusyError if another
-    process holds it.
+    Raises InputError for a file, or a folder that is not a run folder or has files that no run wrote, and BusyError if
+    another process has locked it.
     """
     _check_usable(path, create)
     with holding(path):
@@ -155,9 +155,9 @@ def open_folder(path: Path, *, create: bool) -> Iterator[RunFolder]:
 
 
 def look_into(path: Path) -> RunFolder:
-    """Open a run folder for reading, even if another process holds it.
+    """Open a run folder for reading, even if another process has locked it.
 
-    Raises InputError if it is no run folder or its manifest is damaged.
+    Raises InputError if it is not a run folder, or its manifest is damaged.
     """
     _check_usable(path, create=False)
     return RunFolder(path, _read_manifest(path))
@@ -167,7 +167,7 @@ def look_into(path: Path) -> RunFolder:
 def holding(path: Path, waiting: Callable[[str], None] | None = None) -> Iterator[None]:
     """Make a folder and lock it until the block ends.
 
-    Raises BusyError if another process holds it; if ``waiting`` is given, calls it and waits for that process instead.
+    If another process has locked it, calls ``waiting`` with a sentence and waits; without ``waiting`` raises BusyError.
     """
     require_folder(path)
     path.mkdir(parents=True, exist_ok=True)
@@ -191,33 +191,33 @@ def holding(path: Path, waiting: Callable[[str], None] | None = None) -> Iterato
 
 
 def require_folder(path: Path) -> None:
-    """Raise InputError if ``path`` or a folder above it is a file, or has a name that is not UTF-8."""
+    """Raise InputError if ``path`` or a folder above it is a file, or its name is not UTF-8."""
     if as_text(path) != str(path):
-        raise InputError(f"{as_text(path)}: a name that is not UTF-8; give --out another folder, or rename it.")
+        raise InputError(f"{as_text(path)}: its name is not UTF-8; rename it, or give another --out.")
     for part in (path, *path.parents):
         if part.exists() and not part.is_dir():
-            raise InputError(f"{part}: this is a file; --out must name a folder, new or made by an earlier run.")
+            raise InputError(f"{part}: a file; --out must be a folder, new or from an earlier run.")
 
 
 def refuse_links(path: Path) -> None:
-    """Raise InputError if a folder in ``path`` is a link to one outside it: what we write there would be elsewhere."""
+    """Raise InputError if a folder in ``path`` is a link to one outside it, into which files would be written."""
     for part in path.iterdir() if path.is_dir() else ():
         if part.is_symlink() and part.is_dir() and not part.resolve().is_relative_to(path.resolve()):
             raise InputError(
-                f"{part}: a link to a folder elsewhere, in which files would be written. Put a folder in its place."
+                f"{part}: a link to a folder elsewhere, into which files would be written. Replace it by a folder."
             )
 
 
 def foreign_names(path: Path) -> list[str]:
-    """Return the names in a folder, without those that a process leaves if it is killed before its first file."""
+    """Return the names in a folder, except lock and temporary files, which a killed process may have left."""
     ours = {LOCK, HOLDER}
-    return sorted(found.name for found in path.iterdir() if found.name not in ours and not is_temporary(found))
+    return sorted(file.name for file in path.iterdir() if file.name not in ours and not is_temporary(file))
 
 
 def refuse_foreign(path: Path, maker: str, names: Sequence[str] | None = None) -> None:
-    """Raise InputError if a folder holds any files, or ``names``: nothing of the user's is mixed with what we write."""
-    if found := foreign_names(path) if names is None else names:
-        raise InputError(f"{path}: holds files that no {maker} wrote ({', '.join(found[:3])}); give another --out.")
+    """Raise InputError if a folder has any files, or the files ``names``: a user's files are not mixed with ours."""
+    if foreign := foreign_names(path) if names is None else names:
+        raise InputError(f"{path}: has files that no {maker} wrote ({', '.join(foreign[:3])}); give another --out.")
 
 
 def versions() -> dict[str, str]:
@@ -228,7 +228,7 @@ def _check_usable(path: Path, create: bool) -> None:
     require_folder(path)
     is_run = (path / MANIFEST).is_file()
     if not create and not is_run:
-        raise InputError(f"{path}: no run folder (it has no {MANIFEST}). 'sealtwin run TRIAL' makes one.")
+        raise InputError(f"{path}: not a run folder (it has no {MANIFEST}). 'sealtwin run TRIAL' makes one.")
     if create and path.is_dir() and not is_run:
         refuse_foreign(path, "run")
 
@@ -249,7 +249,7 @@ def _read_manifest(path: Path) -> dict[str, Any]:
         if manifest["version"] == 1 and all(_is_entry(path, entry) for entry in manifest["stages"].values()):
             return manifest
     except (InputError, KeyError, TypeError, AttributeError, ValueError):
-        pass  # Damaged or of another form: one sentence for all of it.
+        pass  # Damaged, or of another form: one sentence for both.
     raise InputError(
         f"{path / MANIFEST}: damaged, or written by another version. Delete {path}, and make it again with "
         f"'sealtwin run TRIAL --out {path}'."
@@ -257,7 +257,7 @@ def _read_manifest(path: Path) -> dict[str, Any]:
 
 
 def _is_entry(folder: Path, entry: Mapping[str, Any]) -> bool:
-    """Return True for the entry of a stage whose outputs, which are removed with it, lie below the folder."""
+    """Return True for the entry of a stage whose outputs, which are deleted with it, are all below the folder."""
     home = folder.resolve()
     files = [Path(os.path.normpath(home / name)) for name in entry["outputs"]]
     below = all(home in file.parents and file.parent.resolve().is_relative_to(home) for file in files)

@@ -1,4 +1,4 @@
-"""Say what a setting allows, for reference pages and for help(); read off the fields of its table."""
+"""Describe the allowed values of settings, for reference pages and help(), from the fields of their tables."""
 
 import ast
 import inspect
@@ -29,15 +29,15 @@ KINDS: dict[Any, tuple[str, str]] = {
 }
 """Names of types, for one and for several."""
 BOUNDS = {"gt": "above", "ge": "from", "lt": "below", "le": "up to"}
-WIDTH = 100  # Letters of a line of help()
+WIDTH = 100  # Characters of a line of help()
 REFUSED = "Raises\n------\nInputError\n    A keyword is unknown, or its value is not allowed."
 
 
 @cache
 def described(kind: type) -> dict[str, str]:
-    """Return the docstring of each field of a table or a record by its name, those of base classes included.
+    """Return the docstring of each field of a table or a record by name, base classes included.
 
-    Read from the source when first needed: pydantic's own ``use_attribute_docstrings`` costs each start 45 ms.
+    Read from the source when first needed: pydantic's ``use_attribute_docstrings`` would add 45 ms to each start.
     """
     texts: dict[str, str] = {}
     for base in reversed(kind.__mro__):
@@ -50,10 +50,10 @@ def described(kind: type) -> dict[str, str]:
 
 
 def _body_of(kind: type) -> list[ast.stmt]:
-    """Return the statements of a class at the top of its module. Only they are parsed, since help waits for it."""
+    """Return the statements of a class at the top level of its module. Only the class is parsed, to be quick."""
     module = inspect.getsource(sys.modules[kind.__module__])
-    found = re.search(rf"^class {kind.__name__}\b.*?(?=^[\w@]|\Z)", module, re.MULTILINE | re.DOTALL)
-    match ast.parse(found[0] if found else "").body:
+    source = re.search(rf"^class {kind.__name__}\b.*?(?=^[\w@]|\Z)", module, re.MULTILINE | re.DOTALL)
+    match ast.parse(source[0] if source else "").body:
         case [ast.ClassDef(body=body), *_]:
             return body
     return []
@@ -94,7 +94,7 @@ def _of_tuple(parts: list[Any], several: bool) -> str:
 
 
 def _bounds(kind: Any, constraints: Sequence[Any]) -> Iterator[str]:
-    # A Field inside of an annotation holds constraints of its own.
+    # A Field inside an annotation has constraints of its own.
     flat = [one for given in constraints for one in (given.metadata if isinstance(given, FieldInfo) else [given])]
     for one in flat:
         if kind is str and getattr(one, "max_length", None) is not None:
@@ -108,7 +108,7 @@ def _bounds(kind: Any, constraints: Sequence[Any]) -> Iterator[str]:
 
 
 def meaning(kind: Table) -> str:
-    """Return the docstring of a table, or of the one that it inherits from, without its fields."""
+    """Return the docstring of a table, or an inherited one, without its fields."""
     return inspect.cleandoc(next(filter(None, (vars(base).get("__doc__") for base in kind.__mro__)), ""))
 
 
@@ -128,9 +128,9 @@ def _entry(kind: Table, name: str, default: Any = None) -> str:
 
 
 def keywords_of(*kinds: Table) -> Callable[[Function], Function]:
-    """Document a function's arguments that are settings by the fields of their tables.
+    """Document the arguments of a function that are settings, by the fields of their tables.
 
-    Their defaults, None in the code, are the fields' own in the signature that help() shows. An argument that the
+    Their defaults, None in the code, are replaced in help() by the defaults of the fields. An argument that the
     docstring describes keeps that text.
     """
 

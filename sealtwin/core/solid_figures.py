@@ -1,4 +1,4 @@
-"""Figures of a solid beside its geometry: widths, volumes, the mesh's soundness, dams, and the nozzle path over it."""
+"""Figures of a solid: widths, volumes, soundness of its mesh, dams, and the nozzle path over it."""
 
 from dataclasses import asdict, dataclass, field
 from math import hypot
@@ -7,17 +7,17 @@ from typing import Any, Literal
 from pydantic import ConfigDict, with_config
 
 EndKind = Literal["open", "closed", "cut"]
-"""Kind of a crack's end. open: at the edge of the face; closed: a tip; cut: a longer crack was cut here by the user,
-with a wall across it."""
+"""Kind of a crack's end. open: at the edge of the face; closed: a tip; cut: the user cut a longer crack here, and a
+wall closes it."""
 
 Point = tuple[float, float]
 Span = tuple[float, float]  # Least and largest value
-ROUNDING = 1e-9  # Relative change of a volume that is rounding
+ROUNDING = 1e-9  # Relative change of a volume below which it is shown as unchanged
 
 
 @dataclass(frozen=True)
 class ClosingDepth:
-    """Depth in mm at which the walls of a funnel at these angles meet; None where they do not."""
+    """Depth in mm at which the walls of a funnel at these angles meet; None if they do not meet."""
 
     min: float | None
     mean: float | None
@@ -33,19 +33,19 @@ class EndOfCrack:
 
 @dataclass(frozen=True)
 class DamBox:
-    """Dam at an open end: it closes the crack and is no part of the sample."""
+    """Dam at an open end: it closes the crack but does not belong to the sample."""
 
     box_mm: tuple[float, float, float, float, float, float]  # x_min, y_min, z_min, x_max, y_max, z_max
-    end: int | None = None  # Number of the crack's end; None in a solid read from a mesh
+    end: int | None = None  # Number of the crack's end; None for a solid read from a mesh
 
 
 @dataclass(frozen=True)
 class Repair:
     """One kind of repair of an imported mesh."""
 
-    what: str  # Description, as "faces turned to agree with their neighbours"
+    what: str  # Description, such as "faces turned to agree with their neighbours"
     count: int
-    volume_change: float | None  # Relative change of the volume; None if the volume before was not known
+    volume_change: float | None  # Relative change of the volume; None if the volume before is unknown
 
     def __str__(self) -> str:
         if self.volume_change is None:
@@ -56,7 +56,7 @@ class Repair:
 
 @dataclass(frozen=True)
 class MeshOrigin:
-    """Mesh file that a solid was read from, and how its face lay in the file."""
+    """Mesh file of a solid, and the orientation of the face in the file."""
 
     file: str
     triangles_read: int
@@ -88,25 +88,25 @@ class PathFigures:
 
 @dataclass(frozen=True)
 class WeighedCavity:
-    """The cavity below a photo as a liquid shows it that was weighed into the crack in steps; tuples are by step."""
+    """Cavity measured by weighing a liquid into the crack in steps. Tuples have a value for each step."""
 
-    levels_mm: tuple[float, ...]  # Mean level from the face, the meniscus levelled
+    levels_mm: tuple[float, ...]  # Mean level from the face, corrected for the meniscus
     volumes_mm3: tuple[float, ...]  # Volume below it, as weighed
-    misfits_mm3: tuple[float, ...]  # Weighed volume less that between the fitted walls
-    misfit_sds_mm3: tuple[float, ...]  # Standard deviation of the misfit by the errors of scale and level
+    misfits_mm3: tuple[float, ...]  # Weighed volume minus the volume between the fitted walls
+    misfit_sds_mm3: tuple[float, ...]  # Standard deviation of the misfit due to the errors of scale and level
     slabs_mm: tuple[tuple[float, float, float], ...]
-    """Depth of the middle, mean width and its standard deviation of the slabs between two steps."""
-    width_mm: float  # Mean width as the fill and the photo together give it, where the outline was traced
+    """Slabs between two steps: depth of the middle, mean width and its standard deviation."""
+    width_mm: float  # Mean width by fill and photo together, at the level of the traced outline
     wall_angle_deg: float
     depth_mm: float
     steps: tuple[tuple[float, float, float], ...]
-    """Root of the covariance of width, angle and depth: column i is what one standard deviation of each, those before
-    it given, moves of it and of those after it."""
+    """Lower triangular root of the covariance of width, angle and depth. Column i is the change of quantity i, and of
+    those after it, by one standard deviation of quantity i, given those before it."""
     volume_95_mm3: Span
-    findings: tuple[str, ...] = ()  # Contradictions between the fill, the photo and the reading of the tilt
+    findings: tuple[str, ...] = ()  # Contradictions between fill, photo and interpretation of the tilt
 
     def __str__(self) -> str:
-        """Describe each quantity that the fill moved, with twice its standard deviation."""
+        """Describe each quantity that the fill changed, with twice its standard deviation."""
         values = (("width", self.width_mm, 2, " mm"), ("each wall", self.wall_angle_deg, 1, "°"))
         values += (("depth", self.depth_mm, 1, " mm"),)
         return ", ".join(
@@ -119,22 +119,24 @@ class WeighedCavity:
 @with_config(ConfigDict(strict=True, allow_inf_nan=False))
 @dataclass(frozen=True, kw_only=True)
 class SolidFigures:
-    """Figures of a solid; None or empty where one does not apply. They are keys of solid.json, without what is None."""
+    """Figures of a solid; None or empty for one that does not apply. They are keys of solid.json, without None."""
 
     photo_width_mm: float | None = None  # Mean width of the crack as traced
-    photo_width_95_mm: Span | None = None  # Ends of its 95 % interval, and the cavity's volume there
+    photo_width_95_mm: Span | None = None  # Its 95 % interval, and the interval of the cavity's volume that follows
     cavity_volume_95_mm3: Span | None = None
     mouth_width_mm: float | None = None
     floor_width_mm: float | None = None
-    volume_mm3: dict[str, float] = field(default_factory=dict)  # Volume of the cavity for each reading of the tilt
+    volume_mm3: dict[str, float] = field(
+        default_factory=dict
+    )  # Volume of the cavity for each interpretation of the tilt
     closing_depth_mm: ClosingDepth | None = None
     mesh: MeshOrigin | None = None
     watertight: bool | None = None
     triangles: int | None = None
-    euler: int | None = None  # Vertices less edges plus faces
+    euler: int | None = None  # Vertices minus edges plus faces
     min_edge_mm: float | None = None
     self_intersections: int | None = None
-    jitter_mm: float | None = None  # Random shift of the outline's vertices, after a build that failed without it
+    jitter_mm: float | None = None  # Random shift of the outline's vertices, needed if a build failed without it
     ends: tuple[EndOfCrack, ...] | None = None
     dams: tuple[DamBox, ...] = ()
     weighed: WeighedCavity | None = None

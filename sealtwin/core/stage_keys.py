@@ -1,7 +1,7 @@
-"""Keys of results: hashes of all that a result depends on, with the numbers of the stages that compute it.
+"""Keys of results: hashes of everything that a result depends on, including the numbers of the stages that compute it.
 
-A stage number is raised whenever the same input gives another number in the stage's results. The stages state their
-own; this module only composes what it is given.
+A stage number is raised whenever the same input gives another figure in the stage's results. Each stage defines its
+own number.
 """
 
 import hashlib
@@ -12,7 +12,7 @@ from importlib.metadata import version
 from typing import Any
 
 UNNUMBERED = 0
-"""Number of a stage that a result does not record, as of validate in a study without readings."""
+"""Number of a stage that a result does not record, such as validate in a study without readings."""
 
 
 def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any], numbers: Mapping[str, int]) -> str:
@@ -23,27 +23,24 @@ def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any], numbers: M
 
 
 def content_key(content: Mapping[str, Any]) -> str:
-    """Return a hash of JSON content, for what is compared within one call and not kept."""
+    """Return a hash of JSON content, to compare within one call. It is not stored."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def number_words(numbers: Mapping[str, int]) -> str:
-    """Return "digitise 1, simulate 2"; a number that is not recorded is "unknown"."""
+    """Return "digitise 1, simulate 2", with "unknown" for a number that is not recorded."""
     return ", ".join(f"{stage} {number or 'unknown'}" for stage, number in numbers.items()) or "unknown"
 
 
 def other_numbers(recorded: Mapping[str, int], own: Mapping[str, int]) -> str:
-    """Return how the ``recorded`` stage numbers of a result differ from this version's ``own``; empty if they do not.
-
-    The words follow "computed by".
-    """
-    known = {stage: recorded.get(stage, UNNUMBERED) for stage in own}
-    before = {stage: number for stage, number in known.items() if number != own[stage]}
+    """Return words, after "computed by", on ``recorded`` stage numbers that differ from ``own``; empty if none does."""
+    numbers = {stage: recorded.get(stage, UNNUMBERED) for stage in own}
+    before = {stage: number for stage, number in numbers.items() if number != own[stage]}
     now = {stage: own[stage] for stage in before}
     return f"{number_words(before)}, while this version has {number_words(now)}" if before else ""
 
 
 @cache
 def _own_version() -> str:
-    """Return the package's version, whose metadata take a millisecond to parse: a study has 20,000 keys."""
+    """Return the package's version. Its metadata take a millisecond to parse, and a study has 20,000 keys."""
     return version("sealtwin")

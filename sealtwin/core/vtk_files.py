@@ -21,7 +21,7 @@ TYPES: dict[str, Any] = {"Float32": np.dtype("<f4"), "Int32": np.dtype("<i4"), "
 BEGIN_OF_DATA = b'<AppendedData encoding="raw">_'
 LENGTH = struct.Struct("<Q")
 RESUMED = ", and checkpoint.npz if the run is not finished; then simulate again."
-"""End of a remedy: the fluid run reads the frames that it has written, and would stop at the same fault again."""
+"""End of a remedy. A resumed run reads the frames that it has written, and would stop at the same fault again."""
 
 
 def write_frame(path: Path, frame: Frame) -> None:
@@ -69,7 +69,7 @@ def write_frame(path: Path, frame: Frame) -> None:
 
 
 def read_frame(path: Path) -> Frame:
-    """Read a frame that ``write_frame`` wrote. Raises InputError if it is of another kind or damaged."""
+    """Read a frame that ``write_frame`` wrote. Raises InputError if it is another kind of file, or damaged."""
     head, _, data = read_bytes(path).partition(BEGIN_OF_DATA)
     try:
         arrays = {
@@ -87,7 +87,7 @@ def read_frame(path: Path) -> Frame:
 
 
 def write_collection(path: Path, frames: Sequence[tuple[float, str]]) -> None:
-    """Write a .pvd that lists frames by time in seconds and by file beside the .pvd."""
+    """Write a .pvd that lists frames by time in seconds and by file in the same folder."""
     head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">\n<Collection>\n'
     lines = [f'<DataSet timestep="{t_s!r}" group="" part="0" file="{name}"/>\n' for t_s, name in frames]
     write_text(path, f"{head}{''.join(lines)}</Collection>\n</VTKFile>\n")
@@ -97,10 +97,10 @@ def read_collection(path: Path) -> list[tuple[float, Path]]:
     """Read times in seconds and files of a .pvd that ``write_collection`` wrote, in its order. Raises InputError."""
     content = read_bytes(path)
     try:
-        found = list(ElementTree.fromstring(content).iter("DataSet"))
-        if not found:
+        sets = list(ElementTree.fromstring(content).iter("DataSet"))
+        if not sets:
             raise ValueError("it lists no frame")
-        return [(float(each.attrib["timestep"]), path.parent / _plain_name(each.attrib["file"])) for each in found]
+        return [(float(each.attrib["timestep"]), path.parent / _plain_name(each.attrib["file"])) for each in sets]
     except (ValueError, KeyError, ElementTree.ParseError) as fault:
         raise InputError(f"{path}: not a collection of frames, or damaged ({fault}). Delete it{RESUMED}") from fault
 
@@ -115,7 +115,7 @@ def _values(array: ElementTree.Element, data: bytes) -> NDArray[Any]:
 
 
 def _plain_name(name: str) -> str:
-    """Return a name without folders: a collection from elsewhere must not lead out of its folder."""
+    """Return a name. Raises ValueError for a path: a collection must not lead out of its folder."""
     if not re.fullmatch(r"[\w.-]+\.vtp", name):
         raise ValueError(f"it names {name!r:.60}")
     return name

@@ -1,4 +1,4 @@
-"""An emulated pour under correction: particles and a sensor, both with hidden faults."""
+"""An emulated pour with correction: particles and a sensor, both with faults that the plan does not include."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,35 +19,35 @@ from simulate.settings import Fluid, Nozzle, SampleSlope, Solver
 from simulate.steered import SteeredPour
 
 Factor = Annotated[float, Field(ge=0.1, le=10)]
-SEEN_EVERY_MM = 1.0
-WIDENED_MM = 8.0  # Standard deviation of a hidden widening along the crack
+SEEN_EVERY_MM = 1.0  # Spacing of the stations of the emulated sensor
+WIDENED_MM = 8.0  # Standard deviation, along the crack, of a widening
 
 
 class Faults(Settings):
-    """Content of faults.toml: faults that the plan does not know of. Without a key there is no such fault."""
+    """Content of faults.toml: faults that the plan does not include. A missing key means no such fault."""
 
     flow_factor: Factor = 1.0
-    """Flow that the pump gives over the flow asked for."""
+    """Flow of the pump over the requested flow."""
     material_factor: Factor = 1.0
     """Yield stress and viscosity over the plan's."""
     wider_percent: float = Field(default=0.0, ge=-50, le=100)
-    """Width over the outline's at ``wider_at_mm``, in percent; 8 mm to either side 0.6 of it are left."""
+    """Increase of the width at ``wider_at_mm``, in percent. It decreases to 0.6 of this 8 mm to either side."""
     wider_at_mm: float = Field(default=45.0, ge=0, le=10_000)
     noise_mm: float = Field(default=0.0, ge=0, le=10)
-    """Standard deviation of a level at each station, 1 mm apart."""
+    """Standard deviation of the level at each station. Stations are 1 mm apart."""
     latency_s: float = Field(default=0.0, ge=0, le=10)
     """Age of a level when it arrives."""
     lost_share: float = Field(default=0.0, ge=0, le=1)
     """Share of the levels that do not arrive."""
     blind_mm: float = Field(default=6.0, ge=0, le=1000)
-    """Distance from the nozzle within which the sensor sees nothing."""
+    """Distance from the nozzle within which the sensor has no level."""
     period_s: float = Field(default=1.0, ge=0.05, le=60)
     """Time between two updates."""
 
 
 @dataclass(frozen=True)
 class Emulated:
-    """Outcome of an emulated pour. EMULATED: no number is measured."""
+    """Result of an emulated pour. EMULATED: no number is measured."""
 
     misfit: Misfit
     after_first: Misfit
@@ -69,7 +69,7 @@ def emulate(
     corrects: bool = True,
     report: Callable[[int], None] = lambda t_s: None,
 ) -> Emulated:
-    """Pour with faults and correct by ``step``; without ``corrects`` the plan is poured as it is."""
+    """Pour with faults and correct by ``step``; without ``corrects``, pour the plan unchanged."""
     fluid, solver, nozzle = physics
     share = faults.wider_percent / 100 * np.exp(-0.5 * ((outline.s_mm - faults.wider_at_mm) / WIDENED_MM) ** 2)
     real = widened_by(outline, share)
@@ -91,7 +91,7 @@ def emulate(
     after_first, back_s = None, passes.back_s
     for t_s in np.arange(begin_s + faults.period_s, end_s, faults.period_s).tolist():
         pour.advance(t_s - faults.latency_s, flow)
-        frame = _seen(pour, passes, faults, random) if random.random() >= faults.lost_share else None
+        frame = _sensed(pour, passes, faults, random) if random.random() >= faults.lost_share else None
         pour.advance(t_s, flow)
         if after_first is None and t_s + faults.period_s > back_s:
             level = pour.level()
@@ -106,17 +106,18 @@ def emulate(
     return Emulated(at_end, after_first or at_end, level, pour.given_mm3, tuple(lines))
 
 
-def _seen(pour: SteeredPour, passes: TwoPasses, faults: Faults, random: np.random.Generator) -> LevelFrame | None:
-    """Return the level that the sensor sees: behind the nozzle, but not around it."""
+def _sensed(pour: SteeredPour, passes: TwoPasses, faults: Faults, random: np.random.Generator) -> LevelFrame | None:
+    """Return the level from the sensor: behind the nozzle, but not around it. None without a station."""
     level, t_s = pour.level(), pour.t_s
     s_mm = np.arange(SEEN_EVERY_MM / 2, level.s_mm[-1], SEEN_EVERY_MM)
     at_mm, start_mm = np.interp(t_s, passes.motion.t_s, passes.motion.s_mm), passes.motion.s_mm[0]
     so_far_mm = passes.motion.s_mm[passes.motion.t_s <= t_s]
     farthest_mm = so_far_mm[np.abs(so_far_mm - start_mm).argmax()] if len(so_far_mm) else start_mm
     onward = 1.0 if farthest_mm >= start_mm else -1.0
-    seen = (t_s >= passes.back_s) | (onward * (farthest_mm - s_mm) > 0)
-    seen &= np.abs(s_mm - at_mm) > faults.blind_mm
-    if not seen.any():
+    visible = (t_s >= passes.back_s) | (onward * (farthest_mm - s_mm) > 0)
+    visible &= np.abs(s_mm - at_mm) > faults.blind_mm
+    if not visible.any():
         return None
-    noisy_mm = np.interp(s_mm[seen], level.s_mm, level.level_mm) + random.normal(0, faults.noise_mm, int(seen.sum()))
-    return LevelFrame(t_s, tuple(s_mm[seen].tolist()), tuple(noisy_mm.tolist()))
+    s_mm = s_mm[visible]
+    noisy_mm = np.interp(s_mm, level.s_mm, level.level_mm) + random.normal(0, faults.noise_mm, len(s_mm))
+    return LevelFrame(t_s, tuple(s_mm.tolist()), tuple(noisy_mm.tolist()))

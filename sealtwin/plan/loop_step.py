@@ -1,8 +1,8 @@
-"""One step of the correction of a fill: from the level so far to the flow of the rest, without side effects.
+"""One step of the correction of a fill: from the level so far to the remaining flow, without side effects.
 
-A model, made beforehand, holds the areas of the nominal plan over time as particles gave them, and their derivatives
-by each flow and by the paste's thickness as the fast model has them. The fast model reads low in mid-fill, so that it
-gives differences alone. All of it is linear, and a step takes some hundredths of a second.
+A model, computed before the pour, has the areas of the nominal plan over time by particles, and their derivatives with
+respect to each flow and to the paste's thickness by the fast model. The fast model is too low in mid-fill, so only its
+differences are used. Everything is linear, and a step takes some hundredths of a second.
 """
 
 from dataclasses import dataclass, field, replace
@@ -18,18 +18,18 @@ from sealtwin.plan.search import DECIMALS
 from simulate.slot.sections import Trapezoids
 
 FLOW_SD, MATERIAL_SD = 0.15, 0.5
-"""Standard deviations of two priors: of the pump's flow over the flow asked for, and of the logarithm of the paste's
+"""Standard deviations of two priors: of the pump's flow over the requested flow, and of the logarithm of the paste's
 thickness over the plan's."""
-FLOW_BOUNDS, MATERIAL_BOUNDS = (0.6, 1.5), (0.2, 5.0)  # Over the plan's
-MODEL_MM, ALIKE_MM = 0.4, 8.0  # Error of a predicted level in mid-fill, and the length over which it is the same
-SMOOTHED_MM = 2.5  # Standard deviation to which unexplained areas are smoothed
-OPEN_AFTER_S = 3.0  # Time without a level after which the plan is not corrected
-OVER_WEIGHT = (1.3, 4.0)  # Of overfill in the first pass, and in the top-up, after which nothing removes it
+FLOW_BOUNDS, MATERIAL_BOUNDS = (0.6, 1.5), (0.2, 5.0)  # Bounds of both estimates, over the plan's
+MODEL_MM, ALIKE_MM = 0.4, 8.0  # Error of a predicted level in mid-fill, and the length over which it is correlated
+SMOOTHED_MM = 2.5  # Standard deviation of the smoothing of unexplained areas
+OPEN_AFTER_S = 3.0  # Time without a level after which the plan is no longer corrected
+OVER_WEIGHT = (1.3, 4.0)  # Weight of overfill in the first pass, and in the top-up, after which nothing removes it
 STIFF, AT_EASE, WHOLE = 0.3, 0.003, 3.0
-"""Weights of a command's distance from the plan's flow in the first pass, and from none in the top-up, and of the whole
-volume's error in the first pass, beside relative errors of the areas."""
-TRUSTED = 0.65, 1.5  # Bounds of a command of the first pass, beyond which the tables no longer hold
-REWEIGHTED = 4  # Times that cells over their target are weighted anew
+"""Weights, relative to those of relative errors of the areas: of a command's distance from the plan's flow in the first
+pass, of its distance from 0 in the top-up, and of the error of the whole volume in the first pass."""
+TRUSTED = 0.65, 1.5  # Bounds of a command of the first pass, within which the tables are valid
+REWEIGHTED = 4  # Number of times that cells over their target are weighted anew
 
 
 @with_config(FROM_JSON)
@@ -37,7 +37,7 @@ REWEIGHTED = 4  # Times that cells over their target are weighted anew
 class LoopModel:
     """Tables of a plan with a top-up pass; C cells, T moments, n intervals of time.
 
-    A command is a factor on ``base_mm3_s`` in its interval: the plan's own flow, or a small one in the top-up.
+    A command is a factor on ``base_mm3_s`` in its interval: the plan's flow, or a small one in the top-up.
     """
 
     sections: Trapezoids
@@ -50,7 +50,7 @@ class LoopModel:
     by_material: Numbers  # (T, C)
     target_mm2: Numbers  # (2, C): of the first pass and of the top-up
     most_mm3_s: Amount
-    linear_off_mm: Amount  # RMS error of the tables over the fast model itself, flow and paste 20 % off
+    linear_off_mm: Amount  # RMS error of the tables against the fast model, with flow and paste 20 % off
 
     def __post_init__(self) -> None:
         cells, moments, intervals = len(self.sections.s_mm), len(self.moment_s), len(self.nominal)
@@ -65,9 +65,9 @@ class LoopModel:
         }
         for name, size in sizes.items():
             if (shape := attrgetter(name)(self).shape) != size:
-                raise ValueError(f"{name} has {shape} numbers, by moment_s, nominal and sections.s_mm it has {size}")
+                raise ValueError(f"{name} has {shape} numbers; moment_s, nominal and sections.s_mm require {size}")
         if min(cells, moments, intervals) < 2:
-            raise ValueError("moment_s, nominal and sections.s_mm have two numbers or more each")
+            raise ValueError("moment_s, nominal and sections.s_mm need two numbers or more each")
 
     @property
     def first(self) -> int:
@@ -89,7 +89,7 @@ class LoopModel:
 @with_config(FROM_JSON)
 @dataclass(frozen=True)
 class LevelFrame:
-    """Levels that a sensor saw at a moment, at the stations that it could see."""
+    """Levels from a sensor at a moment, at the stations that it covers."""
 
     t_s: float
     s_mm: tuple[float, ...]
@@ -97,19 +97,19 @@ class LevelFrame:
 
     def __post_init__(self) -> None:
         if len(self.s_mm) != len(self.level_mm):
-            raise ValueError(f"{len(self.s_mm)} numbers in s_mm, and {len(self.level_mm)} in level_mm")
+            raise ValueError(f"{len(self.s_mm)} numbers in s_mm, but {len(self.level_mm)} in level_mm")
 
 
 @dataclass(frozen=True)
 class LoopState:
-    """Input of the next step that this one computed."""
+    """State that a step returns, and the next step takes."""
 
     commands: tuple[float, ...]
     level_s: float = 0.0  # Moment of the latest level
     flow: float = 1.0
     material: float = 0.0  # Logarithm
-    left_mm2: tuple[float, ...] = field(default=())  # Areas that the estimates leave unexplained, (C,)
-    stopped: str = ""  # Why it stopped, in a sentence
+    left_mm2: tuple[float, ...] = field(default=())  # Areas that the estimates do not explain, (C,)
+    stopped: str = ""  # Reason for a stop, in a sentence
 
     @classmethod
     def start(cls, model: LoopModel) -> "LoopState":
@@ -128,13 +128,13 @@ class RemainingPlan:
     begin_s: tuple[float, ...]
     end_s: tuple[float, ...]
     flow_mm3_s: tuple[float, ...]
-    said: str  # What was done, in words: corrected, as before, open loop or stopped
+    said: str  # Outcome of the step in words: corrected, as before, open loop or stopped
 
 
 @with_config(FROM_JSON)
 @dataclass(frozen=True)
 class StepInput:
-    """Moment and level that a logged step was given."""
+    """Input of a logged step."""
 
     t_s: float
     level: LevelFrame | None
@@ -142,25 +142,25 @@ class StepInput:
 
 @dataclass(frozen=True)
 class LoggedStep(StepInput):
-    """Line of a log: what a step was given, and its answer."""
+    """Line of a log: input and output of a step."""
 
     state: LoopState
     plan: RemainingPlan
 
 
 def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | None) -> tuple[LoopState, RemainingPlan]:
-    """Correct the flow that is left by the level so far. Pure: the same arguments give the same answer.
+    """Correct the remaining flow by the level so far. Pure: the same arguments give the same result.
 
     Parameters
     ----------
     model
         Tables of the plan, as ``read_loop`` reads them.
     state
-        What the last step returned; ``LoopState.start(model)`` at first.
+        Returned by the last step; ``LoopState.start(model)`` at first.
     t_s
         Time on the plan's clock.
     level
-        The latest that the sensor has, of ``t_s`` or before; None if there is none since the last step.
+        Latest level from the sensor, at ``t_s`` or before; None if there is no new one since the last step.
 
     Returns
     -------
@@ -170,55 +170,55 @@ def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | Non
     Raises
     ------
     ValueError
-        The state is of another model. An estimate out of bounds raises nothing: it stops the flow, in words.
+        The state belongs to another model. An estimate out of bounds raises nothing: it stops the flow, with a reason.
     """
     if len(state.commands) != len(model.nominal):
-        raise ValueError(f"a state of {len(state.commands)} commands, and a model of {len(model.nominal)}")
-    said = "as before: no new level"
+        raise ValueError(f"the state has {len(state.commands)} commands, but the model {len(model.nominal)}")
+    outcome = "as before: no new level"
     if level is not None and level.t_s > state.level_s and not state.stopped:
         state = _estimated(model, state, level)
     if state.stopped:
         commands = np.where(model.edge_s[:, 0] >= t_s, 0.0, state.commands)
-        state, said = replace(state, commands=tuple(commands.tolist())), f"stopped: {state.stopped}"
+        state, outcome = replace(state, commands=tuple(commands.tolist())), f"stopped: {state.stopped}"
     elif t_s - state.level_s > OPEN_AFTER_S:
-        said = f"open loop: no level for {t_s - state.level_s:.1f} s"
+        outcome = f"open loop: no level for {t_s - state.level_s:.1f} s"
     elif level is not None:
-        state, said = _corrected(model, state, t_s), "corrected"
+        state, outcome = _corrected(model, state, t_s), "corrected"
     ahead = model.edge_s[:, 0] >= t_s
     begin_s, end_s = (tuple(column.tolist()) for column in model.edge_s[ahead].T)
     flow = np.array(state.commands)[ahead] * model.base_mm3_s[ahead]
-    return state, RemainingPlan(begin_s, end_s, tuple(flow.tolist()), said)
+    return state, RemainingPlan(begin_s, end_s, tuple(flow.tolist()), outcome)
 
 
 def _estimated(model: LoopModel, state: LoopState, level: LevelFrame) -> LoopState:
-    """Estimate flow and thickness from the level and their priors, and the areas that they leave unexplained."""
+    """Estimate flow and thickness from the level and their priors, and the areas that they do not explain."""
     it = model.sections
-    seen, area_mm2 = _seen_areas(it, level)
+    covered, area_mm2 = _covered_areas(it, level)
     reference, by_command, by_material = model.at(level.t_s)
     commands = np.array(state.commands)
     given = commands @ by_command
-    found_mm2 = area_mm2 - reference + model.nominal @ by_command
-    # Of a single cell; neighbours share their errors over some length.
+    measured_mm2 = area_mm2 - reference + model.nominal @ by_command
+    # Error of a single cell; neighbours share their errors over some length.
     sd_mm2 = it.mouth_mm * MODEL_MM * np.sqrt(max(1.0, ALIKE_MM / it.step_mm))
-    rows = np.column_stack([given, by_material])[seen] / sd_mm2[seen, None]
+    rows = np.column_stack([given, by_material])[covered] / sd_mm2[covered, None]
     prior = np.diag([1 / FLOW_SD, 1 / MATERIAL_SD])
-    wanted = np.concatenate([found_mm2[seen] / sd_mm2[seen], [1 / FLOW_SD, 0.0]])
+    wanted = np.concatenate([measured_mm2[covered] / sd_mm2[covered], [1 / FLOW_SD, 0.0]])
     flow, material = np.linalg.lstsq(np.vstack([rows, prior]), wanted)[0].tolist()
     stopped = ""
     estimates = ("flow", flow, FLOW_BOUNDS), ("material", float(np.exp(material)), MATERIAL_BOUNDS)
     for name, value, (low, high) in estimates:
         if not low <= value <= high:
             stopped = f"{name} estimate {value:.2f} outside {low:g} to {high:g}: a blocked nozzle, or another paste?"
-    left_mm2 = np.where(seen, found_mm2 - flow * given - material * by_material, 0.0)
-    near = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2) * seen
-    left_mm2 = np.where(seen, near @ left_mm2 / np.maximum(near.sum(axis=1), 1e-12), 0.0)
+    left_mm2 = np.where(covered, measured_mm2 - flow * given - material * by_material, 0.0)
+    near = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2) * covered
+    left_mm2 = np.where(covered, near @ left_mm2 / np.maximum(near.sum(axis=1), 1e-12), 0.0)
     return replace(
         state, level_s=level.t_s, flow=flow, material=material, left_mm2=tuple(left_mm2.tolist()), stopped=stopped
     )
 
 
-def _seen_areas(sections: Trapezoids, level: LevelFrame) -> tuple[NDArray[np.bool_], Floats]:
-    """Return which cells were seen, (C,), and the area under the mean level there, 0 elsewhere."""
+def _covered_areas(sections: Trapezoids, level: LevelFrame) -> tuple[NDArray[np.bool_], Floats]:
+    """Return a flag for cells with a level, (C,), and the area under their mean level, 0 elsewhere."""
     cells = len(sections.s_mm)
     cell = np.clip((np.array(level.s_mm) / sections.step_mm).astype(int), 0, cells - 1)
     count = np.bincount(cell, minlength=cells)
@@ -227,7 +227,7 @@ def _seen_areas(sections: Trapezoids, level: LevelFrame) -> tuple[NDArray[np.boo
 
 
 def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
-    """Choose the remaining commands of this pass so that its bed ends at its target."""
+    """Choose the remaining commands of this pass, so that the bed at its end meets the target."""
     from scipy.optimize import lsq_linear
 
     first, begin_s = model.first, model.edge_s[:, 0]
@@ -242,9 +242,9 @@ def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
     fixed = np.where(free, 0.0, commands)
     bed_mm2 = reference + (state.flow * fixed - model.nominal) @ by_command + state.material * by_material
     if again:
-        # In the first pass most unexplained area is the moving front, which the tables place badly.
+        # In the first pass, most unexplained area is at the moving front, which the tables place badly.
         bed_mm2 = bed_mm2 + np.array(state.left_mm2)
-    # In the first pass any area between both targets is right; in the top-up an area over its target stays.
+    # In the first pass, any area between both targets is right. In the top-up, an area over its target stays.
     highest_mm2 = np.inf if again else model.target_mm2[1]
     lacks_mm2 = np.clip(bed_mm2, target_mm2, np.maximum(target_mm2, highest_mm2)) - bed_mm2
     scale = 1 / target_mm2.mean() / np.sqrt(len(target_mm2))
@@ -253,10 +253,10 @@ def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
     least = np.zeros(len(most))
     if not again:
         least, most = np.minimum(TRUSTED[0], most / 2), np.minimum(TRUSTED[1], most)
-    # The top-up gives no more than is needed.
+    # The top-up gives as little as possible.
     still, stiff = (0.0, AT_EASE) if again else (1 / state.flow, STIFF)
     stiffness = stiff / np.sqrt(free.sum()) * np.eye(int(free.sum()))
-    # The volume is right even if the tables place it badly.
+    # Make the volume right even if the tables place it badly.
     whole = 0.0 if again else WHOLE / np.sqrt(len(lacks))
     weight, chosen = np.ones(len(lacks)), commands[free]
     for _ in range(REWEIGHTED):

@@ -1,4 +1,4 @@
-"""The loop of a finished plan: its tables, an emulated pour with faults, its log and the log's replay."""
+"""The loop of a finished plan: its tables, an emulated pour with faults, the log, and its replay."""
 
 import json
 from dataclasses import asdict
@@ -35,9 +35,9 @@ from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial, load_trial
 
 TABLES, PAGE = "loop.json", "loop.html"
-SAME = 1e-6  # Relative difference of numbers that another machine rounds otherwise
+SAME = 1e-6  # Relative difference of numbers that counts as rounding on another machine
 ANOTHER_LOG = "Give the log as 'sealtwin loop PLAN --emulate FAULTS' or your controller wrote it."
-REFERENCE_SEED = 100  # Added to the trial's own, for the particles of the tables
+REFERENCE_SEED = 100  # Added to the trial's seed for the particles of the tables
 
 
 class LogHead(Result):
@@ -49,16 +49,16 @@ class LogHead(Result):
 def run_loop(
     folder: Path, faults_file: Path, progress: Progress, *, seed: int, corrects: bool = True
 ) -> dict[str, Any]:
-    """Emulate a plan's pour with the faults of a file, write its log and page, and return the JSON answer.
+    """Emulate a plan's pour with the faults of a file, write its log and page, and return the JSON output.
 
-    The tables are made first, and again if the plan has changed. Raises InputError if the folder holds no plan.
+    The tables are made first, and anew if the plan has changed. Raises InputError if the folder has no plan.
     """
-    starter = "It has keys as flow_factor = 1.2, noise_mm = 0.15"
+    starter = "It has keys such as flow_factor = 1.2, noise_mm = 0.15"
     faults = read_settings(Faults, faults_file, name="file of faults", starter=starter)
     trial, sample = _plan_in(folder)
     if trial.crack is None:
         raise InputError(
-            f"{folder}: the sample is a mesh, whose width cannot be hidden; a loop is emulated on a photo's."
+            f"{folder}: the sample is a mesh, whose width cannot be changed; a loop is emulated for a photo only."
         )
     with holding(folder), progress:
         passes = passes_of(sample, trial)
@@ -84,9 +84,9 @@ def run_loop(
 
 
 def replay(folder: Path, log: Path) -> int:
-    """Give each input of a log to ``step`` again, and return the number of its steps.
+    """Call ``step`` again with each input of a log, and return the number of its steps.
 
-    Raises InputError for a log that cannot be read or is of other tables, NumericalError for a different answer.
+    Raises InputError if the log cannot be read or belongs to other tables, and NumericalError for a different result.
     """
     model, (head, *lines) = read_model(folder / TABLES), _lines(log)
     if as_record(LogHead, head, f"{log}, line 1", ANOTHER_LOG).tables_sha256 != files.sha256(folder / TABLES):
@@ -99,18 +99,18 @@ def replay(folder: Path, log: Path) -> int:
         if line.t_s <= latest_s:
             raise InputError(
                 f"{log}, line {number}: t_s = {line.t_s:g} is not after the {latest_s:g} s of the line before; a line "
-                f"is doubled, or two are swapped. {ANOTHER_LOG}"
+                f"is repeated, or two are swapped. {ANOTHER_LOG}"
             )
         latest_s = line.t_s
         state, plan = step(model, state, line.t_s, line.level)
         answer = asdict(LoggedStep(line.t_s, line.level, state, plan))
         if not _alike(json.loads(json.dumps(answer)), json.loads(text)):
-            raise NumericalError(f"{log}, line {number}: replayed, the answer at {line.t_s:g} s is another.")
+            raise NumericalError(f"{log}, line {number}: the replayed step at {line.t_s:g} s has another result.")
     return len(lines)
 
 
 def loop_versions(folder: Path) -> list[str]:
-    """Return a sentence each if other stage numbers than this version's computed the tables of a loop, or its plan."""
+    """Return a sentence for the tables of a loop, and for its plan, if computed by other stage numbers."""
     tables, own, sentences = read_model(folder / TABLES), numbers_up_to("simulate"), list[str]()
     if other := other_numbers(tables.stage_numbers, own):
         again = f"'sealtwin loop {shown(folder)} --emulate FAULTS' makes them anew."
@@ -131,15 +131,17 @@ def passes_of(sample: Sample, trial: Trial) -> TwoPasses:
 
 def _plan_in(folder: Path) -> tuple[Trial, Sample]:
     if not (folder / REPORT).is_file():
-        raise InputError(f"{folder}: holds no finished plan (no {REPORT}). 'sealtwin plan TRIAL' makes one.")
+        raise InputError(
+            f"{folder}: not the folder of a finished plan (it has no {REPORT}). 'sealtwin plan TRIAL' makes one."
+        )
     trial = load_trial(folder / "trial.toml").loaded(folder)
     return trial.model_copy(update={"readings": None, "gate": None}), record_files.read_sample(folder / SAMPLE)
 
 
 def _volume_factor(folder: Path) -> float:
-    """Return the volume factor that the plan's own runs ended with, on average.
+    """Return the mean volume factor at the end of the plan's runs.
 
-    The folder may have runs of other stage numbers beside them, which do not count.
+    Runs of other stage numbers in the same folder do not count.
     """
     verification = read_plan(folder / VERIFICATION)
     with files.understood(folder / VERIFICATION):
@@ -147,7 +149,7 @@ def _volume_factor(folder: Path) -> float:
             present(run.figures.health.volume_factor, "volume_factor") for run in verification.runs if run.figures
         ]
     if not factors:
-        raise InputError(f"{folder / VERIFICATION}: holds no finished run. 'sealtwin plan TRIAL' makes them again.")
+        raise InputError(f"{folder / VERIFICATION}: has no finished run. 'sealtwin plan TRIAL' makes them again.")
     return float(np.mean(factors))
 
 
@@ -167,7 +169,7 @@ def _model(
 
 
 def _key(folder: Path) -> str:
-    """Return the key of the tables that this version makes of the plan as it is now."""
+    """Return the key of the tables that this version makes from the plan as it is now."""
     return stage_key({TABLE: files.sha256(folder / TABLE)}, {"tables": VERSION}, numbers_up_to("simulate"))
 
 
@@ -199,7 +201,7 @@ def _lines(log: Path) -> list[str]:
 
 
 def _alike(one: Any, other: Any) -> bool:
-    """Return True for equal content, numbers up to rounding."""
+    """Return True for equal content, with numbers equal up to rounding."""
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(_alike(value, other[key]) for key, value in one.items())
     if isinstance(one, list) and isinstance(other, list):

@@ -31,31 +31,31 @@ from sealtwin.trial.trial_file import SETTINGS, Trial, load_trial, seen_from, tr
 
 REPORT, TABLE, PAGE, LEVEL = "plan.json", "plan.csv", "plan.html", "level.csv"
 VERIFICATION, SAMPLE = "verification", "sample"
-SEARCHED, JUDGED = 4, 24  # Draws of a posterior that a search averages over, and that the chances are counted of
-MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8
+SEARCHED, JUDGED = 4, 24  # Number of draws of a posterior for a search, and for counting chances
+MUCH_OVER_MM3, MUCH_ABOVE_MM = 100.0, 0.8  # Limits of volume and level above the face whose chances are counted
 Z_95 = 1.96
 
 
 @dataclass(frozen=True)
 class Options:
     knots: int = 8
-    rounds: int = 3  # Particle runs of plans; each next plan is searched with the last one's level
-    seeds: int = 3  # Runs of the best plan with other seeds, which give its band
-    margin_mm: float = 0.0  # Level below the face that the plan aims at
+    rounds: int = 3  # Particle runs of plans; each plan is searched with the level of the one before
+    seeds: int = 3  # Runs of the best plan, with a seed each, for its band
+    margin_mm: float = 0.0  # Depth below the face of the level that the plan aims at
     flow_max_mm3_s: float | None = None
     keep_speed: bool = False
 
 
 @dataclass(frozen=True)
 class MadePlan:
-    """Result of a plan: the content of plan.json, and what it says in sentences."""
+    """Result of a plan: the content of plan.json, and sentences on it."""
 
     content: dict[str, Any]
     sentences: list[str]
 
 
 def case_of(sample: Sample, trial: Trial, trajectory: Trajectory) -> Case:
-    """Return the case of the fast model. Raises InputError for a paste that it does not know."""
+    """Return the case of the fast model. Raises InputError for a paste that the fast model does not support."""
     from simulate.slot.run import paste_of
 
     solver = trial.solver.for_crack(sample.outline.mean_width_mm)
@@ -70,7 +70,7 @@ def plan_on(
     limits_by: Any = None,
     where: Path = Path("trial.toml"),
 ) -> Planned:
-    """Plan for a digitised crack. ``limits_by`` is the cell and its pump's table, or None.
+    """Plan for a digitised crack. ``limits_by`` are the cell and its pump's table, or None.
 
     Raises InputError if no plan is possible, NumericalError if a particle run fails.
     """
@@ -132,7 +132,7 @@ def plan_on(
     apart_mm2 = discrepancy(bed, s_mm, levels_mm.mean(axis=0))
     chances, variance = None, np.zeros(len(s_mm))
     if len(levels) > 1:
-        # Of a further run about the mean of these.
+        # Variance of a further run about the mean of these.
         variance += levels_mm.var(axis=0, ddof=1).mean() * (1 + 1 / len(levels))
     if draws:
         drawn_mm = np.array(
@@ -170,7 +170,7 @@ def _chances(misfits: Sequence[Misfit]) -> dict[str, float]:
 
 
 def read_draws(path: Path, trial: Trial) -> list[Trial]:
-    """Read a posterior, a CSV of settings of the fluid with a draw in each row. Raises InputError."""
+    """Read a posterior: a CSV of settings of the fluid, with a draw in each row. Raises InputError."""
     names = [name for name in SETTINGS if name.startswith("fluid.")]
     columns = read_columns(path, dict.fromkeys(names, (-1e9, 1e9)), [], (2, 100_000))
     columns.pop("row")
@@ -196,9 +196,9 @@ def make_plan(
 ) -> MadePlan:
     """Plan a trial in a folder of its own, by default reports/NAME-plan.
 
-    ``settings`` by dotted name replace those of the trial file. After a kill the same command searches again, in
-    seconds, and keeps the particle runs that are done. Raises InputError if the trial, the cell or the posterior cannot
-    be used, and NumericalError if a run fails.
+    ``settings`` by dotted name replace those of the trial file. After a kill, the same command searches again, within
+    seconds, and does not repeat finished particle runs. Raises InputError if the trial, the cell or the posterior
+    cannot be used, and NumericalError if a run fails.
     """
     given = load_trial(file, settings)
     require_sample(given, file.parent)
@@ -207,8 +207,8 @@ def make_plan(
     pump = None if cell is None or cell_file is None else pump_of(cell, cell_file.parent)
     if cell is not None and (steady := cell.steady_settings):
         raise InputError(
-            f"{cell_file}: {' and '.join(steady)}: programs of one speed or one flow, and a plan varies both. Give "
-            "another, or take that format out of formats."
+            f"{cell_file}: {' and '.join(steady)}: programs with one speed or one flow, but a plan varies both. Give "
+            "another, or remove that format from formats."
         )
     draws = [] if posterior is None else read_draws(posterior, trial)
     folder = out or Path("reports", f"{given.folder_name}-plan")
@@ -232,7 +232,7 @@ def make_plan(
         content = _write(folder, planned, trial.name, warned)
         write_plan_page(folder / PAGE, trial.name, planned, warned)
         files.write_text(folder / "trial.toml", _trial_beside(given, file.parent, folder))
-        # A program that the cell cannot carry is refused below, and the plan stays.
+        # Before the program: if the cell refuses that, the plan stays.
         files.write_json(folder / REPORT, content)
         if cell is not None and cell_file is not None and planned.verified:
             origin = {
@@ -283,7 +283,7 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
 
 
 def _trial_beside(trial: Trial, source: Path, folder: Path) -> str:
-    """Return the trial with the plan, its files named from ``folder``."""
+    """Return the trial with the plan; its files are relative to ``folder``."""
     content = seen_from(folder, trial.model_dump(exclude_none=True), source)
     content["path"] = {"plan": TABLE}
     content["note"] = f"{trial.note} Planned by 'sealtwin plan'.".strip()[:2000]

@@ -20,12 +20,12 @@ from validate.figures.figure_sheet import (
 )
 from validate.figures.theme import ALONG, MEASURED, MUTED, SIMULATED, label_axes
 
-AGREES_MM = 0.4  # Mean difference of prediction and particles up to which the page does not mention it
+AGREES_MM = 0.4  # Mean difference of prediction and particles above which the page mentions it
 BASELINES = {"constant flow": "--", "flow by local area": ":"}
-SHOWN = 6  # Moments whose level is drawn
+SHOWN = 6  # Number of moments whose level is drawn
 CHANCES = {
     "over": "draws of the posterior with more than {} over the face",
-    "level": "draws that stand above {}",
+    "level": "draws with a level above {}",
 }
 LEVEL_AXIS = "level from the face (mm)"
 
@@ -34,7 +34,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
     judged = [("the plan, mean of its seeds", planned.misfit)]
     judged += [(one.name, one.misfit) for one in (*planned.baselines, *planned.rounds)]
     figures = [[of, it.under_mm3, it.over_mm3, it.total_mm3, it.highest_mm] for of, it in judged]
-    head = ("path", "under (mm3)", "over (mm3)", "in all (mm3)", "highest (mm)")
+    head = ("path", "under (mm3)", "over (mm3)", "total (mm3)", "highest (mm)")
     table = FigureTable(
         title="Judged by particles",
         head=head,
@@ -49,7 +49,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
         band = [(f"95 % band of a run, half-width, by {len(planned.misfits)} runs", f"{band_mm:.2f} mm")]
     sheet = FigureSheet(
         title=f"Plan: {name}",
-        lead="Flow and speed along the path, chosen on the fast model and judged by particles. No number is measured.",
+        lead="Flow and speed along the path, chosen by the fast model and judged by particles. No number is measured.",
         cautions=plan_cautions(planned, fluid_warnings),
         finding=plan_finding(planned),
         key_figures=[
@@ -74,7 +74,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
 
 
 def chance_rows(chances: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Return how many draws of the posterior overspill, and how many stand too high; none without a posterior."""
+    """Return the numbers of draws of the posterior with too much volume or level above the face, if any."""
     limits = [(name.partition("_above_"), share) for name, share in chances.items() if "_above_" in name]
     return [
         (CHANCES[what].format(limit.replace("_", " ")), f"{share * chances['draws']:.0f} of {chances['draws']:.0f}")
@@ -89,22 +89,22 @@ def plan_finding(planned: Planned) -> str:
         for one in planned.low_stretches
     )
     return (
-        f"{it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 stand above it, by particles; "
+        f"{it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it, by particles; "
         f"with {better.name}, the better baseline, {better.misfit.under_mm3:.0f} and {better.misfit.over_mm3:.0f}."
         + (f" {low[0].upper()}{low[1:]}." if low else "")
     )
 
 
 def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
-    """Return cautions on the fluid, and on a plan without a band, worse than a baseline or far off the fast model."""
+    """Return cautions on the fluid, and on a plan without a band, worse than a baseline or far from the fast model."""
     cautions = [*fluid_warnings]
     if planned.band_95_mm is None:
         cautions.append(
-            "One run of particles judged this plan, so that the scatter of single runs is not known and its level has "
-            "no band. Use --seeds 3."
+            "One run of particles judged this plan, which does not show the scatter of single runs: its level has no "
+            "band. Use --seeds 3."
         )
     if planned.best.off_mm is None:
-        not_verified = f"NOT VERIFIED: no plan was better than {planned.best.name}, which is kept."
+        not_verified = f"NOT VERIFIED: no plan was better than {planned.best.name}, which is the result."
         return [f"{not_verified} No robot program is written.", *cautions]
     if planned.best.off_mm > AGREES_MM:
         cautions.append(
@@ -139,7 +139,7 @@ def _flow(planned: Planned) -> Figure:
 
 
 def write_loop_page(path: Path, poured: Emulated, content: Mapping[str, Any]) -> None:
-    """Write the page of an emulated loop, with the figures of its JSON answer."""
+    """Write the page of an emulated loop, with the figures of its JSON output."""
     rows = [
         (line.t_s, line.state.flow, line.state.material_factor, (line.plan.flow_mm3_s or (0.0,))[0])
         for line in poured.lines
@@ -148,19 +148,19 @@ def write_loop_page(path: Path, poured: Emulated, content: Mapping[str, Any]) ->
     caption, numbers = "Flow and material over the plan's.", Numbers(columns, rows)
     stopped = [f"It stopped: {content['stopped']}."] if content["stopped"] else []
     sheet = FigureSheet(
-        title="The fill, corrected on its way: EMULATED",
-        lead="Reality is particles with hidden faults, and the sensor is emulated: no number here is measured.",
+        title="Correction of a fill during the pour: EMULATED",
+        lead="Particles with hidden faults stand for reality, and the sensor is emulated: no number is measured.",
         cautions=[*content["other_versions"], *content["fluid_warnings"], *stopped],
         finding=loop_finding(content),
         key_figures=[
             ("updates", f"{content['updates']}"),
             ("sealant given", f"{content['given_mm3'] / 1000:.3g} ml"),
-            ("tables off the fast model", f"{content['tables_off_mm']:.2f} mm"),
+            ("error of the tables against the fast model", f"{content['tables_off_mm']:.2f} mm"),
         ],
         parts=[
             SheetSection(
                 "Level over time, EMULATED",
-                ["Levels that the sensor saw, of which each is later than the one before, and the level at the end."],
+                ["Levels from the sensor, darker ones later, and the level at the end."],
                 [Plot("levels-over-time", "Levels along the crack; 0 is the face.", lambda: _loop_levels(poured))],
             ),
             SheetSection("Estimates, EMULATED", [], [Plot("estimates", caption, lambda: _estimates(rows), numbers)]),
@@ -171,8 +171,8 @@ def write_loop_page(path: Path, poured: Emulated, content: Mapping[str, Any]) ->
 
 def loop_finding(content: Mapping[str, Any]) -> str:
     return (
-        f"EMULATED: {content['under_mm3']:.0f} mm3 are missing below the face and {content['over_mm3']:.0f} mm3 stand "
-        f"above it; after the first pass it was {content['after_first_pass_mm3']:.0f} mm3 in all."
+        f"EMULATED: {content['under_mm3']:.0f} mm3 are missing below the face and {content['over_mm3']:.0f} mm3 are "
+        f"above it; after the first pass, both together were {content['after_first_pass_mm3']:.0f} mm3."
     )
 
 

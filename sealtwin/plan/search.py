@@ -14,19 +14,19 @@ from simulate.slot.flux import HerschelBulkley
 from simulate.slot.sections import Trapezoids
 
 CELLS, STEPS = 32, 60
-"""Size of the fast model in a search: a third of its time; the change in level is part of the discrepancy."""
-OVER_WEIGHT = 1.3  # Of overfill over underfill
+"""Size of the fast model in a search: a third of its usual time. The change of its level is in the discrepancy."""
+OVER_WEIGHT = 1.3  # Weight of overfill relative to underfill
 BENT, HURRIED, DWELT = 0.02, 0.01, 0.004
-"""Weights of second differences of flow and speed, of the speed's logarithm over the trial's, and of a second's dwell,
-beside the mean relative error of the areas: small enough to cost about a hundredth of what a plan gains."""
+"""Weights, relative to that of the mean relative error of the areas: of second differences of flow and speed, of the
+logarithm of the speed over the trial's, and of a dwell of 1 s. Small: they cost a plan about 1 % of its gain."""
 MOST_STEPS, WIDEST, ENOUGH, TINY = 16, 0.5, 0.02, 1e-9
-"""Steps at most, the widest one in logarithms and seconds, and the relative gain below which slopes are taken anew;
-with new ones it ends."""
-STEP = 2e-2  # Of the differences, in logarithms and seconds: far above the tolerance of the model's own iteration
+"""Largest number of steps; widest step, in logarithms and seconds; relative gain below which slopes are computed anew,
+or, with new slopes, the search ends; and a positive number close to 0."""
+STEP = 2e-2  # Step of the differences, in logarithms and seconds, far above the tolerance of the model's iteration
 DECIMALS = 3
-"""Decimals of a result of a search or a correction. Further ones differ by processor, as BLAS orders sums, and pours by
-particles diverge at any difference."""
-SMOOTHED_MM = 3.0  # Standard deviation to which a discrepancy is smoothed: one run's level has noise of 0.2 mm
+"""Decimals of a result of a search or a correction. Further decimals depend on the processor, since BLAS orders sums
+differently, and pours by particles diverge at any difference."""
+SMOOTHED_MM = 3.0  # Standard deviation of the smoothing of a discrepancy: the level of one run has noise of 0.2 mm
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,10 @@ class Case:
 
 @dataclass(frozen=True)
 class Goal:
-    """Areas of the bed that a plan aims at, and the correction of those of the fast model."""
+    """Target areas of the bed, and the correction of the areas of the fast model."""
 
     target_mm2: Floats  # (cells,)
-    discrepancy_mm2: Floats  # (cells,): particles less fast model, of the plan that was run last
+    discrepancy_mm2: Floats  # (cells,): particles minus fast model, for the plan of the latest run
 
 
 def target_of(sections: Trapezoids, margin_mm: float) -> Floats:
@@ -66,9 +66,9 @@ def target_of(sections: Trapezoids, margin_mm: float) -> Floats:
 
 
 def discrepancy(filled: Filled, s_mm: Floats, level_mm: Floats) -> Floats:
-    """Return the areas of a level by particles less those of the fast model, smoothed, (cells,).
+    """Return the areas of a level by particles minus those of the fast model, smoothed, (cells,).
 
-    Both are areas under the level of the crack's middle, which is what a plan is judged by.
+    Both are areas under the level in the middle of the crack, by which a plan is judged.
     """
     it = filled.sections
     apart = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2)
@@ -91,8 +91,8 @@ def search(
 ) -> Floats:
     """Return the plan with the least mean squared area error over ``cases``, from ``start`` on, within the limits.
 
-    The error of a cell is relative to the mean target. Gauss and Newton's steps, bounded, with differences now and then
-    and Broyden's update between. ``report`` is told the number of each step.
+    The error of a cell is relative to the mean target. Bounded Gauss-Newton steps, with slopes by differences at times
+    and by Broyden's update in between. ``report`` is called with the number of each step.
     """
     from scipy.optimize import lsq_linear
 
@@ -102,13 +102,13 @@ def search(
 
     def errors(plan: Floats) -> Floats:
         trajectory = knots.trajectory(plan)
-        found = []
+        areas = []
         for case in cases:
             off_mm2 = case.fill(trajectory).read_mm2 + goal.discrepancy_mm2 - goal.target_mm2
-            found.append(weight * np.where(off_mm2 > 0, OVER_WEIGHT, 1.0) * off_mm2)
+            areas.append(weight * np.where(off_mm2 > 0, OVER_WEIGHT, 1.0) * off_mm2)
         flow, speed, dwell_s = knots.parts(plan)
         smooth = [BENT * np.diff(values, 2) for values in (flow, speed)]
-        return np.concatenate([*found, *smooth, HURRIED * (speed - own_speed), DWELT * dwell_s])
+        return np.concatenate([*areas, *smooth, HURRIED * (speed - own_speed), DWELT * dwell_s])
 
     def slopes(plan: Floats, here: Floats) -> Floats:
         columns = []

@@ -1,4 +1,4 @@
-"""The numbers of a plan: flow and speed at knots along the path, dwell at both ends; and their bounds."""
+"""The numbers of a plan and their bounds: flow and speed at knots along the path, and the dwell at both ends."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,11 +11,11 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Trajectory
 
-LONGEST_DWELL_S = 5.0  # At each end; a longer dwell overfills it
-SHORTEST_S = 1e-6  # Least width of a bound, also of a pump with one flow
-SLOWER, FASTER = 4.0, 2.0  # A plan's speed over the trial's, at most either way
-SMALLEST_SHARE = 0.02  # Least flow over the trial's own, without a pump's table
-LARGEST_MM3_S = 1e4  # Flow of a plan without a cell and without --flow-max: more than pumps of a lab give
+LONGEST_DWELL_S = 5.0  # Longest dwell at each end; a longer one overfills it
+SHORTEST_S = 1e-6  # Least distance of two bounds, for example of a pump with one flow
+SLOWER, FASTER = 4.0, 2.0  # Largest factors by which a plan may be slower or faster than the trial
+SMALLEST_SHARE = 0.02  # Least flow as a share of the trial's, without a pump's table
+LARGEST_MM3_S = 1e4  # Largest flow without a cell and without --flow-max: more than a lab's pump gives
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class Limits:
 class Knots:
     """A trial's path, with the knots at which its flow and speed are free.
 
-    Flow and speed are linear between knots, which are even along the part of the path that gives sealant. The nozzle
-    dwells by crawling over the first and the last step of that part: no robot's program has a stop in it.
+    Flow and speed are linear between knots, which are evenly spaced along the part of the path with sealant. The nozzle
+    dwells by moving very slowly over the first and the last step of that part, since robot programs do not stop.
     """
 
     path: Trajectory
@@ -47,7 +47,7 @@ class Knots:
         knots = np.arange(self.count)
         flow, speed = (np.exp(np.interp(middle, knots, part_of)) for part_of in self.parts(plan)[:2])
         lasts_s = np.diff(self.path.t_s)
-        # On a ramp the trial's path is slower than its speed, and gives less.
+        # On a ramp, the trial's path is slower than its speed, and its flow is smaller.
         ramp = self.path.speed_mm_s[steps] / self.path.speed_mm_s[steps].max()
         given_s = np.diff(way_mm) / (speed * ramp)
         volume_mm3 = flow * ramp * given_s
@@ -66,7 +66,7 @@ class Knots:
         return plan[: self.count], plan[self.count : -2], plan[-2:]
 
     def first_guess(self, area_mm2: Floats, s_mm: Floats, limits: Limits) -> Floats:
-        """Return the plan that gives each place its own section, ``area_mm2`` at ``s_mm``, at the path's speed."""
+        """Return the plan that fills each section, ``area_mm2`` at ``s_mm``, at the path's speed."""
         part = self.path.giving
         way_mm = arc_length(self.path.position_mm[part])
         at_mm = np.interp(np.linspace(0, way_mm[-1], self.count), way_mm, self.path.s_mm[part])
@@ -105,7 +105,7 @@ def limits_of(
 
 
 def require_possible(limits: Limits, area_mm2: Floats, s_mm: Floats, trajectory: Trajectory, where: Path) -> None:
-    """Raise InputError if the flow for a section is out of bounds at every speed."""
+    """Raise InputError if the flow that fills a section is out of bounds at every speed."""
     at_mm = trajectory.s_mm[trajectory.giving]
     needed = np.interp(at_mm, s_mm, area_mm2)
     (least, most), (slowest, fastest) = limits.flow_mm3_s, limits.speed_mm_s
@@ -113,11 +113,11 @@ def require_possible(limits: Limits, area_mm2: Floats, s_mm: Floats, trajectory:
         worst = int(too_much.argmax())
         raise InputError(
             f"{where}: s = {at_mm[worst]:.1f} mm needs {too_much[worst]:.4g} mm3/s even at {slowest:.3g} mm/s, and the "
-            f"limit is {most:.4g}: slow down (a lower path.speed_mm_s, and no --keep-speed), or give a larger flow."
+            f"limit is {most:.4g}: slow down (a lower path.speed_mm_s, without --keep-speed), or allow a larger flow."
         )
     if (too_little := needed * fastest).min() < least:
         worst = int(too_little.argmin())
         raise InputError(
             f"{where}: s = {at_mm[worst]:.1f} mm needs {too_little[worst]:.4g} mm3/s even at {fastest:.3g} mm/s, and "
-            f"the pump was weighed from {least:.4g} on: a higher path.speed_mm_s, or weigh it at less."
+            f"the pump's smallest weighed flow is {least:.4g}: give a higher path.speed_mm_s, or weigh smaller flows."
         )

@@ -1,4 +1,4 @@
-"""Particle runs that judge paths over one crack, in a folder like that of a sweep; and how a level is judged."""
+"""Particle runs that judge paths over one crack, in a folder like that of a sweep; and the misfit of a level."""
 
 import json
 from collections.abc import Sequence
@@ -23,17 +23,17 @@ from sealtwin.trial.stage_numbers import numbers_up_to
 from sealtwin.trial.trial_file import Trial
 from simulate.slot.sections import sections_of
 
-LOW_MM, SHORTEST_LOW_MM = 1.0, 5.0  # Lack of level, and length of it, from which on a plan's sentence names a stretch
-CELLS = 160  # Of a crack that a level is judged on: of 80 mm half a millimetre, finer than levels are read
+LOW_MM, SHORTEST_LOW_MM = 1.0, 5.0  # Least depth and length of a low stretch that a plan's sentence names
+CELLS = 160  # Number of cells along the crack for a misfit: 0.5 mm for 80 mm, finer than readings
 
 
 @dataclass(frozen=True)
 class Misfit:
-    """Volumes that a level lacks of a full crack, and that it has above the face."""
+    """Volume missing below the face, and volume above it."""
 
     under_mm3: float
     over_mm3: float
-    """Volume above the face over the crack's mouth; what lies beside the mouth is not counted."""
+    """Volume above the crack's mouth; sealant beside the mouth does not count."""
     highest_mm: float
 
     @property
@@ -42,12 +42,12 @@ class Misfit:
 
     @property
     def figures(self) -> dict[str, float]:
-        """All of it as JSON."""
+        """Content for JSON."""
         return {**asdict(self), "total_mm3": self.total_mm3}
 
 
 def misfit(outline: Outline, solid: Solid, s_mm: Floats, level_mm: Floats) -> Misfit:
-    """Return what a level along a crack lacks and has too much."""
+    """Return the missing and the excess volume of a level along a crack."""
     it = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
     level_mm = np.interp(it.s_mm, s_mm, level_mm)
     filled_mm2, _ = it.area_mm2(np.minimum(level_mm, 0.0) - it.bottom_mm)
@@ -64,23 +64,23 @@ class Round:
     path: NozzlePath
     level: Profile
     misfit: Misfit
-    off_mm: float | None = None  # Mean difference from the level that was expected; None of a baseline
+    off_mm: float | None = None  # Mean difference from the expected level; None for a baseline
 
 
 @dataclass(frozen=True)
 class Planned:
-    """A finished plan with all that it was compared with."""
+    """A finished plan, with its rounds and baselines."""
 
     best: Round
     rounds: tuple[Round, ...]
     baselines: tuple[Round, ...]
-    trajectory: Trajectory  # Of the best
+    trajectory: Trajectory  # Path of the best
     margin_mm: float  # Level below the face that it aims at
     s_mm: Floats
     level_mm: Floats  # Mean of the seeds
     half_width_mm: Floats | None
-    """Half the 95 % band of a further run; None with one seed, since single runs then show no scatter."""
-    misfits: tuple[Misfit, ...]  # Of each seed
+    """Half of the 95 % band of a further run; None with one seed, which does not show the scatter of single runs."""
+    misfits: tuple[Misfit, ...]  # Misfit of each seed
     chances: dict[str, float] | None
 
     @property
@@ -98,7 +98,7 @@ class Planned:
 
     @property
     def low_stretches(self) -> list[dict[str, float]]:
-        """Stretches whose level stays more than ``LOW_MM`` under the level that was aimed at."""
+        """Stretches in which the level is more than ``LOW_MM`` below its target."""
         lacks_mm, stretches = -self.margin_mm - self.level_mm, list[dict[str, float]]()
         for low, group in groupby(range(len(self.s_mm)), key=lambda place: bool(lacks_mm[place] > LOW_MM)):
             part = list(group)
@@ -121,14 +121,14 @@ class Verifier:
     _runs: list[study_folder.StudyRun] = field(default_factory=list)
 
     def levels(self, title: str, paths: Sequence[tuple[str, NozzlePath, int]]) -> list[Profile]:
-        """Return the level along the crack of each path with its seed, by particles.
+        """Return the level by particles for each path, given as short name, path and seed.
 
-        Each has a short name. Raises InputError if particles do not fit the crack, and NumericalError if a run fails.
+        Raises InputError if particles do not fit the crack, and NumericalError if a run fails.
         """
         from simulate.setup_checks import check_fit
 
         sample, asked = self.sample, list[study_folder.StudyRun]()
-        for said, path, seed in paths:
+        for label, path, seed in paths:
             trial = self.trial.model_copy(update={"path": path, "seed": seed})
             check_fit(sample.outline, sample.solid, *trial.physics, trial.sample)
             trajectory = plan_trajectory(sample.outline, path, sample.solid.cavity_volume_mm3, sample.solid.sections)
@@ -143,9 +143,10 @@ class Verifier:
             content = json.loads(trial.model_dump_json(exclude_none=True))
             work_s = size_of(trial, poured).work_s
             number = len(self._runs) + len(asked) + 1
-            asked.append(study_folder.StudyRun(number, key, {"path": said, "seed": seed}, content, name, key, work_s))
-        known = {run.key for run in self._runs}
-        self._runs += {run.key: run for run in asked if run.key not in known}.values()
+            varied = {"path": label, "seed": seed}
+            asked.append(study_folder.StudyRun(number, key, varied, content, name, key, work_s))
+        earlier = {run.key for run in self._runs}
+        self._runs += {run.key: run for run in asked if run.key not in earlier}.values()
         plan = study_folder.Plan("verification", self._runs, len(self._runs), numbers=numbers_up_to("simulate"))
         self._runs = study_folder.resume(self.folder, plan, self.progress.note, retry=True)
         if any(run.state == "waiting" for run in self._runs):
@@ -164,17 +165,16 @@ class Verifier:
 
 
 def require_plannable(trial: Trial, where: str) -> Trial:
-    """Return the trial as particles verify it. Raises InputError for one that cannot be planned."""
+    """Return the trial for verification by particles. Raises InputError if it cannot be planned."""
     if trial.fluid is None:
-        raise InputError(
-            f"{where}: no [fluid] table; a plan is for a sealant: give viscosity_pa_s and yield_stress_pa."
-        )
+        raise InputError(f"{where}: no [fluid] table, which a plan needs: give viscosity_pa_s and yield_stress_pa.")
     if trial.path.plan is not None:
-        raise InputError(f"{where}: path.plan is a plan already; leave it out, and give the path to be planned.")
+        raise InputError(f"{where}: path.plan is already a plan; remove it, and give the path to be planned.")
     if trial.fluid.U is not None:
         raise InputError(
-            f"{where}: fluid.U = {trial.fluid.U:g} is another viscosity for each frame, and a plan's flow sets it. "
-            "Give viscosity_pa_s in its place."
+            f"{where}: fluid.U = {trial.fluid.U:g} stands for a viscosity that changes with the flow, so it cannot be "
+            "planned with. Give viscosity_pa_s instead; for a paste with a yield stress, health.viscosity_pa_s in "
+            "simulation.json is its value in a run."
         )
     solver = trial.solver.model_copy(update={"model": None})
     return trial.model_copy(update={"solver": solver, "readings": None, "gate": None})

@@ -16,8 +16,8 @@ from sealtwin.trial.job import DIGITISED, OF_A_PATH, Job, begin_writing, sample_
 if TYPE_CHECKING:
     from digitise.photo import Photo
 
-NO_SEALANT = "no volume_ml is given, and a path alone has no cavity to fill: no robot program is made without a flow"
-REFUSED = "refused.png"  # Picture of what was found in a photo that was refused; the next attempt removes it
+NO_SEALANT = "volume_ml is not given, and a path alone has no cavity: without a flow, no robot program is written"
+REFUSED = "refused.png"  # Picture of the findings in a photo that was refused; the next attempt deletes it
 
 
 def bring_up_to_date(job: Job) -> bool:
@@ -27,7 +27,7 @@ def bring_up_to_date(job: Job) -> bool:
     settings = stage_settings(job.trial, "digitise")
     numbers = job.numbers("digitise")
     key = stage_key(inputs, settings, numbers)
-    # A file that is missing or too large has no hash; its reader refuses it.
+    # A file that is missing or too large has no hash, and is refused when read.
     if len(inputs) == len(sample_files(job.trial)) and job.folder.is_current("digitise", key):
         return False
     job.progress.start("Digitising", 5)
@@ -64,9 +64,9 @@ def bring_up_to_date(job: Job) -> bool:
 
 
 def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
-    """Digitise the trial's photo or mesh; a path alone has no solid.
+    """Digitise the trial's photo or mesh; the solid is None for a path without walls.
 
-    Raises InputError if it does not show a crack that can be measured.
+    Raises InputError if there is no crack that can be measured.
     """
     trial = job.trial
     if trial.mesh is not None:
@@ -102,14 +102,14 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
             return outline, build_solid(outline, crack), photo
         from digitise.weighing.fit_cavity import weigh
 
-        known = job.trial.uncertainty
-        moved, shape, weighed = weigh(outline, crack, crack.fill, known.width_mm, known.depth_mm)
+        errors = job.trial.uncertainty
+        moved, shape, weighed = weigh(outline, crack, crack.fill, errors.width_mm, errors.depth_mm)
         return moved, with_weighed(build_solid(moved, shape), weighed), photo
 
 
 @contextmanager
 def _with_picture(job: Job, draw: Callable[[], Pixels]) -> Iterator[None]:
-    """Add a picture of what was found to a refusal, whose px and mm are hard to find in a photo."""
+    """Add a picture of the findings to a refusal, since px and mm are hard to find in a photo."""
     try:
         yield
     except InputError as fault:
@@ -119,7 +119,7 @@ def _with_picture(job: Job, draw: Callable[[], Pixels]) -> Iterator[None]:
 
 
 def _hashes_of_sample(job: Job) -> dict[str, str]:
-    """Return the hash of each file that shows the crack, unless it is missing or too large, by role and name."""
+    """Return the hash of each file that shows the crack, unless missing or too large, by role and name."""
     return {
         file.name if role == "file" else f"{role} {file.name}": files.sha256(job.source / file)
         for role, file in sample_files(job.trial).items()

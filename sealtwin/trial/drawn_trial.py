@@ -1,4 +1,4 @@
-"""The trial of a crack that was drawn in CAD: its mesh, its line, and a trial file that names both."""
+"""The trial of a crack from a CAD drawing: its mesh, its line, and a trial file that names both."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,16 +11,16 @@ from sealtwin.core.settings import checked
 from sealtwin.trial.trial_file import Trial, name_of, trial_text, with_settings
 
 MESH, LINE, TRIAL = "drawing.obj", "line.csv", "trial.toml"
-"""Files of such a trial."""
+"""Files of the trial of a drawn crack."""
 
 
 def write_drawn_trial(
     drawing: Path, folder: Path, depth_mm: float, units: Any, shown_by: dict[str, Any], settings: Mapping[str, Any]
 ) -> tuple[Path, list[str]]:
-    """Write the mesh of a drawn crack, its centreline if it was drawn, and a trial; return the trial file and notes.
+    """Write the mesh of a drawn crack, its centreline if drawn, and a trial; return the trial file and notes.
 
-    ``shown_by`` has the layers of ``drawn_crack``; ``settings`` are those of the trial, by dotted name. Raises
-    InputError if the drawing cannot be used, or if a file of that name is there that holds anything else.
+    ``shown_by`` are the layers for ``drawn_crack``, ``settings`` those of the trial by dotted name. Raises InputError
+    if the drawing cannot be used, or if a file of the same name exists with another content.
     """
     from digitise.drawing.drawn_block import drawn_crack
     from digitise.drawing.drawn_layers import DrawnLayers

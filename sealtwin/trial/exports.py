@@ -17,10 +17,10 @@ COCO = "coco.json"
 
 
 def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path) -> list[Path]:
-    """Write a mask and a drawing for each run and one COCO file for all into ``out``; return the files.
+    """Write a mask and a drawing for each run, and one COCO file for all, into ``out``; return the files.
 
-    Raises InputError, before the first file, if a run is not digitised or shows what a kind cannot hold, or a file of
-    the name is there that holds anything else.
+    Raises InputError, before writing any file, if a run is not digitised or cannot be written in a format, or a file of
+    the same name exists with another content.
     """
     from digitise.drawing.write_dxf import dxf_text
     from digitise.image.labels import coco_of, mask_png
@@ -31,14 +31,14 @@ def export_runs(folders: Sequence[Path], kinds: Sequence[ExportKind], out: Path)
     trials = [load_trial(folder / "trial.toml") for folder in folders]
     names = [trial.shown_by.file.name for trial in trials]
     counts = Counter(names)
-    # Ingest gives each sample's photo the same name; the trial then has the sample's.
+    # Ingest gives the photo of each sample the same name; the name of the trial is that of the sample.
     names = [
         name if counts[name] == 1 else f"{trial.name}{Path(name).suffix}"
         for name, trial in zip(names, trials, strict=True)
     ]
     if twice := [stem for stem, times in Counter(Path(name).stem for name in names).items() if times > 1]:
         raise InputError(
-            f"{twice[0]}: several runs are of files and trials of that name; export them into folders of their own."
+            f"{twice[0]}: several runs have files and trials of this name; export them into separate folders."
         )
     outlines = {name: record_files.read_outline(folder) for name, folder in zip(names, folders, strict=True)}
     contents: dict[Path, bytes] = {}

@@ -1,4 +1,4 @@
-"""Trial in the run folder of its stages, and the inputs that each stage depends on."""
+"""A trial in its run folder, and the inputs of each stage."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 STAGES: tuple[StageName, ...] = ("digitise", "simulate", "validate")
 DIGITISED = ("outline.json", "crack.ply", "solid.json", "trajectory.csv")
 """Files of the first stage that later stages read."""
-OF_A_PATH = ("outline.json", "trajectory.csv")  # Those of them that a path without a solid has
+OF_A_PATH = ("outline.json", "trajectory.csv")  # The files among DIGITISED of a path without a solid
 SIMULATED = ("particles.csv", "simulation.json", "profile.csv")  # Files of the second stage that the third reads
 FILES_OF_A_SAMPLE = ("file", "second_photo", "mask", "path")  # Settings of [photo] and [mesh] that name a file
 LARGEST_SHEET_BYTES = 5_000_000
@@ -29,14 +29,14 @@ LARGEST_SHEET_BYTES = 5_000_000
 
 @dataclass(frozen=True)
 class Above:
-    """Facts on a trial that only the floors above this one know: its lab's, and the studies'."""
+    """Facts on a trial from the packages above this one: its lab and the studies."""
 
-    lab_searched: bool = False  # True if the lab's catalogue knows of no other use of readings that are held out
-    cautions: tuple[str, ...] = ()  # What of the lab could not be searched, a sentence each
+    lab_searched: bool = False  # True if the lab's catalogue has no other use of held-out readings
+    cautions: tuple[str, ...] = ()  # Parts of the lab that could not be searched, a sentence each
     extra_runs: "Callable[[Job], str]" = lambda _: ""
-    """Returns the time in words that 'sealtwin validate RUN --uncertainty' takes; empty where it is not known."""
+    """Returns the time in words that 'sealtwin validate RUN --uncertainty' takes; empty if unknown."""
     earlier: "Callable[[Job], tuple[EarlierTrial, ...]]" = lambda _: ()
-    """Returns the earlier trials of its lab whose readings were measured and held out."""
+    """Returns the earlier trials of its lab with measured and held-out readings."""
 
 
 NOTHING_ABOVE = Above()
@@ -49,10 +49,10 @@ class Job:
     trial: Trial
     source: Path  # Folder that relative names in the trial start from
     folder: RunFolder
-    sheet: Path | None  # Sheet of readings under the name that the user gave; the folder holds a copy
+    sheet: Path | None  # Sheet of readings under the name that the user gave; the folder has a copy
     device: str  # Device as the user gave it; the fluid run resolves "auto"
     progress: Progress
-    threads: int = 1  # Threads of a CPU that share a fluid run; their number does not change the result
+    threads: int = 1  # Number of CPU threads of a fluid run; it does not change the result
     above: Above = NOTHING_ABOVE
 
     @property
@@ -61,45 +61,45 @@ class Job:
 
     @cached_property
     def extra_runs(self) -> str:
-        """``Above.extra_runs``, asked for once: it times a run, and the report and the terminal tell the same."""
+        """``Above.extra_runs``, called once: it times a run, and report and terminal must show the same time."""
         return self.above.extra_runs(self)
 
     def numbers(self, stage: StageName) -> dict[str, int]:
-        """Return the stage numbers that results of ``stage`` depend on: this version's, and those of earlier files."""
+        """Return the stage numbers that results of ``stage`` depend on: its own now, and those of earlier files."""
         recorded = {name: self.folder.numbers_of(name).get(name, UNNUMBERED) for name in numbers_up_to(stage)}
         return {**recorded, stage: NUMBERS[stage]}
 
     def other_numbers(self, stage: StageName) -> str:
-        """Return how the numbers by which ``stage`` was computed here differ from this version's, or nothing."""
+        """Return words on numbers of ``stage`` in this folder that differ from this version's; empty if none does."""
         return other_numbers(self.folder.numbers_of(stage), numbers_up_to(stage))
 
 
 def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[str]:
-    """Return a sentence for each run folder that was not computed by this version's stage numbers.
+    """Return a sentence for each run folder that was computed by other stage numbers than this version's.
 
-    What counts is ``stage``, whose numbers include those before it; None: the last one that is finished.
+    Compares the numbers up to ``stage``; None: up to the last finished stage.
     """
-    told: list[str] = []
+    sentences: list[str] = []
     for folder in folders:
         finished: list[StageName] = [one for one in STAGES if one in folder.finished()]
         last = stage or (finished[-1] if finished else None)
         if last and (other := other_numbers(folder.numbers_of(last), numbers_up_to(last))):
             place = shown(folder.path)
-            told.append(f"{place}: computed by {other}. 'sealtwin run TRIAL --out {place}' computes it anew.")
-    return told
+            sentences.append(f"{place}: computed by {other}. 'sealtwin run TRIAL --out {place}' computes it anew.")
+    return sentences
 
 
 def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progress: Progress) -> Job:
-    """Set up a trial in ``folder``; nothing is written before a stage has results.
+    """Set up a trial in ``folder``. Nothing is written before a stage has results.
 
-    Raises InputError if the folder holds another trial, the sheet of readings is missing, or a table of the fluid
-    cannot be used.
+    Raises InputError if the folder has another trial, the sheet of readings is missing, or a table of the fluid cannot
+    be used.
     """
     trial = trial.loaded(source)
-    held = load_trial(folder.path / "trial.toml") if (folder.path / "trial.toml").is_file() else trial
-    if (held.name, held.shown_by.file.name) != (trial.name, trial.shown_by.file.name):
+    earlier = load_trial(folder.path / "trial.toml") if (folder.path / "trial.toml").is_file() else trial
+    if (earlier.name, earlier.shown_by.file.name) != (trial.name, trial.shown_by.file.name):
         raise InputError(
-            f"{folder.path}: holds trial '{held.name}' of {held.shown_by.file.name}; this is '{trial.name}' of "
+            f"{folder.path}: has the trial '{earlier.name}' of {earlier.shown_by.file.name}; this is '{trial.name}' of "
             f"{trial.shown_by.file.name}. Give another --out, or delete that folder."
         )
     sheet = None
@@ -112,7 +112,7 @@ def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progre
 
 
 def resume_job(folder: RunFolder, device: str, progress: Progress, settings: Mapping[str, Any] | None = None) -> Job:
-    """Set up the trial that a run folder already holds, with ``settings`` by dotted name in place of its own."""
+    """Set up the trial of a run folder, with ``settings`` by dotted name in place of its own."""
     trial = load_trial(folder.path / "trial.toml", settings)
     if settings:
         return start_job(trial, folder.path, folder, device, progress)
@@ -121,7 +121,7 @@ def resume_job(folder: RunFolder, device: str, progress: Progress, settings: Map
 
 
 def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
-    """Return the settings that a stage depends on, without those that are not set: a new option changes no key."""
+    """Return the settings that a stage depends on, if set: a new option then changes no key."""
     dump = trial.model_dump(mode="json", exclude_none=True)
     tables: dict[StageName, tuple[str, ...]] = {
         "digitise": ("photo", "crack", "mesh", "path"),
@@ -132,7 +132,7 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
     if stage == "simulate" and not trial.sample.level:
         settings["sample"] = dump["sample"]
     if stage == "digitise" and trial.crack is not None and trial.crack.fill is not None:
-        # The fill is weighed against how well width and depth are known.
+        # The fit of a fill depends on the uncertainties of width and depth.
         settings["known"] = {name: getattr(trial.uncertainty, name) for name in ("width_mm", "depth_mm")}
     if stage == "validate":
         settings["sample"] = trial.shown_by.data
@@ -146,7 +146,7 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
 
 
 def sample_files(trial: Trial) -> dict[str, Path]:
-    """Return the files that show the crack, as the trial names them, by setting."""
+    """Return the files that show the crack, as named in the trial, by setting."""
     named = {role: getattr(trial.shown_by, role, None) for role in FILES_OF_A_SAMPLE}
     return {role: file for role, file in named.items() if file is not None}
 
@@ -156,14 +156,14 @@ def require_sample(trial: Trial, source: Path) -> None:
     table = "photo" if trial.mesh is None else "mesh"
     for role, file in sample_files(trial).items():
         if not (source / file).exists():
-            raise InputError(f"{source / file}: not found; give the file that {table}.{role} names.")
+            raise InputError(f"{source / file}: not found; {table}.{role} names it.")
 
 
 def begin_writing(job: Job, stage: StageName) -> None:
-    """Give the folder to this trial and clear the earlier files of ``stage`` and its reports; edited files are kept."""
+    """Write the trial, and delete the earlier files of ``stage`` and the report. Edited files are renamed."""
     adopt_trial(job)
     (job.path / "run.json").unlink(missing_ok=True)
-    # A robot program of the old path must not remain beside the new path.
+    # A robot program of the old path must not remain with the new path.
     programs = ("robot",) if stage == "digitise" else ()
     for stale in dict.fromkeys((stage, *programs, "validate")):
         for name in job.folder.clear(stale):
@@ -173,8 +173,8 @@ def begin_writing(job: Job, stage: StageName) -> None:
 def adopt_trial(job: Job) -> None:
     """Write the resolved trial and a copy of the readings into the folder.
 
-    Neither photo nor mesh is copied: a photo may hold the place and the person that took it, and a scan is large. The
-    manifest has their hashes.
+    Photo and mesh are not copied, since a photo may contain its place and author, and a scan is large. The manifest
+    has their hashes.
     """
     if job.source.resolve() == job.path.resolve() and load_trial(job.path / "trial.toml") == job.trial:
         return
@@ -189,9 +189,9 @@ def adopt_trial(job: Job) -> None:
 
 def check_sheet(sheet: Path) -> None:
     if not sheet.is_file():
-        raise InputError(f"{sheet}: no such file; [readings] file names it. Put it there, or leave [readings] out.")
+        raise InputError(f"{sheet}: no such file; [readings] file names it. Put it there, or remove [readings].")
     if sheet.stat().st_size > LARGEST_SHEET_BYTES:
-        raise InputError(f"{sheet}: larger than {LARGEST_SHEET_BYTES / 1e6:g} MB; a sheet of readings is some kB.")
+        raise InputError(f"{sheet}: larger than {LARGEST_SHEET_BYTES / 1e6:g} MB; a sheet of readings has some kB.")
 
 
 def require_digitised(folder: RunFolder) -> None:
@@ -203,17 +203,17 @@ def require_digitised(folder: RunFolder) -> None:
 
 
 def require_solid(job: Job) -> None:
-    """Raise InputError if the crack was digitised as a path alone."""
+    """Raise InputError if only the path of the crack was digitised."""
     solid, outline = (job.path / name for name in ("solid.json", "outline.json"))
     if not solid.is_file() and outline.is_file() and record_files.read_outline(job.path).width_source == "none":
         raise InputError(
-            f"{job.path}: holds the crack's path alone, without walls, so that there is no solid to fill. Give "
-            "[crack] depth_mm with [photo] width_mm, or a photo from closer, and digitise again."
+            f"{job.path}: has only the crack's path, without walls, so there is no solid to fill. Give [crack] "
+            "depth_mm with [photo] width_mm, or a photo from closer, and digitise again."
         )
 
 
 def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
-    """Return the hashes of files that ``stage`` wrote, edited since or not.
+    """Return the hashes, as they are now, of files that ``stage`` wrote.
 
     Raises InputError if the stage is not finished, or was run with other settings than the trial's.
     """
@@ -222,24 +222,24 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
     made_with = job.folder.settings_of(stage)
     missing = [name for name in names if not (job.path / name).is_file()]
     if made_with is None or missing:
-        what = f" ({missing[0]} is not there)" if missing else ""
+        what = f" ({missing[0]} is missing)" if missing else ""
         raise InputError(f"{job.path}: {stage} is not finished{what}. Run {again} first.")
     wanted = stage_settings(job.trial, stage)
     tables = dict.fromkeys((*wanted, *made_with))
     if differing := [table for table in tables if made_with.get(table) != wanted.get(table)]:
         raise InputError(
-            f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] is not what {stage} ran with here. "
+            f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] differs from what {stage} ran with here. "
             f"Run {again} for these settings first."
         )
     if other := job.other_numbers(stage):
         job.progress.warn(f"{job.path}: its {stage} files were computed by {other}. {again} computes them anew.")
     for name in job.folder.edited(stage):
-        job.progress.warn(f"{name}: not as {stage} wrote it; it is used as it is now.")
+        job.progress.warn(f"{name}: edited since {stage} wrote it; used as it is now.")
     return {name: files.sha256(job.path / name) for name in names}
 
 
 def shown(path: Path) -> str:
-    """Return a path below the current folder as relative, so that no home folder is named, and others as given."""
+    """Return a path below the current folder as relative, so that no home folder is named; others as given."""
     try:
         below = path.absolute().is_relative_to(Path.cwd())
     except FileNotFoundError:

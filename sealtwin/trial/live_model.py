@@ -1,4 +1,4 @@
-"""The fast model of a report's page: what its script computes with, and the trial file that it writes."""
+"""The fast model of a report's page: the input of its script, and the template of the trial file that it writes."""
 
 from collections.abc import Collection, Iterator
 from contextlib import suppress
@@ -15,19 +15,18 @@ from sealtwin.trial.trial_file import Trial, trial_text
 from validate.report_input import LiveModel, LiveSlider, LiveWidth
 
 REACH = {"flow_mm3_s": (0.4, 1.6), "speed_mm_s": (0.5, 2.0)}
-"""Lowest and highest value of a slider, over that of the run."""
-LEAST_STRESS_PA = 30.0  # Least upper end of the yield stress: fresh grouts have 5 to 37 Pa
-WIDER, WIDTHS = 0.03, 10  # Step of the slider of the mean width, as a share of it, and most steps to either side
-STEPS = 100  # Of a slider, about
-MOST_PLACES = 1000  # Of the nozzle on the page; a path of more is thinned
-NAME_KEPT = 60  # Letters of the trial's name in that of the changed one
+"""Lowest and highest value of a slider, as a factor on the value of the run."""
+LEAST_STRESS_PA = 30.0  # Smallest upper end of the slider of the yield stress: fresh grouts have 5 to 37 Pa
+WIDER, WIDTHS = 0.03, 10  # Relative step of the slider of the mean width, and largest number of steps either way
+STEPS = 100  # Approximate number of steps of a slider
+MOST_PLACES = 1000  # Largest number of nozzle positions on the page; a longer path is thinned out
+NAME_KEPT = 60  # Characters of the trial's name in the name of the changed one
 
 
 def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory) -> LiveModel | None:
-    """Return the fast model of a digitised trial, as its page computes it.
+    """Return the input of the fast model of a digitised trial, for its page.
 
-    None of a trial that the fast model refuses, and of one whose crack or path was edited by hand: no trial file makes
-    it.
+    None if the fast model refuses the trial, or if crack or path were edited by hand: no trial file makes those.
     """
     from simulate.slot.fill import CELLS, down
     from simulate.slot.fitness import LIMITS, fitness_of
@@ -72,7 +71,7 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
         sliders=_sliders(trial, float(times_s[-1]), trajectory.dispensed_mm3, paste.yield_stress_pa)
         | _width_slider(trial, outline, widths),
         limits=LIMITS,
-        # The page computes the other reasons; those of the crack's shape are as of the run.
+        # The page computes the other reasons; those about the shape of the crack are of the run.
         unknown=(*fitness_of(solid, outline, trajectory, paste).of_the_crack, *unknown(fluid, outline)),
         trial=_changed(trial, paste.consistency_pa_s_n, len(widths) > 1),
     )
@@ -81,10 +80,10 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
 def _widths(
     trial: Trial, outline: Outline, solid: Solid, trajectory: Trajectory
 ) -> Iterator[tuple[int, Outline, Solid, Trajectory]]:
-    """Yield the crack with its sections and its path by steps of its mean width; the solid's mesh stays as it was run.
+    """Yield crack, solid with its sections, and path for each step of the mean width; the mesh does not change.
 
-    The sample of a mesh, a weighed cavity and one with side cracks keep their width. Neither way goes beyond a width of
-    which no solid can be laid out.
+    The width is fixed for a mesh, a weighed cavity and a crack with side cracks. Steps end at a width for which no
+    solid can be laid out.
     """
     from digitise.solid.build_solid import shape_as_long_as
     from digitise.solid.footprint import lay_out
@@ -115,7 +114,7 @@ def _sliders(trial: Trial, gives_s: float, dispensed_mm3: float, stress_pa: floa
     flow_mm3_s, speed_mm_s = dispensed_mm3 / gives_s, trial.path.speed_mm_s
     slowest, fastest = (speed_mm_s * share for share in REACH["speed_mm_s"])
     least, most = (flow_mm3_s * share for share in REACH["flow_mm3_s"])
-    # The volume is the flow in the time that the path takes.
+    # Volume = flow times the duration of the path.
     least = max(least, 1e3 * SMALLEST_VOLUME_ML / gives_s * fastest / speed_mm_s)
     most = min(most, 1e3 * LARGEST_VOLUME_ML / gives_s * slowest / speed_mm_s)
     return {
@@ -126,7 +125,7 @@ def _sliders(trial: Trial, gives_s: float, dispensed_mm3: float, stress_pa: floa
 
 
 def _width_slider(trial: Trial, outline: Outline, widths: Collection[int]) -> dict[str, LiveSlider]:
-    """Return the slider of the mean width; none where the width stays."""
+    """Return the slider of the mean width; empty if the width is fixed."""
     if trial.photo is None or len(widths) == 1:
         return {}
     width_mm, said = outline.mean_width_mm, trial.photo.mean_width_mm is not None
@@ -138,13 +137,13 @@ def _slider(as_run: float, lowest: float, highest: float) -> LiveSlider:
     rough = (max(highest, as_run) - min(lowest, as_run)) / STEPS
     power = 10.0 ** np.floor(np.log10(rough))
     step = float(power * max(digit for digit in (1, 2, 5) if digit * power <= rough * (1 + 1e-9)))
-    # A step short of the end, rather than beyond it.
+    # Round inward, so that no step is beyond the end.
     low, high = (max(0, int((end - as_run) * sign / step + 1e-9)) for end, sign in ((lowest, -1), (highest, 1)))
     return LiveSlider(as_run=as_run, step=step, low=-low, high=high)
 
 
 def _changed(trial: Trial, consistency_pa_s_n: float, widens: bool) -> str:
-    """Return the text of the trial file that the page completes, without readings: they are of what was run."""
+    """Return the text of the trial file that the page completes, without the readings, which belong to the run."""
     import tomlkit
 
     fluid, photo = trial.given_fluid, trial.photo

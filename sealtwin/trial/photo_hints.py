@@ -1,4 +1,4 @@
-"""Hints and shape from the trace page, written into a trial file that otherwise stays as it is."""
+"""Writes hints and shape from the trace page into a trial file, and leaves the rest of it unchanged."""
 
 import json
 import tomllib
@@ -14,10 +14,10 @@ from sealtwin.core.settings import checked
 from sealtwin.trial.starter_files import TRIAL
 from sealtwin.trial.trial_file import Trial, seen_from, with_settings
 
-BYTE_ORDER_MARK = "\ufeff"  # Mark that Windows' Notepad puts before the text
+BYTE_ORDER_MARK = "\ufeff"  # Written before the text by Notepad on Windows
 
 NEEDED = ("fluid", "solver")
-"""Tables without which a trial cannot run; a new one has the starter's."""
+"""Tables without which a trial cannot run; a new trial has those of the starter."""
 NEW_TRIAL = """\
 # Traced on the page of 'sealtwin trace'. Pixels count from the centre of the photo's first pixel, x right, y down.
 # 'sealtwin init DIR' writes a trial that shows the other settings.
@@ -26,33 +26,33 @@ name = ""
 
 [photo]
 file = ""
-data = "undeclared"  # "measured", "reconstructed" or "synthetic", or "undeclared" if nobody says where it comes from.
+data = "undeclared"  # "measured", "reconstructed" or "synthetic"; "undeclared" if the origin is unknown.
 
 [crack]
 """
 
 
 class TrialFile:
-    """Trial file as it was when the page opened."""
+    """Trial file as it was when the page was opened."""
 
     def __init__(self, path: Path, settings: Mapping[str, Any] | None = None) -> None:
-        """Let ``settings`` by dotted name replace those of the file when it is saved."""
-        # A link stays one: its target is written.
+        """Read a trial file; ``settings`` by dotted name replace its own when it is saved."""
+        # A link is kept: its target is written.
         self.path = path
         self._settings = seen_from(path.parent, settings or {})
         self._target = path.resolve()
         self._content = read_bytes(self._target)
 
     def save(self, hints: Hints, shape: Shape) -> list[str]:
-        """Write the hints into the file's [photo] and the shape into its [crack]; returns the changed keys.
+        """Write the hints into [photo] and the shape into [crack]; return the changed keys.
 
-        Keys that ``hints`` lacks are removed, those that ``shape`` lacks stay.
+        Keys that ``hints`` lacks are removed; keys that ``shape`` lacks are not changed.
 
-        Raises InputError, and leaves the file as it was, if the file has changed since or would be no trial with them.
+        Raises InputError, and does not change the file, if it was edited meanwhile or would not be a valid trial.
         """
         if not self._target.is_file() or read_bytes(self._target) != self._content:
             raise InputError(
-                f"{self.path}: changed since the page was opened, and is not overwritten. Run 'sealtwin trace "
+                f"{self.path}: changed since the page was opened, and not overwritten. Run 'sealtwin trace "
                 f"{self.path}' again."
             )
         text = self._content.decode("utf-8")
@@ -60,15 +60,15 @@ class TrialFile:
         edited, changed = with_hints(text, hints, shape, self._settings)
         before = with_settings(before, self._settings)
         after = tomllib.loads(edited.removeprefix(BYTE_ORDER_MARK))
-        kept = {key: value for key, value in before["photo"].items() if key not in Hints.model_fields}
-        given = {"photo": {**kept, **hints.said()}}
+        others = {key: value for key, value in before["photo"].items() if key not in Hints.model_fields}
+        given = {"photo": {**others, **hints.said()}}
         if "crack" in before or shape.said():
             given["crack"] = {**before.get("crack", {}), **shape.said()}
         if after != {**before, **given}:
             lines = "; ".join(f"{key} = {json.dumps(value)}" for key, value in {**hints.said(), **shape.said()}.items())
             raise InputError(
-                f"{self.path}: [photo] or [crack] is written in a way that cannot be edited without changing more than "
-                f"the hints. Put them in yourself: {lines}"
+                f"{self.path}: [photo] or [crack] has a form that cannot be edited without changing more than the "
+                f"hints. Write them yourself: {lines}"
             )
         checked(Trial, self.path, after)
         if changed:
@@ -78,16 +78,16 @@ class TrialFile:
 
 
 class NewTrial:
-    """New trial file beside a photo, with the photo's name."""
+    """New trial file in the folder of a photo, with the photo's name."""
 
     def __init__(self, photo: Path, settings: Mapping[str, Any] | None = None) -> None:
-        """Raise InputError if there is a file of that name, which can be traced itself."""
+        """Raise InputError if a file of this name exists, which can be traced itself."""
         self.photo, self.path = photo, photo.with_suffix(".toml")
         self._settings = seen_from(photo.parent, settings or {})
         self._refuse_another()
 
     def save(self, hints: Hints, shape: Shape) -> list[str]:
-        """Write the file; return and raise as ``TrialFile.save``. The depth is required: no photo shows it."""
+        """Write the file; return and raise as ``TrialFile.save``. The depth is required, since no photo shows it."""
         import tomlkit
 
         self._refuse_another()
@@ -104,15 +104,15 @@ class NewTrial:
     def _refuse_another(self) -> None:
         if self.path.exists():
             raise InputError(
-                f"{self.path}: is there already and is not overwritten. Run 'sealtwin trace {self.path}' to trace its "
+                f"{self.path}: already exists and is not overwritten. Run 'sealtwin trace {self.path}' to trace its "
                 "photo, or move it away."
             )
 
 
 def with_hints(text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any]) -> tuple[str, list[str]]:
-    """Return a trial file's text with hints, shape and settings, and the keys that changed.
+    """Return the text of a trial file with hints, shape and settings, and the changed keys.
 
-    Comments and order are kept. ``settings`` by dotted name are written first.
+    Comments and order do not change. ``settings`` by dotted name are written first.
     """
     import tomlkit
 
@@ -121,19 +121,19 @@ def with_hints(text: str, hints: Hints, shape: Shape, settings: Mapping[str, Any
     document = tomlkit.parse(text.removeprefix(mark).replace("\r\n", "\n"))
     replaced = _replaced(document, settings)
     photo: Any = document["photo"]
-    said = hints.said()
-    gone = [key for key in Hints.model_fields if key not in said and key in photo]
-    for key in gone:
+    given = hints.said()
+    removed = [key for key in Hints.model_fields if key not in given and key in photo]
+    for key in removed:
         photo.remove(key)
     if "crack" not in document and shape.said():
         document["crack"] = tomlkit.table()
-    changed = [*replaced, *_filled(photo, said), *gone, *_filled(document.get("crack", {}), shape.said())]
+    changed = [*replaced, *_filled(photo, given), *removed, *_filled(document.get("crack", {}), shape.said())]
     edited = tomlkit.dumps(document)
     return mark + (edited.replace("\n", "\r\n") if windows else edited), changed
 
 
 def _replaced(document: Any, settings: Mapping[str, Any]) -> list[str]:
-    """Put settings into their tables; return the keys that changed."""
+    """Write settings into their tables; return the changed keys."""
     import tomlkit
 
     wanted, changed = with_settings(document.unwrap(), settings), list[str]()
@@ -142,29 +142,29 @@ def _replaced(document: Any, settings: Mapping[str, Any]) -> list[str]:
             changed += _filled(document, {name: wanted[name]})
             continue
         home = document.setdefault(name, tomlkit.table())
-        gone = [key for key in home if key not in wanted[name]]
-        for key in gone:
+        removed = [key for key in home if key not in wanted[name]]
+        for key in removed:
             home.remove(key)
-        changed += [*gone, *_filled(home, wanted[name])]
+        changed += [*removed, *_filled(home, wanted[name])]
     return changed
 
 
-def _filled(table: Any, said: dict[str, Any]) -> list[str]:
-    """Put values into a table; return the keys of those that it had not."""
-    changed = [key for key, value in said.items() if table.get(key) != value]
+def _filled(table: Any, values: dict[str, Any]) -> list[str]:
+    """Write values into a table; return the changed keys."""
+    changed = [key for key, value in values.items() if table.get(key) != value]
     for key in changed:
-        _put(table, key, said[key])
+        _put(table, key, values[key])
     return changed
 
 
 def _from_starter(name: str) -> str:
-    """The text of a table of the starter's, with its comments."""
+    """Return the text of a table of the starter, with its comments."""
     table = TRIAL[TRIAL.index(f"[{name}]") :].partition("\n\n")[0]
-    return f"# The starter's, which nobody measured here: replace it by your own.\n{table}\n"
+    return f"# From the starter, not measured: replace it by your own.\n{table}\n"
 
 
 def _put(table: Any, key: str, value: Any) -> None:
-    """Insert a key below the table's last key, not below a comment that belongs to the next table."""
+    """Insert a key after the last key of a table, but before a comment that belongs to the next table."""
     from tomlkit.items import Table
 
     if key in table or not isinstance(table, Table):

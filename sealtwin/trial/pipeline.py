@@ -1,4 +1,4 @@
-"""Stages of one trial in their order; each is redone only if its inputs, its settings or its number changed."""
+"""Stages of one trial, in order. Each runs again only if its inputs, its settings or its number changed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -45,15 +45,15 @@ Part = TypeVar("Part", PredictedLevel, EarlierTrials)
 
 
 def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]:
-    """Write a film of a run folder's frames; return their number and the film's length in seconds.
+    """Write a film of a run folder's frames; return their number and the simulated time in seconds.
 
-    Raises InputError if there are no frames.
+    Raises InputError if frames are missing.
     """
     look_into(folder)
     if not (folder / FRAMES).is_file():
         raise InputError(
             f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --set output.frames_every_s=0.1' writes "
-            "frames, by another fluid run."
+            "them, in another fluid run."
         )
     from validate.figures.film import write_film
     from validate.figures.snapshots import FillScene
@@ -85,7 +85,7 @@ def run_trial(
     threads: int = 1,
     above: Above = NOTHING_ABOVE,
 ) -> FinishedStages:
-    """Bring stages of a trial up to date in ``out``, by default reports/ and its name; its files lie in ``source``."""
+    """Bring stages of a trial up to date in ``out``, by default reports/NAME. Its files are in ``source``."""
     require_sample(trial, source)
     with open_folder(out or Path("reports", trial.folder_name), create=True) as folder:
         job = start_job(trial, source, folder, device, progress)
@@ -95,8 +95,8 @@ def run_trial(
 def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     """Bring ``stages`` up to date, in their order.
 
-    A stage that fails leaves the folder as it was, but for refused.png and the checkpoint of a fluid run. Raises
-    InputError or NumericalError from a stage, and NumericalError if a particle escaped, with all files written.
+    A stage that fails leaves the folder unchanged, except refused.png and the checkpoint of a fluid run. Raises
+    InputError or NumericalError from a stage, and, after all files are written, NumericalError if a particle escaped.
     """
     work = {"digitise": digitise_stage, "simulate": simulate_stage, "validate": validate_stage}
     redone: list[StageName] = []
@@ -106,7 +106,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
         if stage in stages and stage != "digitise":
             require_solid(job)
         both = stage == "simulate" and {"simulate", "validate"} <= set(stages)
-        # Minutes of simulation must not pass before a typo in the sheet is found.
+        # Read the sheet first, so that a typo is found before minutes of simulation.
         if both and (readings := validate_stage.readings_of(job)) is not None:
             validate_stage.note_doubts(job, readings)
         if stage in stages and work[stage].bring_up_to_date(job):
@@ -115,7 +115,7 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     result = read_result(job)
     if (escaped := result.fluid and result.fluid.escaped_particles) and stages[-1] != "digitise":
         raise NumericalError(
-            f"{job.path}: {escaped} particles went through a wall, which must never happen; the files are complete, "
+            f"{job.path}: {escaped} particles went through a wall, which must never happen. The files are complete, "
             "but do not use them. Please report this with the trial file."
         )
     if not redone:
@@ -137,7 +137,7 @@ def check_run(job: Job) -> tuple[str, ...]:
 
 
 def read_result(job: Job) -> TrialResult:
-    """Return what the folder contains now, and write it to run.json if that differs."""
+    """Return the results in the folder, and write them to run.json if it differs."""
     folder, stages, manifest = job.folder, job.folder.finished(), job.folder.manifest["stages"]
     with files.understood(folder.path):
         result = TrialResult(
@@ -210,7 +210,7 @@ def _fluid(folder: Path) -> FluidFigures:
 
 
 def _compared(job: Job) -> dict[str, Any]:
-    """Return the records that the validate stage wrote, by field of the result."""
+    """Return the records that the validate stage wrote, by field of ``TrialResult``."""
     folder, has_readings = job.path, job.trial.readings is not None
     return {
         "report": shown(folder / "report.html"),

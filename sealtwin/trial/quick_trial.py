@@ -1,4 +1,4 @@
-"""The trial of 'sealtwin quick': what was given, and the starter's settings for all else, each marked as assumed."""
+"""The trial of 'sealtwin quick': the given settings, and the starter's for all others, each marked as assumed."""
 
 import hashlib
 import tomllib
@@ -15,19 +15,19 @@ from sealtwin.trial.trial_file import Trial, name_of, seen_from, with_settings
 
 STARTER = tomllib.loads(TRIAL)
 NOT_ASSUMED = ("crack.depth_mm", "path.flow", "path.ramp_mm", "path.lead_in_mm")
-"""Settings of the starter that are always given, or that are a default."""
+"""Settings of the starter that are always given, or are defaults."""
 ASSUMED = {
     f"{table}.{key}": value
     for table in ("crack", "path", "fluid", "solver", "nozzle")
     for key, value in STARTER[table].items()
     if f"{table}.{key}" not in NOT_ASSUMED
 }
-"""Settings that are the starter's if they are not given, by dotted name."""
-NOBODY = "undeclared"  # Origin of a photo, and origin and role of readings, that nobody said: they validate nothing
+"""Settings that are taken from the starter if not given, by dotted name."""
+NOBODY = "undeclared"  # Origin of a photo, and origin and role of readings, if not declared: they validate nothing
 MARK = "# Written by 'sealtwin quick', as it was while its check is "
-"""First line of the file, ahead of a hash of the others: what nobody edited may be written anew."""
+"""First line of the file, before a hash of the others. A file that was not edited may be overwritten."""
 HEAD = """\
-# What is marked as assumed was not given: measure it, correct it here, and run it again:
+# Settings marked as assumed were not given. Measure them, correct them here, and run again:
 #   sealtwin run {file} --out {run}
 """
 
@@ -35,7 +35,7 @@ HEAD = """\
 def quick_trial(photo: Path, folder: Path, settings: Mapping[str, Any], sheet: Path | None) -> tuple[str, list[str]]:
     """Return the text of a trial file in ``folder``, and its assumptions as "table.key = value".
 
-    ``settings`` are those given, by dotted name. Raises InputError, naming the photo, if one cannot be used, or if a
+    ``settings`` are the given ones, by dotted name. Raises InputError, naming the photo, if one cannot be used, or a
     file is missing.
     """
     for file in (photo, *([] if sheet is None else [sheet])):
@@ -49,7 +49,7 @@ def quick_trial(photo: Path, folder: Path, settings: Mapping[str, Any], sheet: P
     if sheet is not None:
         defaults |= {"readings.data": NOBODY, "readings.role": NOBODY}
     content = with_settings(with_settings({"name": name_of(photo, "photo")}, defaults), given)
-    # A given setting replaces those that it excludes, too.
+    # A given setting also replaces those that it excludes.
     assumed = {name: value for name, value in defaults.items() if name not in given and _is_in(content, name)}
     sentences = [f"{name} = {toml_value(value)}" for name, value in assumed.items()]
     content = {"note": f"Assumed, not measured or given: {', '.join(sentences)}.", **content}
@@ -80,12 +80,12 @@ def _rows(table: str, settings: Mapping[str, Any]) -> list[str]:
 
 
 def write_quick_trial(path: Path, text: str) -> None:
-    """Write the file. Raises InputError where there is one that anybody wrote or edited."""
+    """Write the file. Raises InputError if there is one that a user wrote or edited."""
     if path.exists():
         first, _, rest = read_bytes(path).decode("utf-8", errors="replace").partition("\n")
         if first != MARK + _check(rest):
             raise InputError(
-                f"{path}: is yours, or was edited, and is not overwritten. Run 'sealtwin run {path}', or give another "
+                f"{path}: written or edited by you, and not overwritten. Run 'sealtwin run {path}', or give another "
                 "--out."
             )
     write_text(path, text)
@@ -96,7 +96,7 @@ def _check(content: str) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """Return a value as a trial file writes it."""
+    """Return a value as text of a trial file."""
     import tomlkit
 
     if not isinstance(value, Mapping):

@@ -1,4 +1,4 @@
-"""Robot files of a run's nozzle path, which must be confirmed and within the cell's limits."""
+"""Robot files of a run's nozzle path, which must be confirmed and within the limits of the cell."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -31,7 +31,7 @@ PROGRAMS: dict[Format, tuple[str, Callable[[RobotPath], str]]] = {
     "gcode": ("path.gcode", gcode_text),
     "urscript": ("path.script", urscript_text),
 }
-"""Name of the file and writer of its text, by format."""
+"""File name, and function that returns its text, by format."""
 
 
 def write_robot_files(
@@ -39,12 +39,12 @@ def write_robot_files(
 ) -> dict[str, Any]:
     """Write the path in each of ``formats``, by default those of the cell, into ``out``, by default robot/ of the run.
 
-    "all" stands for every format that the cell has tables for. All files are made before the first is written. Returns
-    the content of robot.json, which is written beside them, with its folder, the names of kept files, and a sentence if
-    other stage numbers made the path.
+    "all" means every format for which the cell has tables. All files are computed before the first is written. Returns
+    the content of robot.json, with its folder, the names of edited files that were renamed, and sentences if other
+    stage numbers computed the path.
 
-    Raises InputError if the run is not digitised, its path was found automatically and not confirmed, the cell file has
-    a fault, or the path exceeds one of its limits.
+    Raises InputError if the run is not digitised, its path is automatic and not confirmed, the cell file has a fault,
+    or the path exceeds a limit of the cell.
     """
     began = time.monotonic()
     require_digitised(folder)
@@ -52,8 +52,8 @@ def write_robot_files(
     if outline.path_source == "automatic" and not allow_automatic:
         raise InputError(
             f"{folder.path}: the crack was found automatically and is not confirmed, which a robot file requires. Look "
-            "at overlay.png and either give the crack's ends or its number in the trial file (ends_px, crack) and "
-            "digitise again, or give --allow-automatic."
+            "at overlay.png. Then give the crack's ends or its number in the trial file (ends_px, crack) and digitise "
+            "again, or give --allow-automatic."
         )
     cell = read_cell(cell_file)
     pump = pump_of(cell, cell_file.parent)
@@ -68,7 +68,7 @@ def write_robot_files(
         "edited_by_hand": sorted(set(folder.edited("digitise")) & set(USES)),
     }
     target = out or folder.path / "robot"
-    report, kept = write_programs(
+    report, renamed = write_programs(
         target, trajectory, cell, cell_file.name, formats, origin, folder if out is None else None, pump
     )
     if out is None:
@@ -78,7 +78,7 @@ def write_robot_files(
         facts = {"numbers": numbers, "given": [one.name for one in given]}
         folder.record("robot", stage_key(inputs, settings, numbers), settings, inputs, outputs, wall_time_s, **facts)
     others = other_versions(folder, stage="digitise")
-    return {**report, "folder": shown(target), "kept": kept, "other_versions": others}
+    return {**report, "folder": shown(target), "kept": renamed, "other_versions": others}
 
 
 def read_cell(path: Path) -> RobotCell:
@@ -88,7 +88,7 @@ def read_cell(path: Path) -> RobotCell:
 
 
 def pump_of(cell: RobotCell, folder: Path) -> PumpTable | None:
-    """Read the weighings that a cell names. Raises InputError."""
+    """Read the weighings of a cell's pump. Raises InputError."""
     return None if cell.pump is None else read_pump(cell.pump, folder)
 
 
@@ -102,10 +102,10 @@ def write_programs(
     run: RunFolder | None = None,
     pump: PumpTable | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
-    """Write a path's files and robot.json; return the content of robot.json, and the files of ``run`` that were kept.
+    """Write a path's files and robot.json; return its content, and the new names of edited files in ``run``.
 
-    ``origin`` holds trial, run, path_source, inputs and edited_by_hand: what the head of a program says of its path.
-    Without a ``run`` that holds ``target``, files of another origin are not replaced, and raise InputError.
+    ``origin`` has trial, run, path_source, inputs and edited_by_hand, for the head of each program. ``run`` is the run
+    folder that contains ``target``, if any. Without it, raises InputError for files of another origin in ``target``.
     """
     kinds = kinds_of(cell, cell_name, formats)
     path = place_path(trajectory, cell, cell_name, pump)
@@ -114,23 +114,24 @@ def write_programs(
         report["pump"] = _pump(path, trajectory, pump)
     path = replace(path, head=_head(report))
     texts = {name: text(path) for name, text in map(PROGRAMS.__getitem__, kinds)}
-    kept = _clear_own(target, texts) if run is None else run.clear("robot")
+    renamed = _clear_own(target, texts) if run is None else run.clear("robot")
     for name, text in texts.items():
         files.write_text(target / name, text)
     report["files"] = {name: files.sha256(target / name) for name in texts}
     files.write_json(target / REPORT, report)
-    return report, kept
+    return report, renamed
 
 
-def kinds_of(cell: RobotCell, cell_name: str, asked: Sequence[str]) -> list[Format]:
+def kinds_of(cell: RobotCell, cell_name: str, formats: Sequence[str]) -> list[Format]:
+    """Return the formats to write. Raises InputError if the cell lacks the table of one that is requested."""
     wanted: list[Format] = []
     for kind in FORMATS:
         table = cell.missing_for(kind)
-        if kind in (asked or cell.formats) and table is not None:
+        if kind in (formats or cell.formats) and table is not None:
             raise InputError(
                 f"{cell_name}: no [{table}] table, which format {kind} needs; 'sealtwin robot --example FILE' has one."
             )
-        if table is None and (kind in (asked or cell.formats) or "all" in asked):
+        if table is None and (kind in (formats or cell.formats) or "all" in formats):
             wanted.append(kind)
     return wanted
 
@@ -163,21 +164,21 @@ def _report(path: RobotPath, origin: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _pump(path: RobotPath, wanted: Trajectory, pump: PumpTable) -> dict[str, Any]:
-    """Return what the programs ask of a pump, and how well its flow is known."""
+    """Return the flows that the programs request from a pump, and the uncertainty of its flow."""
     flows = wanted.flow_mm3_s[wanted.flow_mm3_s > 0]
     half, _ = pump.doubts(flows)
-    asked = path.trajectory.flow_mm3_s[path.trajectory.flow_mm3_s > 0]
+    requested = path.trajectory.flow_mm3_s[path.trajectory.flow_mm3_s > 0]
     return {
         "weighed_mm3_s": list(pump.range_mm3_s),
         "wanted_mm3_s": [float(flows.min()), float(flows.max())],
-        "asked_mm3_s": [float(asked.min()), float(asked.max())],
+        "asked_mm3_s": [float(requested.min()), float(requested.max())],
         "interval_95_percent": None if half is None else 100 * half,
         "waits_s": path.hold_s,
     }
 
 
 def _head(report: dict[str, Any]) -> tuple[str, ...]:
-    """Return the lines at the head of each program, which identify it without any other file."""
+    """Return the lines at the head of each program, which identify it without another file."""
     frame = report["frame"]
     confirmed = "" if report["confirmed"] else " - NOT CONFIRMED BY ANYBODY"
     edited = report["edited_by_hand"]
@@ -195,7 +196,7 @@ def _head(report: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
-    """Remove the files of an earlier call, which its report lists, from a folder of the user's; none is kept.
+    """Delete the files that robot.json of an earlier call lists from a folder outside the run; return an empty list.
 
     Raises InputError if a file of another origin would be replaced.
     """
@@ -208,7 +209,7 @@ def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
     for name in (*texts, *written):
         path = target / name
         if path.is_file() and written.get(name) != files.sha256(path):
-            raise InputError(f"{path}: is not as sealtwin robot wrote it, and is not replaced; give another --out.")
+            raise InputError(f"{path}: not as sealtwin robot wrote it, and not replaced; give another --out.")
     for name in written:
         (target / name).unlink(missing_ok=True)
     return []

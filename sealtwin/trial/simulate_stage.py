@@ -17,7 +17,7 @@ from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, P
 
 CHECKPOINT = "checkpoint.npz"  # Checkpoint of a run that is not finished
 FRAMES, SNAPSHOTS = Path("frames", "fill.pvd"), Path("snapshots", "snapshots.pvd")
-"""Collections of frames, each beside the frames that it lists."""
+"""Collections of frames, each in the folder of its frames."""
 HEALTH = "health.csv"
 PROGRESS = "progress.json"
 
@@ -25,7 +25,7 @@ PROGRESS = "progress.json"
 def bring_up_to_date(job: Job) -> bool:
     """Run the stage unless its files are current; return True if it ran.
 
-    Raises InputError if the settings do not fit the crack, NumericalError if the run becomes unstable.
+    Raises InputError if the settings do not fit the crack, and NumericalError if the run becomes unstable.
     """
     _require_fluid(job)
     trial, device = job.trial, device_of(job)
@@ -33,7 +33,7 @@ def bring_up_to_date(job: Job) -> bool:
     settings, numbers = stage_settings(trial, "simulate"), job.numbers("simulate")
     key = stage_key(inputs, {**settings, **({"device": device} if device else {})}, numbers)
     if job.folder.is_current("simulate", key) and (not device or _has_pictures(job, trial.output)):
-        # A run that was killed just after its end leaves its checkpoint.
+        # A run that was killed just after its end has left its checkpoint.
         (job.path / CHECKPOINT).unlink(missing_ok=True)
         return False
     if not device and trial.output.frames_every_s is not None:
@@ -45,11 +45,11 @@ def bring_up_to_date(job: Job) -> bool:
     sample = record_files.read_sample(job.path)
     every_s = trial.output.frames_every_s
     frames_s = () if every_s is None else (every_s * number for number in itertools.count())
-    # First, since it may resume the run before the others begin.
+    # First: it may resume the run before the others begin.
     checkpoint = Checkpoint(job.path / CHECKPOINT, f"{key} {trial.output.model_dump_json()}", job.progress.note)
     snapshots = FrameFiles(job.path / SNAPSHOTS, sorted(set(trial.output.snapshots_s)))
     frame_files, health_log = FrameFiles(job.path / FRAMES, frames_s), HealthLog(job.path / HEALTH)
-    # The first to begin, and the first after a frame.
+    # First before the run, and first after each frame.
     still_there = StillThere(job.path)
     with ProgressFile(job.path / PROGRESS) as progress_file:
         run, profile = fill(
@@ -78,9 +78,9 @@ def bring_up_to_date(job: Job) -> bool:
 
 
 def device_of(job: Job) -> str:
-    """Return the device of the trial's run; empty for the fast model, whose result no device changes.
+    """Return the device of the trial's run; empty for the fast model, whose result does not depend on it.
 
-    Raises InputError if the device is not there, or takes no threads.
+    Raises InputError if the device is missing, or is not a CPU and threads are given.
     """
     if not job.trial.solver.has_particles:
         return ""
@@ -88,7 +88,7 @@ def device_of(job: Job) -> str:
 
     device = choose_device(job.device)
     if job.threads > 1 and device != "cpu":
-        raise InputError(f"--threads {job.threads}: threads are a CPU's, and this run is on {device}. Leave it out.")
+        raise InputError(f"--threads {job.threads}: only for a CPU, and this run is on {device}. Omit it.")
     job.progress.note(f"Device: {describe_device(device)}")
     return device
 
@@ -117,7 +117,7 @@ def _draw(job: Job, run: Run, sample: Sample) -> list[str]:
 
 
 def _remove_watched(job: Job) -> list[str]:
-    """Remove what the watchers of an earlier run of particles wrote; return no names of pictures."""
+    """Delete the files of an earlier run by particles; return an empty list of pictures."""
     for name in (CHECKPOINT, PROGRESS, HEALTH):
         (job.path / name).unlink(missing_ok=True)
     for collection in (job.path / FRAMES, job.path / SNAPSHOTS):
@@ -135,16 +135,16 @@ def _require_fluid(job: Job) -> None:
 
 
 def _has_pictures(job: Job, wanted: Output) -> bool:
-    """Return True if the finished run wrote all frames and pictures that the trial asks for now."""
+    """Return True if the finished run wrote all frames and pictures that the trial requests now."""
     with files.understood(job.path / MANIFEST):
-        made = Output.model_validate_json(json.dumps(job.folder.manifest["stages"]["simulate"].get("output", {})))
+        output = Output.model_validate_json(json.dumps(job.folder.manifest["stages"]["simulate"].get("output", {})))
     if wanted.frames_every_s is not None and not (job.path / FRAMES).is_file():
         return False
-    return wanted.frames_every_s in (None, made.frames_every_s) and set(wanted.snapshots_s) <= set(made.snapshots_s)
+    return wanted.frames_every_s in (None, output.frames_every_s) and {*wanted.snapshots_s} <= {*output.snapshots_s}
 
 
 def snapshots_of(job: Job) -> list[str]:
-    """Return the files of the run's snapshots in the order of time."""
+    """Return the files of the run's snapshots, in order of time."""
     if not (job.path / SNAPSHOTS).is_file():
         return []
     return [f"{SNAPSHOTS.parent}/{path.name}" for _, path in read_collection(job.path / SNAPSHOTS)]

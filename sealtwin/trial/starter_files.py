@@ -12,9 +12,9 @@ TRIAL = TEMPLATES.joinpath("starter_trial.toml").read_text(encoding="utf-8")
 CELL = TEMPLATES.joinpath("starter_cell.toml").read_text(encoding="utf-8")
 STUDY = TEMPLATES.joinpath("study.toml").read_text(encoding="utf-8")
 READINGS = "s_mm,level_1_mm,level_2_mm,level_3_mm\n"
-"""Sheet of readings: level upward from the face, three repeats at each station along the crack."""
+"""Sheet of readings: three repeats of the level, upward from the face, at each station along the crack."""
 DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
-"""Files of the paper's trial, reconstructed: the fixture's own, which the wheel carries too."""
+"""Files of the paper's reconstructed trial, from the fixture. The wheel has them too."""
 
 
 def write_example_cell(path: Path) -> None:
@@ -30,7 +30,7 @@ def write_example_study(file: Path) -> None:
 def write_starter(folder: Path) -> list[Path]:
     """Write trial.toml and caliper.csv into a folder, and return them. Raises InputError if one of them exists."""
     if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: this is a file; give a folder, new or existing.")
+        raise InputError(f"{folder}: a file; give a folder, new or existing.")
     trial = TRIAL.replace("{folder}", folder.as_posix())
     return _write_new({folder / "trial.toml": trial, folder / "caliper.csv": READINGS}, "folder")
 
@@ -38,25 +38,25 @@ def write_starter(folder: Path) -> list[Path]:
 def _write_new(contents: dict[Path, str], other: str) -> list[Path]:
     for path in contents:
         if path.exists():
-            raise InputError(f"{path}: is there already and is not overwritten; give another {other}.")
+            raise InputError(f"{path}: already exists and is not overwritten; give another {other}.")
     for path, text in contents.items():
         write_text(path, text)
     return list(contents)
 
 
 def place_paper_trial(folder: Path) -> None:
-    """Copy the reconstructed trial into a folder that may be there already.
+    """Copy the reconstructed trial into a folder, new or existing.
 
-    Raises InputError where it holds anything else: nothing of the user's is overwritten.
+    Raises InputError if it has files of the same names with another content, which are not overwritten.
     """
     require_folder(folder)
     write_unless_other({folder / name: (shipped_trial() / name).read_bytes() for name in DEMO})
 
 
 def shipped_trial() -> Path:
-    """Return the folder of the reconstructed trial: inside the package from a wheel, the fixture's in a checkout.
+    """Return the folder of the reconstructed trial: in the package of a wheel, or the fixture of a checkout.
 
-    Raises InputError where the installation lacks it.
+    Raises InputError if the installation lacks it.
     """
     package = Path(str(resources("sealtwin")))
     for folder in (package / "demo", package.parent / "fixtures" / "paper-trial"):

@@ -1,4 +1,4 @@
-"""Photos of trials for the trace page, and how their hints are saved."""
+"""Photos of trials for the trace page, with the functions that save their hints."""
 
 import shlex
 from collections.abc import Mapping
@@ -16,31 +16,31 @@ from sealtwin.trial.trial_file import load_trial, seen_from, with_settings
 
 
 def sheets_in(folder: Path, given: Mapping[str, Any]) -> list[Sheet]:
-    """Return the trials with a photo in a folder and the photos that none of them names, by the photos' names.
+    """Return the trials with a photo in a folder, and its photos without a trial, sorted by name.
 
-    ``given`` are settings by dotted name, in place of the trials' own. Raises InputError where there is neither.
+    ``given`` are settings by dotted name, in place of the trials' own. Raises InputError if the folder has neither.
     """
     sheets: dict[Path, Sheet] = {}
     for trial in sorted(folder.glob("*.toml")):
         try:
             settings = load_trial(trial).photo
         except InputError:
-            # Its photo would get a second trial of the same name, which is refused when it is opened.
+            # Its photo would get a second trial of the same name, which is refused when the photo is opened.
             continue
         if settings is not None:
-            # A mask and a second photo are no cracks of their own.
+            # A mask and a second photo do not show other cracks.
             named = (settings.file, settings.mask, settings.second_photo)
             sheets |= {(folder / one).resolve(): sheet_of(trial, given) for one in named if one is not None}
     photos = [file for file in folder.iterdir() if file.suffix.lower() in PHOTO_SUFFIXES and file.is_file()]
     sheets |= {file.resolve(): sheet_of(file, given) for file in photos if file.resolve() not in sheets}
     if not sheets:
-        raise InputError(f"{folder}: no photo and no trial with a photo lies in it.")
+        raise InputError(f"{folder}: contains neither a photo nor a trial with a photo.")
     unique = {sheet.name: sheet for sheet in sheets.values()}
     return [unique[name] for name in sorted(unique)]
 
 
 def sheet_of(path: Path, given: Mapping[str, Any]) -> Sheet:
-    """Return a trial file's photo, or a photo that has no trial yet; ``given`` as of ``sheets_in``."""
+    """Return the sheet of a trial file, or of a photo without a trial; ``given`` as in ``sheets_in``."""
     return Sheet(path.name, lambda: _opened(path, given), lambda: _traced(path))
 
 
@@ -54,16 +54,16 @@ def _traced(path: Path) -> bool:
 
 
 def _opened(path: Path, given: Mapping[str, Any]) -> Opened:
-    """Return the session of a trial file or of a photo, how to save its hints, and facts for the page."""
-    # A photo that was saved on the page before has its trial by now.
+    """Return the session of a trial file or of a photo, the function that saves its hints, and facts for the page."""
+    # The page may have saved a trial for this photo before.
     if path.suffix.lower() != ".toml" and path.with_suffix(".toml").is_file() and _traced(path):
         path = path.with_suffix(".toml")
     if path.suffix.lower() == ".toml":
         loaded = load_trial(path, given)
         settings = loaded.photo
         if settings is None:
-            raise InputError(f"{path}: this trial starts from a mesh; there is no photo to trace.")
-        # A path alone has no [crack].
+            raise InputError(f"{path}: this trial starts from a mesh and has no photo to trace.")
+        # A path without a solid has no [crack].
         shape = Shape() if loaded.crack is None else Shape.of(loaded.crack)
         trial, hints = TrialFile(path, given), Hints.of(settings)
         facts = {"saves_to": f"Saves into {path.name}, and keeps its comments."}
@@ -101,7 +101,7 @@ def _of_photo(path: Path, given: Mapping[str, Any]) -> tuple[PhotoInput, Hints]:
 
 
 def _shape(path: Path, given: Mapping[str, Any]) -> tuple[Shape, list[str]]:
-    """Return the shape that settings give, and the keys of it that they give as a table. Raises InputError."""
+    """Return the shape in the settings, and its keys that are given as a table. Raises InputError."""
     values = {key: given[f"crack.{key}"] for key in Shape.model_fields if f"crack.{key}" in given}
     tables = [key for key, value in values.items() if isinstance(value, list)]
     return checked(Shape, path, {key: value for key, value in values.items() if key not in tables}), tables

@@ -22,47 +22,47 @@ LONGEST_FOLDER_BYTES = 120
 
 PRINTABLE = r"^[^\x00-\x1f\x7f]*[^\x00-\x20\x7f][^\x00-\x1f\x7f]*$"  # Pattern of one line that is not blank
 LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
-"""Control characters, which a file's name may hold and a trial's must not."""
+"""Control characters, which are allowed in the name of a file but not of a trial."""
 
 
 Moment = Annotated[float, Field(ge=0, le=9999)]
 
 
 class Output(Settings):
-    """Pictures and frames of a run; they do not change its result."""
+    """Pictures and frames of a run, which do not change its result."""
 
     frames_every_s: float | None = Field(default=None, ge=1e-3, le=9999)
-    """Simulated time from one frame in frames/ to the next, for ParaView and 'sealtwin film'; without it no frames are
-    written. A film of a pour of 15 s needs about 0.1: 150 frames of up to 0.7 MB in the paper's trial.
+    """Simulated time between two frames in frames/, for ParaView and 'sealtwin film'. Default: no frames. A film of a
+    pour of 15 s needs about 0.1: 150 frames of up to 0.7 MB in the paper's trial.
     """
     snapshots_s: tuple[Moment, ...] = Field(default=(0.5, 7.0, 15.0), max_length=100)
-    """Moments that snapshots/ shows, by default the paper's; [] for none."""
+    """Moments of the pictures in snapshots/, by default those of the paper; [] for none."""
 
 
 class FluidOfFile(Fluid):
-    # A trial says whether its sealant stiffens; the paper's did.
+    # Required in a trial, since a default would be a guess: the sealant of the paper stiffens.
     freeze_after_s: float | Literal["never"]  # pyright: ignore[reportGeneralTypeIssues]
 
 
 class Trial(Settings):
-    """Crack, its sealing, and the readings that were taken afterwards."""
+    """A crack, how it is sealed, and the readings taken afterwards."""
 
     name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
     """Name in the report, and of the folder under reports/."""
     note: Annotated[str, Field(max_length=2000)] = ""
-    """Note in the report: facts that a reader must know about this trial."""
+    """Note in the report, with what a reader must know about this trial."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
-    """Seed of the small disorder with which particles leave the nozzle."""
+    """Seed of the small random offsets of the particles at the nozzle."""
     photo: PhotoInput | None = None
-    crack: CrackShape | None = None  # Depth and walls, which a photo cannot show; a mesh shows them
-    mesh: MeshInput | None = None  # Mesh, in place of photo and crack
+    crack: CrackShape | None = None  # Depth and walls, which a mesh shows but a photo does not
+    mesh: MeshInput | None = None  # Mesh, instead of photo and crack
     sample: SampleSlope = SampleSlope()  # Slopes of the sample's face
     path: NozzlePath = NozzlePath()
-    fluid: FluidOfFile | None = None  # Fluid, which only the fluid run needs
+    fluid: FluidOfFile | None = None  # Needed for the fluid run only
     solver: Solver = Solver()
     nozzle: Nozzle = Nozzle()
     output: Output = Output()
-    readings: Readings | None = None  # Readings; without them the report shows the simulated profile alone
+    readings: Readings | None = None  # Without readings, the report shows only the simulated profile
     gate: Gate | None = None
     uncertainty: Uncertainty = Uncertainty()
     """Standard deviations of the inputs; 'sealtwin validate RUN --uncertainty' computes that of the result."""
@@ -70,11 +70,13 @@ class Trial(Settings):
     @model_validator(mode="after")
     def _one_sample(self) -> Self:
         if self.mesh is not None and (self.photo is not None or self.crack is not None):
-            raise ValueError("[mesh] beside [photo] or [crack]: a mesh has a depth and walls of its own; give either")
+            raise ValueError(
+                "[mesh] with [photo] or [crack]: a mesh has its own depth and walls; give one or the other"
+            )
         if self.mesh is None and self.photo is None:
-            raise ValueError("no [photo] and no [mesh]: give one to say where the crack is")
+            raise ValueError("[photo] or [mesh] is missing: give one, which shows the crack")
         if self.photo is not None and self.crack is None and not self.photo.path_only:
-            raise ValueError("[crack] is missing: a photo cannot show how deep a crack is")
+            raise ValueError("[crack] is missing: a photo does not show the depth of a crack")
         return self
 
     @model_validator(mode="after")
@@ -87,14 +89,14 @@ class Trial(Settings):
             )
         if face is not None and sum(self.path.trims_mm) >= sum(face):
             raise ValueError(
-                f"path.trim_mm takes {sum(self.path.trims_mm):g} mm: no crack of this face is long enough for it"
+                f"path.trim_mm removes {sum(self.path.trims_mm):g} mm: no crack in this face is long enough"
             )
         if self.gate is not None and self.readings is None:
-            raise ValueError("[gate] without [readings]: there is nothing to compare with")
+            raise ValueError("[gate] without [readings]: a gate needs readings to compare with")
         if self.crack is not None and self.crack.fill is not None and getattr(self.uncertainty, ANGLE) is not None:
-            raise ValueError(f"uncertainty.{ANGLE} beside crack.fill, which gives it: leave it out")
+            raise ValueError(f"uncertainty.{ANGLE} with crack.fill, from which it follows: omit it")
         if self.path.weighed is not None and self.uncertainty.volume_ml is not None:
-            raise ValueError("uncertainty.volume_ml beside path.weighed, which gives it: leave it out")
+            raise ValueError("uncertainty.volume_ml with path.weighed, from which it follows: omit it")
         fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted
         if unknown := [name for name in fitted if name not in SETTINGS]:
             raise ValueError(f"readings.fitted: {'; '.join(map(no_such_setting, unknown))}")
@@ -107,18 +109,18 @@ class Trial(Settings):
 
     @property
     def given_fluid(self) -> Fluid:
-        """Fluid of a trial that is run. Raises InputError for one without."""
+        """The fluid. Raises InputError if the trial has none."""
         if self.fluid is None:
             raise InputError("the trial has no [fluid]: give viscosity_pa_s, or U and D_cm.")
         return self.fluid
 
     @property
     def physics(self) -> tuple[Fluid, Solver, Nozzle]:
-        """Fluid, solver and nozzle of a trial that is run. Raises InputError for one without a fluid."""
+        """Fluid, solver and nozzle. Raises InputError if the trial has no fluid."""
         return self.given_fluid, self.solver, self.nozzle
 
     def loaded(self, folder: Path) -> Self:
-        """Return the trial with the tables of fluid, fill and path in place of files. Raises InputError."""
+        """Return the trial with the content of the files of fluid, fill and path. Raises InputError."""
         crack, fluid, uncertainty = self.crack, self.fluid, self.uncertainty
         if crack is not None and crack.fill is not None:
             crack = crack.model_copy(update={"fill": crack.fill.loaded(folder)})
@@ -130,10 +132,10 @@ class Trial(Settings):
         return self.model_copy(update=loaded)
 
     def known_inputs(self, outline: Outline, solid: Solid) -> Uncertainty:
-        """Return the declared uncertainties with those that photo, fill and scale give of width, walls and volume."""
-        known = self.uncertainty.with_sample(outline.width_doubt_mm, solid.figures.weighed)
+        """Return the declared uncertainties, and those of width, walls and volume by photo, fill and scale."""
+        inputs = self.uncertainty.with_sample(outline.width_doubt_mm, solid.figures.weighed)
         weighed = self.path.weighed
-        return known if weighed is None else known.model_copy(update={"volume_ml": weighed.volume_sd_ml})
+        return inputs if weighed is None else inputs.model_copy(update={"volume_ml": weighed.volume_sd_ml})
 
     @property
     def folder_name(self) -> str:
@@ -141,30 +143,30 @@ class Trial(Settings):
 
 
 TABLES = ("fluid", "solver", "nozzle", "path", "crack", "sample")
-"""Tables of a trial file whose settings a study may vary and readings may choose."""
+"""Tables of a trial file whose settings a study may vary, or readings may have been used to fit."""
 SETTINGS = ("seed", *(key for key in dotted_names(Trial) if key.partition(".")[0] in TABLES))
-"""Dotted names of all these settings."""
+"""Dotted names of the seed and of all settings in TABLES."""
 
 
 def no_such_setting(name: str) -> str:
-    """Return the beginning of a sentence on a name that is none of ``SETTINGS``."""
+    """Return the beginning of a sentence on a name that is not in ``SETTINGS``."""
     close = difflib.get_close_matches(name, SETTINGS, n=1, cutoff=0.8)
     if close:
         return f"{name}: no such setting; the nearest is '{close[0]}'"
-    return f'{name}: no such setting; there is seed, and what is in [{"], [".join(TABLES)}], as "fluid.U"'
+    return f'{name}: no such setting; expected seed or a key of [{"], [".join(TABLES)}], such as "fluid.U"'
 
 
 def folder_name(name: str) -> str:
-    """Return the name without characters that file systems or shells misread."""
-    kept = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in name)
+    """Return the name without characters that file systems or shells treat specially."""
+    plain = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in name)
     # File systems count bytes, and a letter may take four.
-    return kept.encode()[:LONGEST_FOLDER_BYTES].decode(errors="ignore").strip(".-") or "trial"
+    return plain.encode()[:LONGEST_FOLDER_BYTES].decode(errors="ignore").strip(".-") or "trial"
 
 
 def load_trial(path: Path, settings: Mapping[str, Any] | None = None) -> Trial:
-    """Read and check a trial file, with ``settings`` by dotted name in place of its own. Raises as ``read_settings``.
+    """Read and check a trial file, with ``settings`` by dotted name instead of its own. Raises as ``read_settings``.
 
-    A fault of one of ``settings`` names the command line's --set in place of the file.
+    A fault in ``settings`` names --set instead of the file.
     """
     given = settings or {}
     content = read_toml(path, name="trial file", starter="'sealtwin init DIR' writes a trial to start from")
@@ -178,25 +180,25 @@ def load_trial(path: Path, settings: Mapping[str, Any] | None = None) -> Trial:
 
 
 def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: Mapping[str, Any]) -> Trial:
-    """Build a trial that turns a photo or a mesh into a solid and a path.
+    """Build a trial of a photo or a mesh for solid and path, without a fluid.
 
     ``settings`` are by dotted name. Raises InputError as ``load_trial``.
     """
     if f"{kind}.file" in settings:
-        raise InputError(f"{kind}.file beside {file}: give one {kind}.")
+        raise InputError(f"{kind}.file and {file} are both given: give one {kind}.")
     content = {"name": name_of(file, kind), kind: {"file": file.name, "data": "undeclared"}}
     return checked(Trial, file, with_settings(content, settings))
 
 
 def name_of(file: Path, otherwise: str) -> str:
-    """Return the name of a trial that is called by its photo, mesh or drawing."""
+    """Return the name of a trial after its photo, mesh or drawing."""
     return LINE_BREAKING.sub("-", file.stem)[:80].strip() or otherwise
 
 
 def seen_from(folder: Path, settings: Mapping[str, Any], source: Path = Path()) -> dict[str, Any]:
-    """Return settings with files, relative to ``source``, as seen from the trial's folder.
+    """Return settings with files, given relative to ``source``, made relative to the trial's folder.
 
-    So both can be moved, and no home is named.
+    So both can be moved together, and no home folder is named.
     """
     return {name: _seen_from(folder, value, source) for name, value in settings.items()}
 
@@ -209,7 +211,7 @@ def _seen_from(folder: Path, value: Any, source: Path) -> Any:
     try:
         return Path(os.path.relpath(source / value, folder)).as_posix()
     except ValueError:
-        # On another drive of Windows.
+        # On another drive on Windows.
         return (source / value).absolute().as_posix()
 
 
@@ -222,11 +224,11 @@ IN_PLACE_OF = {
     "path.volume_ml": (("path.weighed",),),
     "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in REPLACED_BY_CURVE)),
 }
-"""Settings that exclude each other: one that is given removes from the trial each group whose first one is there."""
+"""Groups of settings that a given setting removes from the trial, each if its first one is there."""
 
 
 def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a trial's tables with other settings, by dotted name, which replace those that they exclude."""
+    """Return a trial's tables with ``settings``, by dotted name, and without the settings that these exclude."""
     changed = dict(content)
     for name, value in settings.items():
         *tables, key = name.split(".")
@@ -243,10 +245,10 @@ def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> di
 
 
 def replaced(trial: Trial, settings: Mapping[str, Any], names: Iterable[str]) -> list[str]:
-    """Return those of ``settings`` of a trial, by dotted name, that values of the settings ``names`` remove."""
+    """Return the names among ``settings`` that a value for each of ``names`` would remove from a trial."""
     content = trial.model_dump(mode="json", exclude_none=True)
-    gone = _names_in(content) - _names_in(with_settings(content, dict.fromkeys(names, 0)))
-    return [name for name in settings if ".".join(name.split(".")[:2]) in gone]
+    removed = _names_in(content) - _names_in(with_settings(content, dict.fromkeys(names, 0)))
+    return [name for name in settings if ".".join(name.split(".")[:2]) in removed]
 
 
 def _names_in(content: Mapping[str, Any]) -> set[str]:

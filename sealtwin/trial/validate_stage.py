@@ -1,4 +1,4 @@
-"""Third stage: the simulated level is compared with the readings, and the report written."""
+"""Third stage: compares the simulated level with the readings, and writes the report."""
 
 import time
 from dataclasses import replace
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from validate.uncertainty.computed import Spread
 
 NOT_RECORDED = "not recorded"
-REPORT_FORM = 6  # Version of comparison.json and report.json: those of another one are made again
+REPORT_FORM = 6  # Version of comparison.json and report.json; files of another version are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
-"""Name in the manifest of the extra runs of 'sealtwin validate RUN --uncertainty', and their file."""
-OF_EXTRA_RUNS = ("uncertainty", "weighed")  # What of the stage's own settings they depend on
-RECORD = "record.json"  # File beside a trial that was ingested from a lab's folder
+"""Name in the manifest, and file, of the extra runs of 'sealtwin validate RUN --uncertainty'."""
+OF_EXTRA_RUNS = ("uncertainty", "weighed")  # Settings of this stage that the extra runs depend on
+RECORD = "record.json"  # File in the folder of a trial that was ingested from a lab's folder
 ORIGIN = Path("inputs", "origin.json")
-"""File in a run folder, the part of that record about the sheet, without the lab's path and its other notes."""
+"""File in a run folder: the part of RECORD about the sheet, without the lab's path and its other notes."""
 
 
 def bring_up_to_date(job: Job) -> bool:
@@ -75,7 +75,7 @@ def bring_up_to_date(job: Job) -> bool:
         job.progress.note(f"Readings: {readings.dialect}.")
         note_doubts(job, readings)
     job.progress.advance(1, "writing the report")
-    made, used = ("digitise", "simulate"), {*DIGITISED, "overlay.png", *SIMULATED, SPREAD}
+    stages, used = ("digitise", "simulate", UNCERTAINTY), {*DIGITISED, "overlay.png", *SIMULATED, SPREAD}
     run_folder = f"reports/{trial.folder_name}"
     trajectory = record_files.read_trajectory(job.path)
     evidence = Evidence(
@@ -93,7 +93,7 @@ def bring_up_to_date(job: Job) -> bool:
         provenance=_provenance(job, sheet, spread is not None),
         commands=("sealtwin run trial.toml", *([f"sealtwin validate {run_folder} --uncertainty"] if spread else [])),
         sheet=sheet,
-        edited=tuple(name for stage in (*made, UNCERTAINTY) for name in job.folder.edited(stage) if name in used),
+        edited=tuple(name for stage in stages for name in job.folder.edited(stage) if name in used),
         lab_searched=searched,
         extra_runs=job.extra_runs,
         frames=tuple(read_frame(job.path / name) for name in snapshots_of(job)),
@@ -129,12 +129,12 @@ def varied_settings(trial: Trial) -> dict[str, Any]:
 
 
 def read_spread(job: Job) -> "Spread | None":
-    """Read the results of the extra runs; None if there are none for these files and settings."""
+    """Read the results of the extra runs; None if they were not computed for these files and settings."""
     if UNCERTAINTY not in job.folder.finished() or job.folder.settings_of(UNCERTAINTY) != varied_settings(job.trial):
         return None
     if other := other_numbers(job.folder.numbers_of(UNCERTAINTY), job.numbers("validate")):
         job.progress.warn(
-            f"{job.path / SPREAD}: left out, since its extra runs were computed by {other}. "
+            f"{job.path / SPREAD}: not used, since its extra runs were computed by {other}. "
             f"'sealtwin validate {job.path} --uncertainty' computes them anew."
         )
         return None
@@ -145,9 +145,9 @@ def read_spread(job: Job) -> "Spread | None":
 
 
 def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
-    """Return the trial's readings, with doubts by the crack, the volume in it and the level, if it is simulated.
+    """Return the trial's readings, with doubts from the crack, its volume and the simulated level, if any.
 
-    Raises InputError for a sheet that cannot be read, or a declared error that it contradicts.
+    Raises InputError if the sheet cannot be read, or contradicts a declared error.
     """
     if job.trial.readings is None or job.sheet is None:
         return None
@@ -156,9 +156,9 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
     from validate.uncertainty.contradictions import refuse_contradicted
 
     outline, solid = record_files.read_outline(job.path), record_files.read_solid(job.path)
-    # A volume that nobody said is none to hold readings against.
-    said = job.trial.path.volume_ml != "cavity" or job.trial.path.plan is not None
-    dispensed_mm3 = record_files.read_trajectory(job.path).dispensed_mm3 if said else 0.0
+    # Readings are checked against a declared volume only.
+    declared = job.trial.path.volume_ml != "cavity" or job.trial.path.plan is not None
+    dispensed_mm3 = record_files.read_trajectory(job.path).dispensed_mm3 if declared else 0.0
     filling = Filling(outline, solid, dispensed_mm3, simulated)
     readings = read_readings(job.sheet, job.trial.readings, outline.length_mm, solid.depth_mm, filling)
     refuse_contradicted(readings, job.trial.readings, job.trial.uncertainty)
@@ -166,28 +166,28 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
 
 
 def note_doubts(job: Job, readings: Profile) -> None:
-    """Say what the sheet may not have meant."""
+    """Warn of the doubts about the sheet."""
     for doubt in readings.doubts:
         job.progress.warn(f"warning: {doubt}")
 
 
 def sheet_of(job: Job) -> ReadingsSheet | None:
-    """Return the sheet of readings and its origin, or None. Raises InputError if the lab's record is damaged."""
+    """Return the sheet of readings with its origin, if any. Raises InputError if the lab's record is damaged."""
     if job.sheet is None or job.trial.readings is None:
         return None
     name, digest = job.trial.readings.file.name, files.sha256(job.sheet)
-    said = _recorded_origin(job.source)
-    if said is not None and said.sha256 == digest:
-        return said
-    # The lab's record is about the sheet that was ingested, not about another one.
-    name += "" if said is None else ", not as the lab gave it"
+    origin = _recorded_origin(job.source)
+    if origin is not None and origin.sha256 == digest:
+        return origin
+    # The lab's record is about the ingested sheet only.
+    name += "" if origin is None else ", not as the lab gave it"
     return ReadingsSheet(name=name, sha256=digest, operator=None, date=None)
 
 
 def keep_origin(job: Job) -> None:
-    """Write the readings' origin beside their copy, so that the folder keeps it when it is moved."""
-    if job.source.resolve() != job.path.resolve() and (said := _recorded_origin(job.source)) is not None:
-        files.write_if_new(job.path / ORIGIN, files.as_json(dict(said)).encode())
+    """Write the readings' origin into the folder of their copy, so that it is moved with the run."""
+    if job.source.resolve() != job.path.resolve() and (origin := _recorded_origin(job.source)) is not None:
+        files.write_if_new(job.path / ORIGIN, files.as_json(dict(origin)).encode())
 
 
 def _recorded_origin(source: Path) -> ReadingsSheet | None:
@@ -199,8 +199,8 @@ def _recorded_origin(source: Path) -> ReadingsSheet | None:
     if not isinstance(content, dict) or "ingested_utc" not in content:
         return None
     with files.understood(source / RECORD):
-        kept = next((file for file in content["files"] if file["role"] == "readings"), None)
-        return None if kept is None else _sheet(content | {"name": kept["original"], "sha256": kept["sha256"]})
+        sheet = next((file for file in content["files"] if file["role"] == "readings"), None)
+        return None if sheet is None else _sheet(content | {"name": sheet["original"], "sha256": sheet["sha256"]})
 
 
 def _sheet(content: dict[str, Any]) -> ReadingsSheet:

@@ -131,7 +131,7 @@ def test_a_bad_sheet_gets_one_sentence_before_the_long_run(trial, tmp_path, faul
 
 def test_an_output_folder_that_is_a_file_is_refused(trial, tmp_path):
     (tmp_path / "run").write_text("mine")
-    assert "this is a file" in _refusal("run", trial, "--out", tmp_path / "run")
+    assert "a file; --out" in _refusal("run", trial, "--out", tmp_path / "run")
     assert (tmp_path / "run").read_text() == "mine"
 
 
@@ -319,7 +319,7 @@ def test_a_path_alone_is_a_robot_s_and_no_simulation_s(thin, tmp_path):
     assert (out / "trajectory.csv").is_file()
     assert not list(out.glob("crack.*"))
     for command in ("simulate", "validate"):
-        assert "holds the crack's path alone" in _refusal(command, out)
+        assert "has only the crack's path" in _refusal(command, out)
     cell = tmp_path / "cell.toml"
     assert _sealtwin("robot", "--example", cell).exit_code == 0
     answer = _sealtwin("robot", out, "--cell", cell)
@@ -392,7 +392,7 @@ def test_without_an_open_stderr_the_answer_is_the_same(tmp_path):
     command = f"exec {shlex.quote(sys.executable)} -m sealtwin validate nowhere --json 2>&-"
     answer = subprocess.run(command, shell=True, stdout=subprocess.PIPE, cwd=tmp_path, text=True, check=False)
     assert answer.returncode == 3
-    assert "nowhere: no run folder" in json.loads(answer.stdout)["error"]
+    assert "nowhere: not a run folder" in json.loads(answer.stdout)["error"]
     digits = f"exec {shlex.quote(sys.executable)} -m sealtwin init lab >&- 2>&-"
     assert subprocess.run(digits, shell=True, cwd=tmp_path, check=False).returncode == 0
     assert (tmp_path / "lab" / "trial.toml").is_file()

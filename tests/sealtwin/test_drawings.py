@@ -49,17 +49,17 @@ def test_nothing_of_the_users_is_overwritten(run, tmp_path):
     (tmp_path / "coco.json").write_text("mine")
     refused = _sealtwin("export", run, "--format", "mask,coco", "--out", tmp_path)
     assert refused.exit_code == 3
-    assert "coco.json: is there already" in refused.stderr
+    assert "coco.json: already exists" in refused.stderr
     assert [file.name for file in tmp_path.iterdir()] == ["coco.json"]
 
 
 def test_runs_of_one_name_and_what_is_no_run_are_named(run, tmp_path):
     shutil.copytree(run, tmp_path / "twin")
     assert (
-        "several runs are of files and trials of that name"
+        "several runs have files and trials of this name"
         in _sealtwin("export", run, tmp_path / "twin", "--format", "coco", "--out", tmp_path / "out").stderr
     )
-    assert "no run folder" in _sealtwin("export", tmp_path, "--format", "coco", "--out", tmp_path / "out").stderr
+    assert "not a run folder" in _sealtwin("export", tmp_path, "--format", "coco", "--out", tmp_path / "out").stderr
     assert not (tmp_path / "out").exists()
 
 

@@ -68,7 +68,7 @@ def test_a_mesh_has_a_depth_of_its_own(tmp_path):
     )
     done = CliRunner().invoke(app, ["digitise", str(trial)])
     assert done.exit_code == 3
-    assert "[mesh] beside" in done.stderr
+    assert "[mesh] with" in done.stderr
 
 
 @pytest.mark.slow

@@ -52,7 +52,7 @@ def test_nothing_of_the_users_is_overwritten(tmp_path, option):
     named = {"--out": tmp_path / "frame.pdf", "--toml": tmp_path / "board.toml"} | {option: mine}
     answer = _markers("--face-mm", "160x40", *(part for pair in named.items() for part in pair))
     assert answer.exit_code == 3
-    assert "mine.pdf: is there already" in answer.stderr
+    assert "mine.pdf: already exists" in answer.stderr
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("mine.pdf", "mine")]
 
 

@@ -61,7 +61,7 @@ def test_other_ends_replace_its_trial_and_an_edited_one_is_kept(lab):
     trial.write_text(edited := trial.read_text().replace("U = 30.0", "U = 20.0"))
     kept = _quick(lab)
     assert kept.exit_code == 3
-    assert "was edited, and is not overwritten" in kept.stderr
+    assert "edited by you, and not overwritten" in kept.stderr
     assert trial.read_text() == edited
 
 

@@ -120,7 +120,7 @@ def test_a_photo_gets_a_trial_beside_it(trial, browser):
     assert new.photo is not None
     assert new.photo.file.name == "photo.jpg"
     assert new.fluid is not None, "the starter's, so that the next command can run"
-    assert "nobody measured" in written.read_text()
+    assert "not measured" in written.read_text()
     assert "sealtwin run" in browser.answers[1][0]["saved"]["next"]
 
 
@@ -147,7 +147,7 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
 
 
 def test_a_folder_without_photos_is_refused(tmp_path):
-    assert "no photo" in _refusal("trace", tmp_path)
+    assert "neither a photo" in _refusal("trace", tmp_path)
 
 
 def test_a_path_alone_is_traced_without_a_crack(trial, browser):
@@ -198,7 +198,7 @@ def test_what_cannot_be_traced_is_refused_before_a_page_opens(trial, browser, tm
     assert "not found" in _refusal("trace", tmp_path / "none.jpg")
     assert "no such file" in _refusal("trace", tmp_path / "none.toml")
     (trial.parent / "photo.toml").write_text("")
-    assert "is there already" in _refusal("trace", trial.parent / "photo.jpg")
+    assert "already exists" in _refusal("trace", trial.parent / "photo.jpg")
     mesh = tmp_path / "mesh.toml"
     mesh.write_text('name = "m"\n[mesh]\nfile = "m.stl"\ndata = "measured"\nunits = "mm"\n')
     assert "no photo to trace" in _refusal("trace", mesh)

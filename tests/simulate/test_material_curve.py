@@ -65,7 +65,7 @@ def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("", "empty; it must be a CSV"),
+        ("", "empty; expected a CSV"),
         ("age_s;viscosity_pa_s\n0;1\n", "row 1: columns are separated by ';'.*commas"),
         ("age_s,visc\n0,1\n", "row 1: column 'visc' is unknown"),
         ("age_s,age_s,viscosity_pa_s\n0,1,1\n", "row 1: column 'age_s' is unknown or named twice"),
@@ -75,8 +75,8 @@ def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_
         ("age_s,viscosity_pa_s\n0,1\n", "1 rows below the header; 2 to 1000"),
         ("age_s,viscosity_pa_s\n" + "".join(f"{n},1\n" for n in range(1001)), "1001 rows below the header"),
         ("age_s,viscosity_pa_s\n0,1\n\n1\n", r"row 4: 1 cells for 2 columns \(1\)"),
-        ("age_s,viscosity_pa_s\n0,1\n1,thick\n", "row 3, column viscosity_pa_s: 'thick' is no number"),
-        ("age_s,viscosity_pa_s\n0,1\n1,\n", "row 3, column viscosity_pa_s: '' is no number"),
+        ("age_s,viscosity_pa_s\n0,1\n1,thick\n", "row 3, column viscosity_pa_s: 'thick' is not a number"),
+        ("age_s,viscosity_pa_s\n0,1\n1,\n", "row 3, column viscosity_pa_s: '' is not a number"),
         ("age_s,viscosity_pa_s\n0,1\n1,nan\n", "row 3, column viscosity_pa_s: nan; 1e-06 to 10000 is allowed"),
         ("age_s,viscosity_pa_s\n0,0\n1,1\n", "row 2, column viscosity_pa_s: 0; 1e-06 to 10000"),
         ("age_s,viscosity_pa_s\n-1,1\n1,1\n", "row 2, column age_s: -1; 0 to 1e[+]07"),

@@ -88,7 +88,7 @@ def test_a_file_larger_than_any_of_ours_is_not_read(tmp_path, reader):
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"a":' * 100_000])
 def test_json_within_json_without_end_is_no_bug_of_ours(tmp_path, text):
     (tmp_path / "outline.json").write_text(text)
-    with pytest.raises(InputError, match=r"outline\.json: no readable JSON"):
+    with pytest.raises(InputError, match=r"outline\.json: not readable JSON"):
         files.read_json(tmp_path / "outline.json")
 
 

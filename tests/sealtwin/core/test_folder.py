@@ -148,9 +148,9 @@ def test_a_folder_of_somebody_elses_files_is_refused(tmp_path):
 def test_a_file_for_a_folder_and_a_missing_run_are_refused(tmp_path):
     (tmp_path / "file").write_text("")
     for path in (tmp_path / "file", tmp_path / "file" / "below"):
-        with pytest.raises(InputError, match="this is a file"), open_folder(path, create=True):
+        with pytest.raises(InputError, match="a file; --out"), open_folder(path, create=True):
             pass
-    with pytest.raises(InputError, match="no run folder"), open_folder(tmp_path / "none", create=False):
+    with pytest.raises(InputError, match="not a run folder"), open_folder(tmp_path / "none", create=False):
         pass
 
 
@@ -204,7 +204,7 @@ def test_outputs_below_the_folder_are_its_own(tmp_path):
 
 def test_a_folder_whose_name_no_json_takes_is_refused(tmp_path):
     with (
-        pytest.raises(InputError, match=r"caf\\xe9: a name that is not UTF-8"),
+        pytest.raises(InputError, match=r"caf\\xe9: its name is not UTF-8"),
         open_folder(tmp_path / "caf\udce9", create=True),
     ):
         pass

@@ -240,7 +240,7 @@ def test_content_that_is_no_mesh_is_refused_by_file_and_format(tmp_path, name):
     suffix, content = REFUSED[name]
     with pytest.raises(InputError) as refusal:
         read(tmp_path, suffix, content, remedy="Digitise again.")
-    assert str(refusal.value).startswith(f"{tmp_path / 'sample'}{suffix}: no readable {suffix[1:].upper()}: ")
+    assert str(refusal.value).startswith(f"{tmp_path / 'sample'}{suffix}: not a readable {suffix[1:].upper()}: ")
     assert str(refusal.value).endswith("Digitise again.")
 
 

@@ -102,7 +102,7 @@ def test_a_dry_run_tells_the_same_and_writes_nothing(small, tmp_path):
 def test_a_lab_is_not_mixed_up_with_other_files(small, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.docx").touch()
-    with pytest.raises(InputError, match="holds files that no ingest wrote"):
+    with pytest.raises(InputError, match="has files that no ingest wrote"):
         ingest(small, tmp_path / "mine", QUIET)
     for lab in (small, small / "lab", tmp_path):
         with pytest.raises(InputError, match="are one inside the other"):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sealtwin.core.records import Floats
-from sealtwin.plan.loop_model import REACH_MM, read_model, targets_of, write_model
+from sealtwin.plan.loop_model import LOOP, read_model, targets_of, write_model
 from sealtwin.plan.loop_step import LevelFrame, LoopState, RemainingPlan, step
 from tests.planned_slot import OWN, areas, model, passes, with_other_last_bits
 
@@ -81,7 +81,7 @@ def test_sealant_of_the_top_up_stays_where_it_is_given():
     assert table.sum(axis=1) * it.step_mm == pytest.approx(given_mm3, rel=1e-6)
     way_mm = np.interp(model().edge_s[model().first :], passes().motion.t_s, passes().motion.s_mm)
     for row, (last_mm, first_mm) in zip(table, way_mm, strict=True):
-        assert not row[(it.s_mm < first_mm - REACH_MM) | (it.s_mm > last_mm + REACH_MM)].any()
+        assert not row[(it.s_mm < first_mm - LOOP.reach_mm) | (it.s_mm > last_mm + LOOP.reach_mm)].any()
 
 
 def test_the_first_pass_begins_lower_at_either_end():

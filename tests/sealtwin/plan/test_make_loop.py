@@ -141,7 +141,7 @@ def test_another_answer_is_named_by_its_line(tmp_path):
         (lambda text: text.replace('tables_sha256": "', 'tables_sha256": "0'), TABLES),
         (lambda text: "", "loop-1.jsonl"),
         (lambda text: text + "[1]\n", "loop-1.jsonl"),
-        (lambda text: text + text.splitlines()[-1], "is doubled"),
+        (lambda text: text + text.splitlines()[-1], "is repeated"),
         (lambda text: "\n".join([text.splitlines()[row] for row in (0, 2, 1)]), "line 3: t_s = 4"),
     ],
 )

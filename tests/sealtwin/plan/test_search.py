@@ -120,7 +120,7 @@ def test_a_pump_that_gives_no_less_bounds_from_below():
     limits = limits_of(OWN, None, pump, 500.0, False)
     assert limits.flow_mm3_s == (200.0, 500.0)
     thin = np.full(2, 10.0)
-    with pytest.raises(InputError, match="pump was weighed from 200"):
+    with pytest.raises(InputError, match="pump's smallest weighed flow is 200"):
         require_possible(limits, thin, np.array([0.0, 40.0]), OWN, Path("trial.toml"))
 
 
@@ -129,7 +129,7 @@ def test_chances_are_told_as_draws():
     share = {"over_above_100_mm3": 0.25, "level_above_0.8_mm": 0.0, "draws": 24.0}
     assert chance_rows(share) == [
         ("draws of the posterior with more than 100 mm3 over the face", "6 of 24"),
-        ("draws that stand above 0.8 mm", "0 of 24"),
+        ("draws with a level above 0.8 mm", "0 of 24"),
     ]
     assert chance_rows({}) == []
 

@@ -119,7 +119,7 @@ def test_another_sheet_with_the_same_settings_is_a_replicate(run, tmp_path):
 
 
 def test_what_is_no_finished_run_is_refused_by_name(run, other, tmp_path):
-    with pytest.raises(InputError, match="nowhere: no run folder"):
+    with pytest.raises(InputError, match="nowhere: not a run folder"):
         compare_runs([run, tmp_path / "nowhere"], tmp_path / "page")
     with pytest.raises(InputError, match="named twice"):
         compare_runs([run, run], tmp_path / "page")
@@ -127,7 +127,7 @@ def test_what_is_no_finished_run_is_refused_by_name(run, other, tmp_path):
     with pytest.raises(InputError, match="second: not compared with its readings yet"):
         compare_runs([run, other], tmp_path / "page")
     (other / "profile.csv").unlink()
-    with pytest.raises(InputError, match=re.escape("second: simulate is not finished (profile.csv is not there)")):
+    with pytest.raises(InputError, match=re.escape("second: simulate is not finished (profile.csv is missing)")):
         compare_runs([run, other], tmp_path / "page")
 
 
@@ -141,7 +141,7 @@ def test_results_of_other_settings_or_files_are_not_compared(run, other, tmp_pat
 
     kept = {name: (other / name).read_bytes() for name in ("trial.toml", "profile.csv", "manifest.json")}
     (other / "trial.toml").write_bytes(kept["trial.toml"].replace(b"U = 3.0", b"U = 4.0"))
-    refused("[fluid] is not what simulate ran with here")
+    refused("[fluid] differs from what simulate ran with here")
     (other / "trial.toml").write_bytes(kept["trial.toml"])
     (other / "profile.csv").write_bytes(kept["profile.csv"].replace(b",-", b",", 1))
     refused("profile.csv was changed since the readings were compared. Run 'sealtwin validate")

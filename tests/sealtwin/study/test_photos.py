@@ -256,7 +256,7 @@ def test_a_name_that_is_not_utf8_fails_alone(tmp_path, lab):
     shutil.copy(lab / "first.png", tmp_path / "caf\udce9.png")
     report = digitise_many(plan([tmp_path, lab / "first.png"], GIVEN), tmp_path / "out", Progress())
     assert [row.status for row in report.rows] == ["failed", "ok"]
-    assert "caf\\xe9.png: a name that is not UTF-8" in report.rows[0].reason
+    assert "caf\\xe9.png: its name is not UTF-8" in report.rows[0].reason
     assert json.loads((tmp_path / "out" / "batch.json").read_text())["failed"] == 1
 
 

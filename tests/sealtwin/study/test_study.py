@@ -95,7 +95,7 @@ def test_every_fault_of_every_run_is_told_once_with_its_runs_and_its_value(tmp_p
         ("", "give one of [grid], [list] and [latin], the settings that vary; none is given"),
         ('[grid]\nseed = [1]\n[list]\ncolumns = ["seed"]\nrows = [[1]]', "grid and list are given"),
         ('[grid]\n"fluid.u" = [1]', "fluid.u: no such setting; the nearest is 'fluid.U'"),
-        ('[grid]\n"photo.file" = ["a"]', "photo.file: no such setting; there is seed, and what is in [fluid]"),
+        ('[grid]\n"photo.file" = ["a"]', "photo.file: no such setting; expected seed or a key of [fluid]"),
         ('[grid]\n"fluid.U" = []', "grid.fluid.U: no values given"),
         ('[grid]\n"fluid.U" = 3', "grid.fluid.U"),
         ('[grid]\n"fluid.U" = [1]\nfluid.U = [2]', "fluid.U is given twice"),

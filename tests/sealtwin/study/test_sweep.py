@@ -401,7 +401,7 @@ def test_particles_are_kept_on_request_also_of_runs_that_are_done(lab, unbroken,
 def test_folders_of_somebody_else_are_left_alone(lab, tmp_path, fresh):
     (tmp_path / "theirs").mkdir()
     (tmp_path / "theirs" / "thesis.txt").write_text("mine")
-    with pytest.raises(InputError, match=r"holds files that no sweep wrote \(thesis.txt\)"):
+    with pytest.raises(InputError, match=r"has files that no sweep wrote \(thesis.txt\)"):
         sweep(lab, tmp_path / "theirs", HERE, Progress())
     other = tiny_lab(tmp_path / "lab")
     other.write_text(other.read_text().replace('name = "tiny"', 'name = "another"'))

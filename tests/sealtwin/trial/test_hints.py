@@ -141,7 +141,10 @@ def test_however_a_trial_is_laid_out(tmp_path, layout):
     content = path.read_bytes().decode()
     comments = [line.partition("#")[2] for line in text.splitlines() if "#" in line]
     # A value that goes takes the comments inside it along.
-    gone = {"old ends over several lines": [" this one"], "the starter's": [' "assumed" is said so in every output']}
+    gone = {
+        "old ends over several lines": [" this one"],
+        "the starter's": [' or "assumed", which every output then states'],
+    }
     assert [comment for comment in comments if comment not in content] == gone.get(layout, [])
     assert load_trial(path).photo is not None
     assert content.count("\r\n") == (content.count("\n") if "\r\n" in text else 0)
@@ -180,7 +183,7 @@ def test_an_edit_that_would_change_more_is_refused(tmp_path, monkeypatch):
     """Trust, but look: what an editor of TOML left is read again before it is written."""
     monkeypatch.setattr(hints_module, "with_hints", lambda text, *_: (text.replace("16 ", "61 "), ["ends_px"]))
     path = _trial(tmp_path)
-    with pytest.raises(InputError, match=r"Put them in yourself: ends_px = \[\[12.5, 340.0\]"):
+    with pytest.raises(InputError, match=r"Write them yourself: ends_px = \[\[12.5, 340.0\]"):
         TrialFile(path).save(TRACED, SAME)
     assert path.read_text() == COMMENTED
 
@@ -218,7 +221,7 @@ def test_a_trial_that_is_there_is_not_replaced(tmp_path):
     new = NewTrial(tmp_path / "crack.jpg")
     (tmp_path / "crack.toml").write_text("mine")
     for attempt in (lambda: NewTrial(tmp_path / "crack.jpg"), lambda: new.save(TRACED, Shape(depth_mm=16.0))):
-        with pytest.raises(InputError, match="is there already"):
+        with pytest.raises(InputError, match="already exists"):
             attempt()
     assert (tmp_path / "crack.toml").read_text() == "mine"
 

@@ -84,7 +84,7 @@ def test_a_bad_row_ends_the_command_with_3_and_is_named(tmp_path):
     (tmp_path / "cooling.csv").write_text("age_s,temperature_c\n0,190\n5,warm\n", encoding="utf-8")
     answer = CliRunner().invoke(app, ["run", str(trial), "--out", str(tmp_path / "out"), "--json"])
     assert answer.exit_code == 3
-    assert "cooling.csv, row 3, column temperature_c: 'warm' is no number." in json.loads(answer.stdout)["error"]
+    assert "cooling.csv, row 3, column temperature_c: 'warm' is not a number." in json.loads(answer.stdout)["error"]
     assert not (tmp_path / "out").exists() or not list((tmp_path / "out").glob("*.csv"))
 
 

@@ -239,7 +239,7 @@ def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied):
         assert 3.0 < compared["mean_error_mm"] < 4.5
         assert (compared["outcome"], compared["passed"], compared["findings"]) == ("undecided", False, [])
         assert compared["headline"] == ["Edited by hand since (profile.csv): no verdict."]
-        assert "profile.csv: not as simulate wrote it" in err
+        assert "profile.csv: edited since simulate wrote it" in err
         assert ("nothing to redo" in err) is again
     page = (copied / "report.html").read_text(encoding="utf-8")
     assert page.index("Edited by hand since (profile.csv): what follows") < page.index("Not a validation")
@@ -451,4 +451,4 @@ def test_threads_are_those_of_the_fluid_run_and_a_gpu_has_none(unbroken, tmp_pat
     monkeypatch.setattr("simulate.device.choose_device", lambda _: "cuda:0")
     answer = CliRunner().invoke(app, command)
     assert answer.exit_code == 3
-    assert answer.stderr.endswith("--threads 2: threads are a CPU's, and this run is on cuda:0. Leave it out.\n")
+    assert answer.stderr.endswith("--threads 2: only for a CPU, and this run is on cuda:0. Omit it.\n")

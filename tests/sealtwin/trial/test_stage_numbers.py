@@ -133,7 +133,7 @@ def test_extra_runs_of_another_number_are_left_out_of_a_report_with_a_word(run, 
         settings, numbers = validate_stage.varied_settings(job.trial), {**NUMBERS, "simulate": 999}
         folder.record(validate_stage.UNCERTAINTY, "key", settings, {}, [validate_stage.SPREAD], 1.0, numbers=numbers)
         assert validate_stage.read_spread(job) is None
-    assert "left out, since its extra runs were computed by simulate 999, while" in narration.notes[0]
+    assert "not used, since its extra runs were computed by simulate 999, while" in narration.notes[0]
 
 
 def test_the_report_and_the_doctor_show_the_numbers_beside_the_version(run, lab, monkeypatch):
