@@ -59,11 +59,11 @@ def compare(
 ) -> Comparison:
     """Compare two levels over their common stretch of s and judge the error.
 
-    A positive error means that the simulated level is too high; between stations both are straight, so the integrals
-    are exact. With an escaped particle nothing passes, and without ``uncertainty`` the verdict has no interval. The
-    settings ``fitted`` to the readings, whether the lab's catalogue was searched for them, and ``unseen`` baselines,
-    which have not seen the readings, are for the headline; a level by a model for ``screening`` gets no verdict. Raises
-    InputError where the two curves do not overlap.
+    A positive error means that the simulated level is too high. Both levels are straight between stations, so the
+    integrals are exact. If a particle escaped, nothing passes; without ``uncertainty`` the verdict has no interval; a
+    level by a model for ``screening`` gets no verdict. The headline mentions the settings ``fitted`` to the readings,
+    whether the lab's catalogue was searched for them (``lab_searched``), and the ``unseen`` baselines, made without the
+    readings. Raises InputError if the two curves do not overlap.
     """
     error = level_difference(simulated, measured)
     area_mm2, area_library_mm2 = error.area, error.area_by_similaritymeasures()
@@ -131,8 +131,8 @@ def assess(
 ) -> Comparison:
     """Compare the level of a trial with its readings, with intervals, baselines and the mass balance, and judge it.
 
-    The comparison that ``evidence`` holds is not used. ``spread`` holds the results of extra runs, if there were any,
-    and ``earlier`` the lab's earlier samples, whose filling is a baseline.
+    A comparison in ``evidence`` is ignored. ``spread`` are the results of extra runs, if there are any, and ``earlier``
+    the lab's earlier samples, whose fill is a baseline.
     """
     simulated, measured, outline, solid = evidence.profile, evidence.readings, evidence.outline, evidence.solid
     if measured is None:
@@ -193,7 +193,7 @@ def error_uncertainty(
 ) -> ErrorUncertainty:
     """Compute the intervals of the error by the readings, the numerics and the declared inputs.
 
-    ``volume_level_mm`` is the level that volume gained by the numerics makes, if it is known.
+    ``volume_level_mm`` is the change of level by volume that the numerics gained, if it is known.
     """
     readings = budget_of(measured, settings, declared, mouth_widths_mm(measured.s_mm, outline, solid))
     error = level_difference(simulated, measured)
@@ -249,7 +249,7 @@ def error_uncertainty(
 
 
 def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Floats) -> StationErrors:
-    """Error at each station on the covered stretch ``x``, and the standard uncertainties of it."""
+    """Return the error at each station on the covered stretch ``x``, with its standard uncertainties."""
     held = are_compared(measured, x[0], x[-1])
     covered = budget.at(held)
     kinds: set[Kind] = {one.kind for one in budget.components}
@@ -267,7 +267,7 @@ def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Fl
 
 
 def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy | None:
-    """Mean level and mean error over the covered stretch at each particle size; None where none was run."""
+    """Return mean level and mean error over the covered stretch at each particle size; None without such runs."""
     replicates = spread.at(x)
     if spread.sizes is None or replicates is None:
         return None

@@ -1,8 +1,8 @@
 """An emulator of the level profile: a Gaussian process for each of its principal components.
 
 Higdon et al. 2008, J. Am. Stat. Assoc. 103:570. The covariance is Matern's with nu = 5/2, with a length for each
-setting and a nugget, which is the scatter of runs that differ in seed alone; both are fitted to the runs. The scatter
-is a log-linear function of the settings: stiff paste scatters two to three times more than runny paste.
+setting and a nugget for the scatter of runs that differ only in seed; both are fitted to the runs. The scatter is a
+log-linear function of the settings: stiff paste scatters two to three times more than runny paste.
 """
 
 from dataclasses import dataclass
@@ -15,12 +15,13 @@ COMPONENTS = 5
 LENGTH, AMPLITUDE, NUGGET = (0.05, 20.0), (0.05, 50.0), (1e-5, 2.0)
 """Bounds of the lengths, as shares of a range, and of the two variances over that of the scores."""
 USUAL_LENGTH, FACTOR = 1.0, 3.0
-"""Middle of the lengths' prior and its standard deviation as a factor: a likelihood of 16 runs alone has maxima at
-lengths of 0 and of infinity."""
+"""Median of the lengths' prior and its standard deviation as a factor: the likelihood of 16 runs without a prior has
+maxima at lengths of 0 and of infinity."""
 STARTS = (0.4, 1.5)  # Lengths from which the likelihood is climbed
 ROOT5 = np.sqrt(5.0)
 SLOPE, OF_A_RUN = 1.5, 0.5
-"""Standard deviations of the slopes of ln variance over a range beforehand, and of a single run's about the slope."""
+"""Prior standard deviations of the slopes of ln variance over a range, and of a single run's ln variance about the
+slope."""
 LEAST_MM2 = 1e-6  # Added to the variance of a run, which may be 0 in a closed form
 
 
@@ -67,13 +68,13 @@ class Processes:
         return mean, np.maximum(self.variance - known, 1e-12 * self.variance)
 
     def with_points(self, points: Floats, relative: Floats) -> "Processes":
-        """Return them as if runs at ``points`` had given what is expected there: their variance is right, no more."""
+        """Return the processes as if runs at ``points`` had given the expected scores: only the variance is valid."""
         both = np.vstack([self.points, points]), np.vstack([self.scores, self.at(points)[0]])
         return Processes.given(*both, self.length, self.variance, self.nugget, np.append(self.relative, relative))
 
 
 def matern(a: Floats, b: Floats, length: Floats, variance: Floats) -> Floats:
-    """Covariance (k, m, n) between points (m, d) and (n, d), with nu = 5/2."""
+    """Return the covariance (k, m, n) between points (m, d) and (n, d), with nu = 5/2."""
     scaled = (a[:, None, :] - b) / length[:, None, None, :]
     far = ROOT5 * np.sqrt((scaled**2).sum(axis=-1))
     return variance[:, None, None] * (1 + far + far**2 / 3) * np.exp(-far)
@@ -123,7 +124,7 @@ def _most_likely(points: Floats, score: Floats, relative: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Scatter:
-    """Covariance of what components leave of a run, and the slopes of the scatter of runs over the settings."""
+    """Covariance of the residual of the components, and the slopes of the scatter of runs over the settings."""
 
     rest_mm2: Floats  # (n, n) covariance of what components leave, in the middle
     middle: Floats  # (d,) of the runs' points
@@ -131,7 +132,7 @@ class Scatter:
 
     @classmethod
     def fitted(cls, points: Floats, levels_mm: Floats, kept: int) -> "Scatter":
-        """Fit to what ``kept`` components of the other runs leave of each: components leave far less of their own."""
+        """Fit to each run's residual from ``kept`` components of the other runs; those of all fit too well."""
         rows = []
         for number, level_mm in enumerate(levels_mm):
             others = np.delete(levels_mm, number, axis=0)
@@ -146,13 +147,13 @@ class Scatter:
         return cls(evened.T @ evened / len(left), middle, slopes)
 
     def relative(self, points: Floats) -> Floats:
-        """Variance at points, (m, d), over that in the middle, (m,)."""
+        """Return the variance at points, (m, d), relative to that at the middle, (m,)."""
         return np.exp((points - self.middle) @ self.slopes)
 
 
 @dataclass(frozen=True)
 class Emulator:
-    """Levels at a trial's stations over the free settings."""
+    """Levels at a trial's stations as a function of the free settings."""
 
     mean_mm: Floats  # (n,) of all runs
     basis_mm: Floats  # (k, n) of unit scores
@@ -171,14 +172,14 @@ class Emulator:
 
     @property
     def run_noise_mm2(self) -> Floats:
-        """Covariance between stations, (n, n), of a single run about the average over seeds, in the middle."""
+        """Covariance between stations, (n, n), of a single run about the average over seeds, at the runs' middle."""
         return (self.basis_mm.T * self.processes.nugget) @ self.basis_mm + self.scatter.rest_mm2
 
     def levels_mm(self, points: Floats) -> Floats:
-        """Levels of a run's average over seeds, (m, n)."""
+        """Return the levels averaged over seeds, (m, n)."""
         return self.mean_mm + self.processes.at(points)[0] @ self.basis_mm
 
 
 def most_components(runs: int, stations: int) -> int:
-    """Return the largest number of components that leaves readings something to contradict."""
+    """Return the largest number of components with which readings can still contradict the model."""
     return max(1, min(runs - 2, stations // 2))

@@ -1,4 +1,4 @@
-"""Settings that a calibration leaves free: what was known of each beforehand, and what the readings determine."""
+"""Free settings of a calibration: the prior of each, and what the readings determine."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ INTERVAL = 0.9  # Share of a distribution between the ends that are stated of a 
 
 @dataclass(frozen=True)
 class Free:
-    """A free setting: all values of its range are equally likely beforehand, or those near a measured one."""
+    """A free setting. Its prior is uniform over the range, or centred on a measured value."""
 
     name: str  # Dotted name, as "fluid.yield_stress_pa"
     low: float
@@ -47,7 +47,7 @@ class Free:
 
     @cached_property
     def prior(self) -> tuple[float, float]:
-        """Width of the central 90 % interval beforehand and standard deviation, both as shares of the range."""
+        """Width of the prior's central 90 % interval and its standard deviation, both as shares of the range."""
         shares = (np.arange(4000) + 0.5) / 4000
         log_density = self.log_prior(shares)
         weight = np.exp(log_density - log_density.max())
@@ -64,7 +64,7 @@ NAMED = 0.2  # Least share of a setting in a combination that is named
 
 @dataclass(frozen=True)
 class Marginal:
-    """A free setting after the readings."""
+    """A free setting given the readings."""
 
     free: Free
     best: float  # Value at the draw with the highest density
@@ -79,7 +79,7 @@ class Marginal:
 
 @dataclass(frozen=True)
 class Combination:
-    """A direction in the space of the settings, in units of their standard deviations beforehand."""
+    """A direction in the space of the settings, in units of their prior standard deviations."""
 
     parts: tuple[float, ...]  # Unit vector
     deviation: float  # Standard deviation along it; 1 where the readings say nothing
@@ -117,7 +117,7 @@ def combinations_of(frees: Sequence[Free], draws: Floats) -> list[Combination]:
 
 
 def confounded_pairs(frees: Sequence[Free], draws: Floats) -> list[tuple[Free, Free, float]]:
-    """Return pairs of settings that the readings do not tell apart, with their correlation."""
+    """Return pairs of settings that the readings cannot separate, with their correlation."""
     together = np.atleast_2d(np.corrcoef(draws.T))
     pairs = zip(*np.nonzero(np.triu(np.abs(together) > CONFOUNDED, 1)), strict=True)
     return [(frees[int(a)], frees[int(b)], float(together[a, b])) for a, b in pairs]

@@ -1,4 +1,4 @@
-"""The posterior of free settings by the readings of one trial or several, and draws of it."""
+"""Posterior of free settings given the readings of one trial or several, and draws of it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from validate.calibration.emulator import COMPONENTS, Emulator, Scatter, most_co
 from validate.calibration.free import Free
 
 INFLATED = 1.2
-"""Factor of all standard uncertainties: with lengths and nugget taken as known, 90 % intervals of a prototype held 81
-to 88 % of the truths without it. It was chosen there, on none of the truths of this repository's benchmark."""
+"""Factor on all standard uncertainties. Lengths and nugget are used as if exact, so that without it the 90 % intervals
+of a prototype contained 81 to 88 % of the truths. Chosen on that prototype, not on this repository's benchmark."""
 POSSIBLE = 0.995  # Share of true settings that a bound of the misfit keeps
 DISCREPANCIES_MM = np.array([0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
 DISCREPANCY_MM = 0.3  # Scale of the half-normal prior of the model's own error, which one trial cannot tell from paste
@@ -24,7 +24,7 @@ CANDIDATES = 4096  # Points of a Sobol sequence among which walkers start
 
 @dataclass(frozen=True)
 class ReadLevels:
-    """The levels that were read in a trial."""
+    """Measured levels of a trial."""
 
     s_mm: Floats  # (n,)
     level_mm: Floats  # (n,)
@@ -33,7 +33,7 @@ class ReadLevels:
 
 @dataclass(frozen=True)
 class BasisReach:
-    """The part of the readings that no sum of the shapes of runs makes, whatever the settings."""
+    """Residual of the readings from all sums of the shapes of runs, whatever the settings."""
 
     residual_mm: float  # Root mean square of what is left at the stations
     noise_mm: float  # Root mean square of the standard uncertainty of a reading against a run
@@ -42,11 +42,10 @@ class BasisReach:
 
 
 def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisReach:
-    """Project the readings on the components of runs, (r, n), as many as are needed and at most ``MOST_COMPONENTS``.
+    """Project the readings on the components of runs, (r, n): as many as needed, at most ``MOST_COMPONENTS``.
 
-    A basis that is too small would otherwise pass for a model that is wrong (Salter et al. 2019, J. Am. Stat. Assoc.
-    114:1800). The limit is that of chi-square at ``POSSIBLE``, with the scatter of the run that scatters most: which
-    settings made the readings is not known here.
+    Too small a basis would look like a wrong model (Salter et al. 2019, J. Am. Stat. Assoc. 114:1800). The limit is
+    chi-square at ``POSSIBLE``, with the scatter of the run that scatters most, since the true settings are unknown.
     """
     from scipy.stats import chi2
 
@@ -73,7 +72,7 @@ def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisRe
 
 
 class _Held:
-    """An emulator held against readings, for one size of the model's own error."""
+    """An emulator compared with readings, for one size of the model discrepancy."""
 
     def __init__(self, emulator: Emulator, evidence: ReadLevels, discrepancy_mm: float) -> None:
         apart = (evidence.s_mm[:, None] - evidence.s_mm) / ALIKE_MM
@@ -101,7 +100,7 @@ class _Held:
 
 @dataclass(frozen=True)
 class Posterior:
-    """The posterior in the unit cube of the free settings."""
+    """Posterior in the unit cube of the free settings."""
 
     frees: Sequence[Free]
     emulators: Sequence[Emulator]  # One for each trial
@@ -109,7 +108,7 @@ class Posterior:
 
     @cached_property
     def discrepancies_mm(self) -> Floats:
-        """Sizes of the model's own error that are weighed: only several trials tell it from the settings."""
+        """Sizes of the model discrepancy to average over: only several trials can separate it from the settings."""
         return DISCREPANCIES_MM if len(self.evidence) > 1 else DISCREPANCIES_MM[:1]
 
     @cached_property
@@ -121,7 +120,7 @@ class Posterior:
         return [(*one.processes.at(points), one.scatter.relative(points)) for one in self.emulators]
 
     def log_densities(self, points: Floats) -> Floats:
-        """Return ln of the density up to a constant for each size of the model's own error, (sizes, m)."""
+        """Return ln of the density up to a constant, for each size of the model discrepancy, (sizes, m)."""
         inside = ((points >= 0) & (points <= 1)).all(axis=1)
         prior = sum(free.log_prior(column) for free, column in zip(self.frees, np.clip(points, 0, 1).T, strict=True))
         seen = self._expected(points)
@@ -138,9 +137,9 @@ class Posterior:
         return np.logaddexp.reduce(self.log_densities(points), axis=0)
 
     def implausibility(self, points: Floats) -> Floats:
-        """Return the squared misfit of each point over the bound that ``POSSIBLE`` of true settings keep, (m,).
+        """Return the squared misfit of each point over the bound that ``POSSIBLE`` of true settings satisfy, (m,).
 
-        The largest over the trials, without an error of the model's own (Vernon et al. 2010, Bayesian Anal. 5:619).
+        It is the largest over the trials, without model discrepancy (Vernon et al. 2010, Bayesian Anal. 5:619).
         """
         from scipy.stats import chi2
 
@@ -152,7 +151,7 @@ class Posterior:
 
     @cached_property
     def least_implausibility(self) -> float:
-        """The least of that over the range: above 1, no setting makes this profile."""
+        """Smallest implausibility over the range: above 1, no setting reproduces the readings."""
         return float(self.implausibility(self._candidates).min())
 
     @cached_property
@@ -163,10 +162,10 @@ class Posterior:
         return np.vstack([sobol, *(emulator.processes.points for emulator in self.emulators)])
 
     def draws(self, count: int, steps: int) -> tuple[Floats, float]:
-        """Return draws, (count, d), and the largest Gelman and Rubin's ratio of a setting between the walkers' halves.
+        """Return draws, (count, d), and the largest Gelman-Rubin ratio of a setting between halves of the chain.
 
-        Walkers stretch the way to each other (Goodman and Weare 2010, Commun. Appl. Math. Comput. Sci. 5:65); the
-        first half of ``steps`` is left out. Seeds are fixed.
+        Affine-invariant ensemble sampler (Goodman and Weare 2010, Commun. Appl. Math. Comput. Sci. 5:65); the first
+        half of ``steps`` is discarded. Seeds are fixed.
         """
         random = np.random.default_rng(0)
         log_density = self.log_density(self._candidates)
@@ -192,7 +191,7 @@ class Posterior:
 
 
 def _mixing(chain: Floats) -> float:
-    """Return the largest ratio of whole to within variance, of halves of the chain (steps, walkers, d)."""
+    """Return the largest Gelman-Rubin ratio of halves of the chain (steps, walkers, d)."""
     halves = np.array_split(chain, 2)
     means, variances = (
         np.array([function(half.reshape(-1, chain.shape[2]), axis=0) for half in halves])

@@ -1,4 +1,4 @@
-"""A calibration in sentences, and the bands that its posterior has for readings."""
+"""A calibration in sentences, and the bands of its posterior for readings."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,7 +26,7 @@ HELD = 0.8  # Least share of the stations in the 95 % band of a trial that is he
 
 @dataclass(frozen=True)
 class Prediction:
-    """A trial's readings beside the band that the posterior has for them; all heights are (n,)."""
+    """A trial's readings and the posterior's band for them; all heights are (n,)."""
 
     trial: str
     role: Literal["calibrated", "held out"]
@@ -43,17 +43,17 @@ class Prediction:
 
     @property
     def flat_rms_mm(self) -> float:
-        """Root mean square distance of the readings from their own mean, as a baseline."""
+        """Root mean square distance of the readings from their own mean: a baseline."""
         return float(self.read_mm.std())
 
     @property
     def held(self) -> float:
-        """Share of the stations whose reading lies in the band."""
+        """Share of the stations with the reading inside the band."""
         return float(np.mean(np.abs(self.mean_mm - self.read_mm) <= self.half_mm))
 
 
 def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Floats) -> tuple[Floats, Floats]:
-    """Return mean and half the band, (n,) each, of a trial whose runs the emulator was fitted to."""
+    """Return mean and half-width of the band, (n,) each, of a trial whose runs the emulator was fitted to."""
     from scipy.special import ndtri
 
     levels_mm = emulator.levels_mm(draws)
@@ -64,7 +64,7 @@ def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Float
 
 
 def predicted_by_runs(levels_mm: Floats, evidence: ReadLevels) -> tuple[Floats, Floats]:
-    """Return the same from runs of draws of the posterior with seeds of their own, (m, n)."""
+    """Return the same from runs, (m, n), of draws of the posterior, each with its own seed."""
     from scipy.special import stdtrit
 
     runs = len(levels_mm)
@@ -131,7 +131,7 @@ class Calibrated:
 
     @property
     def advice(self) -> list[str]:
-        """Sentences on what is not identified, and what would mend it."""
+        """Sentences on settings that are not identified, and on the remedy."""
         sentences = [
             f"{_capital(one.free.label)} is not identified ({one.low:.3g} to {one.high:.3g}): measure it and leave "
             "--free out, or calibrate on a second trial."

@@ -1,4 +1,4 @@
-"""The verdict on a comparison, and the least readings that allow one."""
+"""The verdict on a comparison, and the minimum of readings that it needs."""
 
 import math
 from collections.abc import Sequence
@@ -14,22 +14,22 @@ from validate.settings import Gate
 from validate.units import counted, setting_name
 
 FEWEST_STATIONS = 5
-"""The paper's surface falls, rests, falls and rests again: a curve through fewer points cannot follow it."""
+"""The paper's surface falls, rests, falls and rests again: fewer points cannot describe it."""
 LEAST_COVERAGE = 0.8
-"""Least share of the crack's length: a tenth at each end may be out of a caliper's reach. The paper's worst errors are
-there."""
+"""Least covered share of the crack's length: a tenth at each end may be out of a caliper's reach. The paper's worst
+errors are there."""
 WIDEST_GAP = 0.3
 """Largest distance of neighbouring stations, as a share of the crack's length. Five even stations are a quarter apart,
-and stations set by hand are uneven; four close together and one far away leave the stretch between them open."""
+and stations placed by hand are uneven. A cluster of four and one far away leave a gap."""
 NEARLY_ALL = 0.95  # Coverage below which the verdict states it
 ROUNDING = 1e-9
 NO_VERDICT = "No verdict: this level is the fast model's, which is for screening."
 SOUND = (0.95, 1.05)
-"""Sound range of the volume on the sample over the volume dispensed on it, which preset "accurate" keeps."""
+"""Sound range of the volume ratio, settled over dispensed; the preset "accurate" stays within it."""
 
 
 def kept_volume(ratio: float) -> bool:
-    """Return True if the volume ratio, rounded as it is printed, is within ``SOUND``."""
+    """Return True if the volume ratio, rounded as printed, is within ``SOUND``."""
     low, high = SOUND
     return low <= round(ratio, 3) <= high
 
@@ -39,7 +39,8 @@ class Basis:
     """Stations and coverage of a set of readings, which decide whether they allow a verdict."""
 
     stations: int
-    """Number of stations that shape the readings' line over the compared stretch, the next beyond each end included."""
+    """Number of stations that define the measured line over the compared stretch, including the next one beyond each
+    end."""
     coverage: float  # Share of the crack's length over which the readings and the simulation are compared
     widest_gap: float  # Largest distance of neighbouring stations, as a share of the crack's length
 
@@ -71,9 +72,9 @@ def judged(
 ) -> Comparison:
     """Return the metrics with their headline, which compares the mean error with the declared limit.
 
-    ``edited`` are the files of the run that are not as their stage wrote them; they, an escaped particle and a model
-    for ``screening`` leave nothing to judge. ``passed`` holds the mean error against the limit, ``outcome`` its 95 %
-    interval by the readings.
+    ``edited`` are files of the run that were changed after their stage wrote them. With such files, an escaped particle
+    or a model for ``screening`` there is no verdict. ``passed`` compares the mean error with the limit, ``outcome`` its
+    95 % interval by the readings.
     """
     # What is declared and not used is said whatever the verdict.
     m, findings = metrics, () if uncertainty is None else uncertainty.unused
@@ -116,7 +117,7 @@ def judged(
 
 
 def _stations(m: LevelMetrics) -> str:
-    """Return the number of stations that are compared, and that of those that shape the readings' line to its ends."""
+    """Return the number of compared stations, and of those beyond the stretch that define the measured line."""
     beyond = m.stations_used - m.stations_compared
     return counted(m.stations_compared, "station") + (f" and {beyond} next beyond" if beyond else "")
 
@@ -132,7 +133,7 @@ def _with_interval(m: LevelMetrics, uncertainty: ErrorUncertainty | None) -> str
 def _held_against(
     m: LevelMetrics, gate: Gate | None, uncertainty: ErrorUncertainty | None
 ) -> tuple[bool | None, Outcome, str]:
-    """Return whether the mean error keeps the gate, the outcome, and the sentence on both."""
+    """Return whether the mean error is within the gate, the outcome, and the sentence on both."""
     figures = f"mean error {_with_interval(m, uncertainty)}"
     if gate is None:
         return None, "open", f"No gate: {figures}."
@@ -152,7 +153,7 @@ def beside_baselines(m: LevelMetrics) -> str:
 
 
 def _use_of_readings(m: LevelMetrics) -> str:
-    """Return the sentence on what the readings were used for before this comparison, and on a sample without origin."""
+    """Return the sentence on the earlier use of the readings, and on a sample that was not measured."""
     sentence = _role_sentence(m)
     if m.readings_data != "measured" or m.photo_data == "measured":
         return sentence
@@ -177,10 +178,10 @@ def _role_sentence(m: LevelMetrics) -> str:
 
 
 def edited_by_hand(names: Sequence[str]) -> str:
-    """Return the beginning of a sentence on results that were edited after their stage wrote them."""
+    """Return the beginning of a sentence about results that were edited after their stage wrote them."""
     return f"Edited by hand since ({', '.join(names)})"
 
 
 def leak(escaped_particles: int) -> str:
-    """Return the beginning of a sentence on particles that went through a wall."""
+    """Return the beginning of a sentence about particles that passed through a wall."""
     return f"Do not use: {counted(escaped_particles, 'particle')} went through a wall"

@@ -1,4 +1,4 @@
-"""Volumes below and above a level along the crack, the mass balance of a run, and the level that a volume makes."""
+"""Volumes below and above a level along the crack, the mass balance of a run, and the flat level of a volume."""
 
 import cv2
 import numpy as np
@@ -12,7 +12,7 @@ CELL_MM = 0.2  # Cell of the raster on which sealant beside the mouth is measure
 
 
 def mass_balance(run: Run, solid: Solid, volume_ratio: float, readings_mm3: float, settings: Readings) -> MassBalance:
-    """Return the balance of a run beside the volume that its readings hold over the covered length.
+    """Return the volume balance of a run, with the measured volume over the covered length.
 
     ``volume_ratio`` is the volume of the settled particles over the dispensed one.
     """
@@ -54,9 +54,9 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
 
 
 def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, volume_ratio: float) -> float:
-    """Return the level that volume gained by the numerics makes over the area of the fluid's surface; below 0 if lost.
+    """Return the change of level by volume that the numerics gained, over the fluid's surface area; negative if lost.
 
-    The surface is as wide as the crack is at the level, and lies on the face where sealant rests beside the mouth.
+    The surface is as wide as the crack at the level, plus the area of the face that sealant covers outside the mouth.
     """
     spilled_mm3 = run.spilled_particles * run.particle_volume_mm3
     if not run.has_particles:
@@ -69,10 +69,10 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
 
 
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:
-    """Return the sealant, the room left below the face and the heap above it over a stretch of s, and the share filled.
+    """Return the sealant, the unfilled room below the face, the heap above it, and the filled share, over a stretch.
 
-    The cavity is that of the mesh, at the level of the nearest place on the main crack. Above the face it goes straight
-    up; sealant on the face beside the mouth is in no profile.
+    The cavity is that of the mesh, at the level of the nearest place on the main crack. Above the face it continues
+    straight up; profiles do not include sealant on the face outside the mouth.
     """
     cavity = cavity_by_level(outline, solid)
     share, s_mm = cavity.between(from_mm, to_mm)
@@ -90,16 +90,16 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
 
 
 def mouth_widths_mm(s_mm: Floats, outline: Outline, solid: Solid) -> Floats:
-    """Return the width of the crack at the face, square to the centreline, at each s, (n,)."""
+    """Return the width of the crack at the face, perpendicular to the centreline, at each s, (n,)."""
     traced_mm = np.interp(s_mm, outline.s_mm, outline.width_mm)
     opening = float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if solid.tilt == "flare" else 0.0
     return traced_mm + opening * solid.depth_mm
 
 
 def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profile:
-    """Return the flat level at which a volume would lie in the whole crack, as water between dams at both ends.
+    """Return the flat level of a volume in the whole crack, like water between dams at both ends.
 
-    It follows from volume and crack alone. A simulation, which also accounts for the flow, should have a smaller error.
+    It depends only on volume and crack. A simulation, which also models the flow, should have a smaller error.
     """
     from scipy.optimize import root_scalar
 

@@ -68,13 +68,13 @@ class Header:
     station: Column
     readings: tuple[Column, ...]
     repeat: Column | None
-    """Column that numbers the repeats of a long sheet, which has one reading in a row; None in a wide one."""
+    """Column that numbers the repeats of a long sheet, which has one reading in a row; None in a wide sheet."""
     sample: Column | None  # Column that names the sample of each row; None in a sheet of one sample
     skipped: tuple[Column, ...]
     quantity: Quantity | None
-    """Direction in which readings count; None, like a column's unit, if it is missing, which is a fault."""
+    """Direction of the readings; None if it is missing. Like a missing unit of a column, that is a fault."""
     remarks: tuple[SheetRow, ...] = ()
-    """Rows of words about the sheet: above the header, comments, rows between readings."""
+    """Rows of text about the sheet: above the header, comments, rows between readings."""
     passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and those that are declared
     unmet: tuple[str, ...] = ()  # What is declared to be skipped, and is nowhere
     of_units: tuple[int, ...] = ()  # Columns, from 0, that hold the units of rows
@@ -86,10 +86,10 @@ class Header:
 
 
 def read_header(grid: SheetGrid, declared: Declared, faults: FaultList, mass: Mass | None = None) -> Header:
-    """Return the header of the one table of readings; faults that leave the rest readable are added to ``faults``.
+    """Return the header of the table of readings; faults after which reading can go on are added to ``faults``.
 
-    If ``mass`` is given the table is a fill: its "stations" are masses, in that unit if the sheet names none. Raises
-    SheetFaults if no column of stations or none of readings is known.
+    If ``mass`` is given the table is a fill: its "stations" are masses, in that unit unless the sheet names one. Raises
+    SheetFaults if there is no column of stations or none of readings.
     """
     return _HeaderReader(grid, declared, faults, mass).read()
 
@@ -187,7 +187,7 @@ class _HeaderReader:
         return self._refused(f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", SAY)
 
     def _declared_roles(self) -> dict[int, ColumnMeaning]:
-        """Return what the declared columns are. Raises SheetFaults for one that is not there."""
+        """Return the roles of the declared columns. Raises SheetFaults for a declared column that does not exist."""
         given, names = self.given, self.names
         references: list[tuple[Role, str | None]] = [("station", given.s), ("repeat", given.repeat)]
         references.extend(("reading", level) for level in given.levels or ())
@@ -206,7 +206,7 @@ class _HeaderReader:
         return roles
 
     def _columns(self) -> list[Column]:
-        """Return what each column is, by declaration or by its name; one of numbers that is unknown is a fault."""
+        """Return the columns with their roles, declared or by name; unknown columns of numbers are faults."""
         roles, fill = self._declared_roles(), self.mass is not None
         declared = {one.role for one in roles.values()}
         columns, unknown = list[Column](), list[Column]()
@@ -233,7 +233,7 @@ class _HeaderReader:
         return sorted([*columns, *unknown], key=lambda column: column.index)
 
     def _check_unknown(self, columns: Sequence[Column], unknown: Sequence[Column]) -> None:
-        """Add a fault for each unknown column, unless it is of another table, a blank column between."""
+        """Add a fault for each unknown column, unless a blank column separates it from the table."""
         own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
         head = SheetRow(0, tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=0) + 1)))
         spans = list(blocks([head, *self.body]))
@@ -245,7 +245,7 @@ class _HeaderReader:
                 self._ask(found, SAY, column.name)
 
     def _one_table(self, columns: list[Column]) -> list[Column]:
-        """Return the first of several tables side by side, each with stations and readings: which is meant is asked."""
+        """Return the first of several tables side by side, each with stations and readings, and add a fault."""
         starts = [at for at, column in enumerate(columns) if column.role == "station"]
         tables = [columns[start:end] for start, end in pairwise([*starts, len(columns)])]
         if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
@@ -256,7 +256,7 @@ class _HeaderReader:
         return tables[0]
 
     def _check_numbers(self, readings: Sequence[Column]) -> None:
-        """Add a fault for columns of readings without a number, one of which may be the mean, or with the same one."""
+        """Add a fault for columns of readings without a number (one may be the mean), or with the same number."""
         for label in dict.fromkeys(column.number for column in readings):
             columns = [column for column in readings if column.number == label]
             if label is None and len(readings) > 1:
@@ -266,7 +266,7 @@ class _HeaderReader:
                 self._ask(f"repeat {label} occurs twice: {_names(columns)}.", SAY, columns[1].name)
 
     def _check_factors(self, columns: Sequence[Column]) -> None:
-        """Add a fault for each number beside a unit that may multiply it, or say how finely was read."""
+        """Add a fault for each number next to a unit that may be a factor, or the resolution of the readings."""
         if "unit" in (self.declared.as_written or ()):
             return
         numbers = {ten_at_unit(name) for name in self.names.values()}
@@ -306,14 +306,14 @@ class _HeaderReader:
         return quantity
 
     def _units_beside(self, of_units: Sequence[int], used: Sequence[Column]) -> list[UnitCell]:
-        """Return the units of single cells: in the columns ``of_units``, and in the formats of numbers."""
+        """Return the units of single cells: in the columns ``of_units``, and in number formats."""
         station, *readings = (column.index for column in used)
         without = [column.index for column in used[1:] if column.unit is None and column.index not in self.units]
         beside = unit_cells(self.body, of_units, {station}, readings, without)
         return [*beside, *shown_cells(self.body, self.grid.shown_units, [station, *readings])]
 
     def _with_units(self, used: Sequence[Column], beside: Sequence[UnitCell]) -> list[Column]:
-        """Return stations and readings with their units: of names, rows of units and cells, else the declared one."""
+        """Return stations and readings with their units: from names, unit rows and cells, else the declared unit."""
         declared = self.declared.unit
         if declared is None:
             nameless = {column.index for column in used if column.unit is None}
@@ -340,7 +340,7 @@ class _HeaderReader:
         return with_units
 
     def _common(self, beside: Sequence[UnitCell]) -> dict[int, ColumnUnit]:
-        """Return the units of columns of which each number has one beside it, and all the same."""
+        """Return the unit of each column whose numbers all have the same unit next to them."""
         common: dict[int, ColumnUnit] = {}
         for at in {one.column for one in beside}:
             units: list[ColumnUnit | None] = [one.unit for one in beside if one.column == at]
@@ -350,7 +350,7 @@ class _HeaderReader:
         return common
 
     def _check_units_beside(self, used: Sequence[Column], beside: Sequence[UnitCell]) -> None:
-        """Add a fault for each row whose own unit is not that of its column."""
+        """Add a fault for each row with another unit than its column."""
         by_index = {column.index: column for column in used}
         for one in beside:
             column = by_index[one.column]
@@ -371,7 +371,7 @@ class _HeaderReader:
             self.faults.add(self.grid.place(one.row.number, one.column, column.name), found, remedy, value)
 
     def _check_units_of_remarks(self, remarks: Sequence[SheetRow], used: Sequence[Column]) -> None:
-        """Add a fault for a line above or below the table that gives another unit than any of the columns has."""
+        """Add a fault for a line above or below the table that names another unit than the columns have."""
         known = {column.unit for column in used}
         for row in remarks:
             text = " ".join(cell.text for cell in row.cells if cell.text)
@@ -386,18 +386,18 @@ def _names(columns: Sequence[Column]) -> str:
 
 
 def _by_parts(name: str) -> ColumnMeaning:
-    """Return what a name says of readings by those of its words that are known."""
+    """Return unit, direction and factor from the recognised words of a name that is a reading's."""
     return ColumnMeaning("reading", unit_in(name), quantity_in(name), factor=factor_in(name))
 
 
 def _line_by_blanks(rows: Sequence[SheetRow], separator: str | None) -> str | None:
-    """Return a line of a text in which most lines are numbers with nothing but blanks between; else None."""
+    """Return a sample line of a text if most lines are numbers separated only by blanks; else None."""
     lines = [(separator or "").join(cell.text for cell in row.cells[: row.width]) for row in rows]
     divided = [line for line in lines if len(line.split()) > 1 and all(map(is_number, line.split()))]
     return divided[0] if separator is not None and 1 < len(divided) > len(lines) / 2 else None
 
 
 def remarks_where(header: Header, says: Callable[[str], bool]) -> list[tuple[SheetRow, str]]:
-    """Return the texts of remarks of which ``says`` is true, with their rows."""
+    """Return the rows and texts of remarks that satisfy ``says``."""
     texts = ((row, cell.text) for row in header.remarks for cell in row.cells if cell.kind == "text" and cell.text)
     return [(row, text) for row, text in texts if says(text)]

@@ -1,4 +1,4 @@
-"""Caliper readings of a trial: the rows under a sheet's header, with a fault for each cell that cannot be read."""
+"""Caliper readings of a trial: the rows below a sheet's header, with a fault for each unreadable cell."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ Height = TypeVar("Height", float, Floats)
 
 FACTORS = MM | GRAMS
 CLOSEST_MM = 0.01
-"""Least distance of two stations, the last digit of a caliper; closer ones are one station that was read twice."""
+"""Least distance of two stations: the last digit of a caliper. Closer ones are one station that was read twice."""
 SLACK_MM = 2.0
 LONGEST_MM = 10_000.0  # Limit on s for a crack whose length is not known: longer ones fit on no table of a lab
 
@@ -40,14 +40,13 @@ def read_readings(
     depth_mm: float | None = None,
     filling: Filling | None = None,
 ) -> Profile:
-    """Read a CSV or XLSX as levels from the sample's surface, the mean of each station and its repeats, sorted along s.
+    """Read a CSV, XLSX or ODS as levels from the sample's surface: mean and repeats of each station, sorted along s.
 
-    What the sheet leaves open must be declared in ``settings``. Rows may have any order, a blank field is a missing
-    reading, and a station without any is left out. Where the depth of the crack is given, a station outside the crack
-    and a level that no filling of it can have are faults, too; the length may still be unknown. A reading that can be,
-    and yet may not be what was meant, is a doubt of the profile unless ``settings.as_written`` answers it; ``filling``
-    is what more is known to judge it by. Where the sheet counts s from the crack's second end, s is turned once the
-    length is given.
+    Facts that the sheet leaves open must be declared in ``settings``. Rows may have any order, a blank field is a
+    missing reading, and a station without readings is omitted. If the depth of the crack is given, stations outside the
+    crack and impossible levels are faults too; its length may still be unknown. A possible but suspicious reading
+    becomes a doubt of the profile, unless ``settings.as_written`` confirms it; ``filling`` gives further data for these
+    checks. If the sheet counts s from the crack's second end, s is reversed once the length is given.
 
     Raises:
         SheetFaults: The sheet has faults; the error lists each with its place, value and remedy.
@@ -86,12 +85,11 @@ def read_readings(
 def take_readings(
     table: Floats, settings: Readings, length_mm: float | None = None, depth_mm: float | None = None
 ) -> Profile:
-    """Return readings that are in memory as ``read_readings`` does, judged alike and with the same doubts.
+    """Return readings of an array, with the checks and doubts of ``read_readings``.
 
-    ``table`` is (n, 1 + r): s in mm, then r repeats as levels upward from the sample's surface, or as depths where
-    ``settings.quantity`` says so; NaN where a reading is missing. Cells in doubt have the names that they have in a
-    spreadsheet that begins with the first row: B4 is the reading [3, 1]. Raises InputError, naming a row by its number
-    from 0.
+    ``table`` is (n, 1 + r): s in mm, then r repeats as levels upward from the sample's surface, or as depths if
+    ``settings.quantity`` is "depth"; NaN for a missing reading. Doubts name cells as a spreadsheet without a header
+    would: B4 is the reading [3, 1]. Raises InputError, which names a row by its number from 0.
     """
     name = str(settings.file)
     table = np.asarray(table, dtype=float)
@@ -125,7 +123,7 @@ def take_readings(
 
 @dataclass(frozen=True)
 class CrackLimits:
-    """Length and depth of a crack, which limit the readings in it: a wrong sign or unit puts most beyond them."""
+    """Length and depth of a crack, the limits of its readings: a wrong sign or unit exceeds them almost everywhere."""
 
     length_mm: float | None  # Length of the centreline; None before the crack is traced
     depth_mm: float
@@ -148,7 +146,7 @@ class CrackLimits:
             )
 
     def check_level(self, place: Place, written: str, level_mm: float, faults: FaultList) -> None:
-        """Add a fault for a level, counted upward from the sample's surface, that no sealant can have."""
+        """Add a fault for an impossible level, in mm upward from the sample's surface."""
         # Hand-made floors are uneven by up to a quarter of the depth, and beads of paste stand a few millimetres high.
         lowest_mm, highest_mm = -1.25 * self.depth_mm - 1.0, max(5.0, self.depth_mm / 2)
         if not lowest_mm <= level_mm <= highest_mm:
@@ -182,7 +180,7 @@ class Station:
 
 
 def _cells_of(stations: Sequence[Station], quantity: Quantity | None, declared: Declared) -> ReadCells:
-    """Return the stations that have a reading, sorted along s."""
+    """Return the stations with at least one reading, sorted along s."""
     labels = sorted({label for station in stations for label in station.readings}, key=_by_number)
     stations = sorted(stations, key=lambda station: station.s_mm)
     stations = [one for one in stations if not all(math.isnan(each.value_mm) for each in one.readings.values())]
@@ -206,7 +204,7 @@ def _cells_of(stations: Sequence[Station], quantity: Quantity | None, declared: 
 
 @dataclass
 class TableReader:
-    """Reader of the cells under a header, which adds a fault for each that cannot be read."""
+    """Reader of the cells below a header; adds a fault for each unreadable cell."""
 
     grid: SheetGrid
     header: Header
@@ -216,9 +214,9 @@ class TableReader:
     missing: int = 0  # Number of readings that are marked as missing, known once the rows are read
 
     def read(self) -> ReadCells:
-        """Return the stations that are readable, increasing, and their repeats.
+        """Return the readable stations, sorted along s, and their repeats.
 
-        A level is NaN where a reading is missing, and never in a whole row.
+        A level is NaN if its reading is missing, and never in a whole row.
         """
         header = self.header
         self._check_formulas()
@@ -236,9 +234,9 @@ class TableReader:
         )
 
     def _merged_stations(self) -> dict[int, SheetCell]:
-        """Return the station of each row whose own cell is merged with those of others, which are its repeats.
+        """Return the station of each row whose station cell is merged over several rows; these are its repeats.
 
-        Any other merged range of readings is a fault: its one value may be that of all cells, or of the first.
+        Any other merged range of readings is a fault: its value may be that of all cells, or of the first.
         """
         header, merged = self.header, dict[int, SheetCell]()
         # A merged header is legible: its names are those of the line below, or of columns without a name.
@@ -260,7 +258,7 @@ class TableReader:
 
     @property
     def _used(self) -> list[tuple[SheetRow, Column, SheetCell]]:
-        """Cells of stations and of readings."""
+        """All cells of stations and of readings."""
         columns = (self.header.station, *self.header.readings)
         return [(row, column, row.cell(column.index)) for row in self.header.body for column in columns]
 
@@ -274,7 +272,7 @@ class TableReader:
 
     @cached_property
     def mark(self) -> Decimal | None:
-        """Decimal mark of the numbers; None where no number has one."""
+        """Decimal mark of the numbers; None if no number has one."""
         if self.declared.decimal is not None:
             return self.declared.decimal
         written = [(row, column, cell.text) for row, column, cell in self._used if cell.kind == "text" and cell.text]
@@ -292,7 +290,7 @@ class TableReader:
         return mark
 
     def station(self, row: SheetRow, merged: Mapping[int, SheetCell]) -> Station | None:
-        """Return the station of a row; None where it holds none, or where its station or its width is a fault."""
+        """Return the station of a row; None if it has none, or if its station or its number of fields is a fault."""
         header, column = self.header, self.header.station
         if not self._fits(row):
             return None
@@ -308,7 +306,7 @@ class TableReader:
         return None if s_mm is None else Station(s_mm, row, readings)
 
     def _fits(self, row: SheetRow) -> bool:
-        """Return whether a row has a field for each column; decimal commas between commas make more."""
+        """Return whether a row has as many fields as columns; decimal commas in a comma-separated file make more."""
         width = self.header.row.width
         if self.grid.separator != "," or len(row.cells) >= width >= row.width:
             return True
@@ -363,7 +361,7 @@ class TableReader:
         return f"{text} is no number in {column.unit or 'its unit'}, such as {example}.", remedy
 
     def _gathered(self, rows: list[Station]) -> list[Station]:
-        """Return one station for all rows with the same s, whose readings have numbers or are in their order."""
+        """Return one station for all rows with the same s; its readings are numbered, or kept in their order."""
         stations: dict[float, Station] = {}
         for row in rows:
             station = stations.setdefault(row.s_mm, Station(row.s_mm, row.row, {}))
@@ -378,7 +376,7 @@ class TableReader:
         return list(stations.values())
 
     def _check_neighbours(self, stations: list[Station]) -> None:
-        """Add a fault for each two of the sorted stations that are one, or closer than a caliper resolves."""
+        """Add a fault for each pair of neighbouring stations that are equal, or closer than a caliper resolves."""
         for before, station in pairwise(stations):
             s_mm = f"{station.s_mm:.12g}"
             if station.s_mm - before.s_mm >= CLOSEST_MM * (1 - 1e-9):
@@ -394,6 +392,6 @@ class TableReader:
 
 
 def _by_number(label: str) -> tuple[bool, float, str]:
-    """Return a key that sorts numbers by size, before words."""
+    """Return a sort key that puts numbers, by size, before words."""
     value = number(label, "point")
     return value is None, value or 0.0, label

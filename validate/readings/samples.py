@@ -1,4 +1,4 @@
-"""Files of readings: their cells, and their division where several samples share one by a column or by worksheets."""
+"""Files of readings: their cells, and the parts of a file with several samples, by a column or by worksheets."""
 
 import hashlib
 import json
@@ -33,14 +33,14 @@ OTHER_FORMATS: tuple[tuple[bytes, str], ...] = (
     (b"rar!", "an archive (RAR)"),
     (b"7z\xbc\xaf", "an archive (7z)"),
 )
-"""First bytes, in small letters, of what programs export under the names of sheets."""
+"""First bytes, in lower case, of other formats that programs export under the name of a sheet."""
 OLD_EXCEL = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # First bytes of .xls, and of an XLSX with a password
 
 
 def read_cells(path: Path, declared: Declared) -> SheetGrid:
-    """Return the rows that hold anything, of a CSV or of the one sheet of a workbook.
+    """Return the rows with content of a CSV, or of one sheet of a workbook.
 
-    Raises SheetFaults where the file is neither, and InputError where it cannot be opened.
+    Raises SheetFaults if the file is neither, and InputError if it cannot be opened.
     """
     content = _content(path)
     if content.startswith(ZIP):
@@ -54,9 +54,9 @@ def read_cells(path: Path, declared: Declared) -> SheetGrid:
 
 
 def read_table(path: Path, starter: str) -> SheetGrid:
-    """Read a CSV, whatever its separator and encoding, or a workbook; ``starter`` says how to get one.
+    """Read a CSV of any separator and encoding, or a workbook; ``starter`` tells how to obtain one, for the message.
 
-    Raises InputError where it is missing or none.
+    Raises InputError if the file is missing or cannot be read.
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; {starter}.")
@@ -66,7 +66,7 @@ def read_table(path: Path, starter: str) -> SheetGrid:
 def named_cells(
     table: SheetGrid, needed: Sequence[str], optional: Sequence[str] = ()
 ) -> Iterator[tuple[Place, dict[str, str]]]:
-    """Yield the place of each row, and its texts by column. Raises InputError where a column ``needed`` is missing."""
+    """Yield the place and the texts by column of each row. Raises InputError if a column ``needed`` is missing."""
     head = [cell.text for cell in table.rows[0].cells] if table.rows else []
     names = (*needed, *optional)
     if missing := [name for name in needed if name not in head]:
@@ -117,7 +117,7 @@ def _content(path: Path) -> bytes:
 
 @dataclass(frozen=True)
 class SamplePart:
-    """A part of a file that may hold the readings of one sample."""
+    """A part of a file that may contain the readings of one sample."""
 
     sheet: str | None  # Name of the worksheet, where there are several
     rows_of: str | None  # Sample of the rows, as the column of samples first spells it; None without such a column
@@ -131,7 +131,7 @@ class SamplePart:
 
 
 def parts_of(path: Path) -> tuple[SamplePart, ...]:
-    """Return each table of readings in a file, divided by samples, and of several worksheets those without one."""
+    """Return each table of readings in a file, one for each sample; of several worksheets also those without."""
     try:
         content = _content(path)
         if content.startswith(ZIP):
@@ -147,9 +147,9 @@ def parts_of(path: Path) -> tuple[SamplePart, ...]:
 
 
 def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: FaultList) -> Header:
-    """Return ``header`` with only the rows of the declared sample below it; what is unclear is added to ``faults``.
+    """Return ``header`` with only the rows of the declared sample; ambiguities are added to ``faults``.
 
-    Without a declared sample the column must name one sample only.
+    Without a declared sample, the column must name a single sample.
     """
     column, place, wanted = header.sample, grid.place(header.row.number), declared.sample
     if column is None and wanted is not None:
@@ -192,7 +192,7 @@ def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
 
 
 def _by_sample(column: Column, rows: Iterable[SheetRow]) -> dict[str, list[SheetRow]]:
-    """Return rows by the key of the sample that a column names, or "" where it names none."""
+    """Return rows by the key of their sample; "" for rows without a name."""
     by_sample: dict[str, list[SheetRow]] = {}
     for row in rows:
         by_sample.setdefault(sample_key(row.cell(column.index).text), []).append(row)

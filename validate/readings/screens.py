@@ -1,4 +1,4 @@
-"""Screens for readings that may not be what was meant. Each yields doubts with their cells; none changes a value."""
+"""Checks for suspicious readings. Each yields doubts with their cells; none changes a value."""
 
 import re
 from collections.abc import Iterator
@@ -33,7 +33,7 @@ STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Usual last digits, by size
 
 @dataclass(frozen=True)
 class ReadCells:
-    """Readings of a sheet as written, in mm, and the levels that they mean, with their cells."""
+    """Readings of a sheet as written, in mm, the levels that they mean, and their cells."""
 
     s_mm: Floats  # (n,), increasing
     readings_mm: Floats  # (n, r), counted as the sheet counts; NaN for a missing one
@@ -48,16 +48,16 @@ class ReadCells:
 
     @property
     def stations_mm(self) -> Floats:
-        """Median reading of each station, (n,); NaN where all are left out."""
+        """Median reading of each station, (n,); NaN if all of them are missing."""
         return row_medians(self.readings_mm)
 
     def from_other_end(self, length_mm: float) -> "ReadCells":
-        """Return the readings of a crack of that length with s counted from its other end."""
+        """Return the readings with s counted from the other end of a crack of length ``length_mm``."""
         turned = {name: getattr(self, name)[::-1] for name in ("readings_mm", "levels_mm", "rows", "digits_mm")}
         return replace(self, s_mm=length_mm - self.s_mm[::-1], **turned)
 
     def without(self, left_out: NDArray[np.bool_]) -> "ReadCells":
-        """Return the readings with those that are doubtful already missing."""
+        """Return the readings with the masked ones set to missing."""
         return replace(
             self,
             readings_mm=np.where(left_out, np.nan, self.readings_mm),
@@ -67,7 +67,7 @@ class ReadCells:
 
 @dataclass(frozen=True)
 class Doubt:
-    """Something that may not have been meant, its cell, and the words that answer it in ``readings.as_written``."""
+    """A possible mistake in a sheet, its cell, and the entries of ``readings.as_written`` that confirm the value."""
 
     kind: Kind | Literal["struck", "hidden"]
     row: int  # From 1
@@ -78,7 +78,7 @@ class Doubt:
 
 
 def row_medians(values: Floats) -> Floats:
-    """Return the median of each row without its NaN, (n,); NaN for a row of nothing else."""
+    """Return the median of each row without NaN, (n,); NaN for a row of NaN."""
     medians = np.full(len(values), np.nan)
     some = ~np.isnan(values).all(axis=1)
     medians[some] = np.nanmedian(values[some], axis=1)
@@ -86,13 +86,13 @@ def row_medians(values: Floats) -> Floats:
 
 
 def last_digit_mm(readings_mm: Floats) -> float:
-    """Return the largest usual step of which all readings are multiples; 0 if none."""
+    """Return the largest common step size that divides all readings; 0 if there is none."""
     read_mm = readings_mm[~np.isnan(readings_mm)]
     return next((step for step in STEPS_MM if (np.abs(read_mm - step * np.round(read_mm / step)) < 1e-6).all()), 0.0)
 
 
 def spread_mm(readings_mm: Floats) -> float:
-    """Return the typical standard deviation of a single reading; of single ones, from their distance to neighbours."""
+    """Return the typical standard deviation of a single reading; without repeats, from the scatter along s."""
     count = (~np.isnan(readings_mm)).sum(axis=1)
     several = count > 1
     least_mm = max(LEAST_SPREAD_MM, 0.4 * last_digit_mm(readings_mm))
@@ -109,7 +109,7 @@ def spread_mm(readings_mm: Floats) -> float:
 
 
 def doubtful_cells(cells: ReadCells) -> Iterator[tuple[Doubt, NDArray[np.bool_]]]:
-    """Yield doubts on single readings, and on those of whole stations, each with a mask of its reading, (n, r)."""
+    """Yield doubts about single readings and about whole stations, each with a mask of its reading, (n, r)."""
     read = ~np.isnan(cells.readings_mm)
     of_stations: list[tuple[tuple[int, int], OfCell]] = [
         ((i, int(j)), kind) for i, kind in _odd_stations(cells) for j in np.flatnonzero(read[i])
@@ -139,7 +139,7 @@ def cell_name(row: int, column: int) -> str:
 
 
 def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
-    """Return the cells that are 0, or of the opposite sign, among the repeats of their own station."""
+    """Return the cells that are 0, or have the opposite sign, unlike the other repeats of their station."""
     values_mm, stations_mm, one_mm = cells.readings_mm, cells.stations_mm, spread_mm(cells.readings_mm)
     odd: dict[tuple[int, int], OfCell] = {}
     mixed = (values_mm >= 0).any(axis=1) & (values_mm <= 0).any(axis=1)
@@ -168,7 +168,7 @@ def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
 
 
 def _codes(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
-    """Return the cells of nothing but nines that are farther from all others than these are from each other."""
+    """Return the cells of nines that are farther from all others than these are from each other."""
     values_mm = cells.readings_mm
     nines = np.array([[NINES.fullmatch(f"{abs(value):.8g}") is not None for value in row] for row in values_mm])
     others_mm = values_mm[~nines & ~np.isnan(values_mm)]
@@ -180,13 +180,13 @@ def _codes(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
 
 
 def expected_mm(stations_mm: Floats, i: int, otherwise: float) -> float:
-    """Return the mean of the stations beside one, or ``otherwise``."""
+    """Return the mean of the neighbouring stations, or ``otherwise`` without neighbours."""
     beside = [stations_mm[k] for k in (i - 1, i + 1) if 0 <= k < len(stations_mm) and not np.isnan(stations_mm[k])]
     return float(np.mean(beside)) if beside else otherwise
 
 
 def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, OfCell]]:
-    """Yield stations whose readings are all 0, or all of the opposite sign, among deep neighbours."""
+    """Yield stations whose readings are all 0, or all of the opposite sign, between deep neighbours."""
     middle_mm, one_mm = cells.stations_mm, spread_mm(cells.readings_mm)
     known = np.flatnonzero(~np.isnan(middle_mm))
     if len(known) < 4:
@@ -224,7 +224,7 @@ def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, OfCell]]:
 
 
 def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield stations whose repeats scatter many times as much as those of their neighbours and of the sheet."""
+    """Yield stations whose repeats scatter many times more than those of their neighbours and of the sheet."""
     values_mm = cells.readings_mm
     several = (~np.isnan(values_mm)).sum(axis=1) > 1
     if several.sum() < 4:
@@ -258,7 +258,7 @@ COPIED = 0.35  # Probability of equal columns by rounding below which they are c
 
 
 def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield the row that holds the mean of all others, or of all rows above it, in every column."""
+    """Yield the row that is the mean of all other rows, or of all rows above it, in every column."""
     values_mm, s_mm = cells.readings_mm, cells.s_mm
     first_row = np.nanmin(np.where(np.isnan(values_mm), np.inf, cells.rows), axis=1)
     for i in range(len(s_mm)):
@@ -290,7 +290,7 @@ def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
 
 
 def _half_digit_mm(digits_mm: Floats) -> float:
-    """Return half of the finest digit of a mean, to which it was rounded, and a little for binary fractions."""
+    """Return half the finest digit of a mean, its rounding error, plus a margin for binary fractions."""
     return 0.5 * float(digits_mm.min()) + ROUNDING_MM
 
 
@@ -327,7 +327,7 @@ def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
 
 
 def _named(cells: ReadCells, j: int) -> tuple[int, str, str]:
-    """Return row and name of the place of a repeat, and its answer: its column, or in a long sheet its first cell."""
+    """Return row, name and answer of a repeat: its column, or in a long sheet its first cell."""
     column = int(cells.columns[j])
     if (cells.columns == column).sum() == 1:
         return cells.header_row, f"column {letters(column)}", letters(column)

@@ -1,4 +1,4 @@
-"""The cells of a sheet, and its faults, reported all at once, each with its place and its remedy."""
+"""The cells of a sheet, and its faults, reported all at once, each with its place and remedy."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -51,7 +51,7 @@ class SheetFault:
 
     @property
     def kind(self) -> object:
-        """Key that is equal for one mistake in several cells of a column; a fault without a cell has its own."""
+        """Key that is equal for the same mistake in several cells of a column; unique for a fault without a cell."""
         if self.place.column is None or not self.value:
             return self.place, self.found, self.remedy
         found = self.found.replace(quoted(self.value), "")
@@ -59,7 +59,7 @@ class SheetFault:
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not one error.
-    """All faults of one sheet, of which the text shows twenty; ``columns`` are those that were understood."""
+    """All faults of one sheet. The text shows the first twenty; ``columns`` are the recognised columns."""
 
     def __init__(self, faults: Sequence[SheetFault], columns: tuple[ReadColumn, ...] = ()) -> None:
         self.faults, self.columns = tuple(faults), columns
@@ -75,7 +75,7 @@ class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not
 
 @dataclass
 class FaultList:
-    """The faults found so far; a thousand are enough."""
+    """The faults of a sheet so far. At a thousand reading stops."""
 
     kept: list[SheetFault] = field(default_factory=list)
     columns: tuple[ReadColumn, ...] = ()  # Columns that were understood, once the header is read
@@ -92,7 +92,7 @@ class FaultList:
 
 
 def _joined(alike: list[SheetFault]) -> str:
-    """Return the first fault in words, followed by the rows of the others, or the columns of a turned sheet."""
+    """Return the first fault in words, followed by the rows (columns in a turned sheet) of the others."""
     first = alike[0].place
     rows = sorted({row for fault in alike if (row := fault.place.row) is not None} - {first.row})
     columns = sorted({column for fault in alike if (column := fault.place.column) is not None} - {first.column})
@@ -106,7 +106,7 @@ def _joined(alike: list[SheetFault]) -> str:
 
 
 def refuse(place: Place, found: str, remedy: str, value: str | None = None) -> SheetFaults:
-    """Return the error of a single fault, after which nothing more can be read."""
+    """Return the error of a single fault that ends reading."""
     return SheetFaults([SheetFault(place, found, remedy, value)])
 
 
@@ -140,7 +140,7 @@ def shown(text: str) -> str:
 
 
 Kind = Literal["text", "number", "date", "truth", "error", "formula"]
-"""Kind of a cell; those of a text file are all text, and a "formula" is one whose result was never stored."""
+"""Kind of a cell. Cells of a text file are all "text"; a "formula" has no stored result."""
 
 MOST_ROWS = 10_000
 MOST_COLUMNS = 256  # Limit on the columns that hold anything; a table with more is no sheet of readings
@@ -161,7 +161,7 @@ class SheetRow:
 
     @property
     def width(self) -> int:
-        """Number of cells up to the last that holds anything."""
+        """Number of cells up to the last one with content."""
         return max((column + 1 for column, cell in enumerate(self.cells) if cell != BLANK), default=0)
 
     def cell(self, column: int) -> SheetCell:
@@ -170,7 +170,7 @@ class SheetRow:
 
 @dataclass(frozen=True)
 class SheetGrid:
-    """The rows of a sheet that hold anything. Raises SheetFaults for more than any sheet of readings has."""
+    """The rows of a sheet with content. Raises SheetFaults if they exceed the size limit of a sheet of readings."""
 
     path: Path
     rows: tuple[SheetRow, ...]
@@ -184,9 +184,9 @@ class SheetGrid:
     hidden_rows: frozenset[int] = frozenset()
     hidden_columns: frozenset[int] = frozenset()
     shown_units: Mapping[tuple[int, int], str] = field(default_factory=dict[tuple[int, int], str])
-    """Text that the format of a number shows behind it, as "cm" or "%", by row from 1 and column from 0."""
+    """Text that a number's format shows behind it, as "cm" or "%", by row from 1 and column from 0."""
     turned: tuple[int, ...] | None = None
-    """Rows of the file, by number, that the columns of a turned sheet were; None in a sheet as it is in its file."""
+    """Row numbers, in the file, of the columns of a turned sheet; None for a sheet that is not turned."""
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:
@@ -208,7 +208,7 @@ class Worksheet:
     name: str
     hidden: bool
     rows: dict[int, dict[int, SheetCell]] = field(default_factory=dict)
-    """Rows by number from 1, their cells by column from 0; blank cells are left out."""
+    """Cells that are not blank, by row number from 1, then by column from 0."""
     merged: list[tuple[int, int, int, int]] = field(default_factory=list)
     struck: set[tuple[int, int]] = field(default_factory=set)
     hidden_rows: set[int] = field(default_factory=set)
@@ -218,7 +218,7 @@ class Worksheet:
     results: int = 0  # Number of formulas with another result
 
     def put(self, row: int, column: int, cell: SheetCell, struck: bool, unit: str, formula: bool) -> None:
-        """Add a cell that is not blank; ``unit`` is what its format shows behind a number."""
+        """Add a cell that is not blank; ``unit`` is the text that its format shows behind a number."""
         self.rows.setdefault(row, {})[column] = cell
         if struck:
             self.struck.add((row, column))
@@ -230,9 +230,10 @@ class Worksheet:
             self.results += not is_zero
 
     def drop_zeros(self, *, never_calculated: bool) -> None:
-        """Regard the results of formulas as never calculated if a writer that calculates nothing stored zeros.
+        """Treat the results of formulas as never calculated if the program that wrote the file stored zeros for them.
 
-        Without ``never_calculated``, which the file states, that is so if no formula has another result.
+        That is assumed if the file states it (``never_calculated``), or if there are several formulas and all results
+        are 0.
         """
         if never_calculated or (len(self.zeros) > 1 and not self.results):
             for row, column in self.zeros:

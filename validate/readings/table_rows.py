@@ -1,4 +1,4 @@
-"""The part of a sheet that may hold its table: turned upright, its range, its header's rows, and the rows below."""
+"""The part of a sheet with its table: turned upright, limited to its range, with header rows and rows below."""
 
 import re
 import sys
@@ -12,10 +12,10 @@ from validate.readings.text_table import is_missing, number
 from validate.settings import Columns, Declared
 
 MOST_LINES_ABOVE = 100
-"""Limit on the lines of title and notes above a header; one further down belongs to another table."""
+"""Limit on the lines of title and notes above a header; a header further down belongs to another table."""
 MOST_HEADER_ROWS = 3
 MOST_TURNED = 100
-"""Limit on the rows of a sheet that is turned unasked: names, readings and notes, of which a sheet has few."""
+"""Limit on the rows of a sheet that is turned without a declaration: such sheets have few rows."""
 Merged = Sequence[tuple[int, int, int, int]]  # Ranges of cells, as in ``SheetGrid``
 DATE = re.compile(r"(?<!\d)(\d{1,2}\s?[./-]\s?\d{1,2}\s?[./-]\s?\d{2,4}|\d{4}-\d{2}-\d{2})(?!\d)")
 LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
@@ -24,7 +24,7 @@ SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 
 @dataclass(frozen=True)
 class HeaderRows:
-    """Rows that name the columns."""
+    """Rows that contain the column names."""
 
     first: int  # Index of the first of them among the rows
     count: int
@@ -38,7 +38,7 @@ class TableRows(NamedTuple):
 
 
 def upright(grid: SheetGrid, declared: Declared) -> SheetGrid:
-    """Return a sheet turned, where that is declared, or where a table's names stand in a column and not in a row."""
+    """Return a sheet with rows and columns swapped if that is declared, or if a table's names are in a column."""
     given = declared.columns or Columns()
     if given.transposed is None:
         rows = table_rows(grid, given).kept
@@ -99,7 +99,7 @@ def first_cell(row: SheetRow) -> SheetCell | None:
 
 
 def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
-    """Yield the rows of a range, their cells outside it blank."""
+    """Yield the rows of a range, with cells outside it blank."""
     if span is None:
         yield from rows
         return
@@ -112,7 +112,7 @@ def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
 
 
 def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> HeaderRows:
-    """Return the rows that name most columns; one or several, since a name may span columns and go on below."""
+    """Return the rows that name the most columns; several if a name spans columns and continues below."""
     wanted = {plain_name(name) for name in (given.s, given.repeat, *(given.levels or ())) if name is not None}
 
     def key(candidate: tuple[int, Sequence[SheetRow]]) -> tuple[float, ...]:
@@ -135,7 +135,7 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
 
 
 def _candidates(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Iterator[tuple[int, Sequence[SheetRow]]]:
-    """Yield the rows that may be a header, each with the index of its first one."""
+    """Yield the candidates for the header, each with the index of its first row."""
     for first in range(min(len(rows), MOST_LINES_ABOVE)):
         for count in range(1, MOST_HEADER_ROWS + 1) if given.header_rows is None else (given.header_rows,):
             header = rows[first : first + count]
@@ -155,9 +155,9 @@ def is_a_number(cell: SheetCell) -> bool:
 
 
 def columns_named(names: Mapping[int, str], reference: str) -> list[int]:
-    """Return the columns of a name in the header, or those of a letter or a span of letters, as "B:D".
+    """Return the columns with a name in the header, or with a letter or a span of letters, as "B:D".
 
-    Return none where a letter is also the name of another column: which is meant would be a guess.
+    Returns none if a letter is also the name of another column, which would be ambiguous.
     """
     # "Ort" is a name.
     span = LETTERS.fullmatch(reference.upper() if reference.islower() else reference)
@@ -170,7 +170,7 @@ def columns_named(names: Mapping[int, str], reference: str) -> list[int]:
 
 
 def blocks(rows: Sequence[SheetRow]) -> Iterator[range]:
-    """Yield spans of neighbouring columns that hold anything; blank columns divide tables side by side."""
+    """Yield spans of neighbouring columns with content; blank columns separate tables side by side."""
     filled = sorted({at for row in rows for at, cell in enumerate(row.cells) if cell != BLANK})
     begin = 0
     for at in range(len(filled)):
@@ -180,13 +180,13 @@ def blocks(rows: Sequence[SheetRow]) -> Iterator[range]:
 
 
 def _is_dated(row: SheetRow) -> bool:
-    """Return whether a row tells a date and hardly more, which no header does."""
+    """Return whether a row contains a date and little else, unlike any header."""
     cells = [cell for cell in row.cells if cell != BLANK]
     return len(cells) < 3 and any(cell.kind == "date" or DATE.search(cell.text) for cell in cells)
 
 
 def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
-    """Return whether a header goes on with a row: more words, or numbers of repeats, 1, 2, 3, beside no station."""
+    """Return whether a row continues a header: words, or repeat numbers 1, 2, 3 in a header with a station column."""
     cells = [cell for cell in below.cells if cell != BLANK]
     numbers = [cell.text for cell in cells if cell.kind != "text" or is_number(cell.text)]
     if numbers:
@@ -197,14 +197,14 @@ def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
 
 
 def _names_repeats(row: SheetRow) -> bool:
-    """Return whether a row holds nothing but names of readings, as "Messung 1", or their numbers."""
+    """Return whether a row contains only names of readings, as "Messung 1", or their numbers."""
     texts = [cell.text for cell in row.cells if cell.text]
     roles = {found.role for text in texts if not is_number(text) and (found := meaning(text)) is not None}
     return roles <= {"reading", "repeat"} and all(is_number(text) or meaning(text) is not None for text in texts)
 
 
 def _is_cut(header: Sequence[SheetRow], merged: Merged) -> bool:
-    """Return whether a name is merged with cells above or below a header."""
+    """Return whether a name is merged with cells above or below the header."""
     first, last = header[0].number, header[-1].number
     return any(
         top < first <= bottom or first <= top <= last < bottom < top + MOST_HEADER_ROWS for top, _, bottom, _ in merged
@@ -240,7 +240,7 @@ def _joined(rows: Sequence[SheetRow], merged: Merged) -> dict[int, str]:
 
 
 def _either(upper: str, lower: str, *, whole: bool) -> str:
-    """Join two names; where both together mean nothing and one does, as below a title, return that unless ``whole``."""
+    """Join two names. If only one of them has a meaning, as below a title, return that one, unless ``whole``."""
     joined = f"{upper} {lower}".strip()
     if whole or not upper or not lower or meaning(joined) is not None:
         return joined
@@ -248,7 +248,7 @@ def _either(upper: str, lower: str, *, whole: bool) -> str:
 
 
 def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
-    """Return a key that is larger the more names have a meaning; notes above a header may name some, too."""
+    """Return a sort key that grows with the number of names that have a meaning; notes above may contain some, too."""
     roles = [found.role for name in names.values() if (found := meaning(name)) is not None]
     along = "station" in roles or "mass" in roles
     table = along and ("reading" in roles or "repeat" in roles)
@@ -258,9 +258,9 @@ def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
 def sorted_rows(
     place: Place, body: Sequence[SheetRow], station: int, readings: Sequence[int], faults: FaultList
 ) -> tuple[list[SheetRow], list[SheetRow], list[SheetRow]]:
-    """Divide the rows below a header into those of stations, remarks, and means of others.
+    """Divide the rows below a header into stations, remarks, and calculated rows such as means.
 
-    Words between readings that begin another table are a fault: which of the two is meant must be declared.
+    A second table below the first is a fault: the user must declare which one is meant.
     """
     kept, remarks, passed = list[SheetRow](), list[SheetRow](), list[SheetRow]()
     words_between = None

@@ -1,4 +1,4 @@
-"""Account of how a sheet was understood: in a sentence, as a table of its columns, and the doubts about it."""
+"""How a sheet was interpreted: in a sentence, as a table of its columns, and the doubts about it."""
 
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
@@ -26,7 +26,7 @@ MOST_ROWS_SHOWN = 8  # Rows that are named as not read
 def dialect_of(
     grid: SheetGrid, header: Header, declared: Declared, mark: Decimal | None, repeats: int, missing: int
 ) -> str:
-    """Return in a sentence how a sheet was understood, so that whoever measured can see that it was meant."""
+    """Return the interpretation of a sheet in a sentence, so that whoever measured can check it."""
     units = list(dict.fromkeys(str(column.unit) for column in header.readings))
     counting = f"{WAYS[header.quantity]} in {' and '.join(units)} from {LABELS['datums'][declared.datum]}"
     if declared.datum != "sample_surface":
@@ -46,7 +46,7 @@ def dialect_of(
 
 
 def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadColumn, ...]:
-    """Return the columns of a table and what each is taken for, then the rows that are not read."""
+    """Return the columns of a table with their roles, then the rows that are not read."""
     way, turned = WAYS[header.quantity], grid.turned
     several = header.repeat is None and len(header.readings) > 1
     roles = {one.index: f"{way}, {at}" if several else way for at, one in enumerate(header.readings, start=1)}
@@ -78,7 +78,7 @@ def doubts_of(
     depth_mm: float | None,
     filling: Filling | None,
 ) -> Iterator[str]:
-    """Yield a sentence for each doubt without an answer: its cell, what was found, the remedy, and what to answer."""
+    """Yield a sentence for each open doubt: cell, finding, remedy, and the entry that confirms the value."""
     names = {column.index: column.name for column in header.read}
     of_header = (*_marked(grid, header), *_too_fine(header, cells), *counted_stations(cells, length_mm))
     for doubt in unanswered((*of_header, *screened(cells, depth_mm, filling)), declared):
@@ -89,7 +89,7 @@ def doubts_of(
 
 
 def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:
-    """Yield the doubts that ``readings.as_written`` does not answer."""
+    """Yield the doubts that ``readings.as_written`` does not confirm as written."""
     answered = set(declared.as_written or ())
     for doubt in doubts:
         if not answered.issuperset(doubt.answers) and (doubt.kind != "datum" or declared.datum == "sample_surface"):
@@ -97,13 +97,13 @@ def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:
 
 
 def in_words(doubt: Doubt, place: str) -> str:
-    """Return the sentence on a doubt: its place, what was found, the remedy, and what to answer."""
+    """Return the sentence on a doubt: place, finding, remedy, and the entry that confirms the value."""
     answers = ", ".join(f'"{answer}"' for answer in doubt.answers)
     return f"{place}: {doubt.found} {doubt.remedy}, {OR_ANSWER} = [{answers}]."
 
 
 def screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:
-    """Yield what the screens find; a reading in doubt, answered or not, is kept from those that follow."""
+    """Yield all doubts; a doubtful reading, confirmed or not, is masked in the checks that follow."""
     odd = np.zeros(cells.readings_mm.shape, dtype=bool)
     for doubt in mean_rows(cells):
         yield doubt
@@ -118,7 +118,7 @@ def screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) 
 
 
 def _too_fine(header: Header, cells: ReadCells) -> Iterator[Doubt]:
-    """Yield the doubt whether a dial's unit in a header, as 1/10 mm, is how finely millimetres were read."""
+    """Yield a doubt if readings in a dial's unit, as 1/10 mm, have too many digits: it may be a resolution in mm."""
     for column in header.readings:
         digits_mm = cells.digits_mm[:, cells.columns == column.index]
         if column.unit in DIAL_UNITS and digits_mm.size and float(np.median(digits_mm)) < FINEST_MM:
@@ -129,7 +129,7 @@ def _too_fine(header: Header, cells: ReadCells) -> Iterator[Doubt]:
 
 
 def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
-    """Yield remarks on the zero of readings, and rows, columns and cells that are struck through or hidden."""
+    """Yield doubts about remarks on zero points and factors, rows of zeros, and hidden or struck-out cells."""
     for row, text in remarks_where(header, names_other_zero):
         found = f"{quoted(text)} says what the readings count from, and not in words for the sample's face."
         remedy = "Declare [readings] datum and datum_level_mm if it is not the face"

@@ -1,4 +1,4 @@
-"""Screens for a whole sheet: its sign, unit, datum and direction, judged by its numbers, its crack and its filling."""
+"""Checks of a whole sheet: sign, unit, datum and direction, judged by its numbers, the crack and the filling."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ TURNED: tuple[tuple[Kind, float, str], ...] = (
     ("sign", -1.0, "with the other sign"),
     ("unit", 10.0, "in centimetres"),
 )
-"""Kinds of mistakes that are one factor of all levels."""
+"""Mistakes that multiply all levels by one factor."""
 BELOW_FLOOR_MM = 1.0
 LEAST_COUNTED = 3
 COUNTED_SHARE = 0.5  # Share of the crack up to which stations that count 1, 2, 3 may be numbers of places
@@ -45,7 +45,7 @@ COUNTED_SHARE = 0.5  # Share of the crack up to which stations that count 1, 2, 
 
 @dataclass(frozen=True)
 class Filling:
-    """Crack of the readings, the volume in it, and the simulated level if there is one."""
+    """The crack, the dispensed volume, and the simulated level if there is one."""
 
     outline: Outline
     solid: Solid
@@ -53,7 +53,7 @@ class Filling:
     simulated: Profile | None = None
 
     def held_mm3(self, s_mm: Floats, level_mm: Floats) -> float:
-        """Return the volume below a level, which is constant beyond the outer stations."""
+        """Return the volume below a level, extended as a constant beyond the outer stations."""
         above_floor_mm = np.maximum(level_mm, -self.solid.depth_at_mm(s_mm))
         profile = Profile(s_mm, above_floor_mm)
         return fill_volumes(profile, self.outline, self.solid, 0.0, self.outline.length_mm)["sealant_mm3"]
@@ -76,7 +76,7 @@ def doubts_of_sheet(cells: ReadCells, depth_mm: float | None, filling: Filling |
 
 
 def counted_stations(cells: ReadCells, length_mm: float | None) -> Iterator[Doubt]:
-    """Yield the doubt whether stations of a unit that is only declared are numbers of places: 1, 2, 3 to n."""
+    """Yield a doubt if stations with only a declared unit count 1, 2, 3 to n: they may be numbers of places."""
     unit_mm, s_mm = cells.declared_unit_mm, cells.s_mm
     if unit_mm is None or length_mm is None or len(s_mm) < LEAST_COUNTED or s_mm[-1] > COUNTED_SHARE * length_mm:
         return
@@ -92,7 +92,7 @@ def counted_stations(cells: ReadCells, length_mm: float | None) -> Iterator[Doub
 
 
 def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> Iterator[tuple[Kind, str]]:
-    """Yield the doubts that the numbers alone raise, and the depth of the crack if it is known."""
+    """Yield the doubts from the numbers, and from the depth of the crack if it is given."""
     above_mm, below_mm = float(np.maximum(level_mm, 0).mean()), float(np.maximum(-level_mm, 0).mean())
     highest_mm = float(np.sort(level_mm)[-max(1, len(level_mm) // 4) :].mean())
     everywhere = level_mm.min() > -0.1 and level_mm.mean() > EVERYWHERE_MM
@@ -127,7 +127,7 @@ def _share(which: NDArray[np.bool_]) -> str:
 
 
 def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tuple[Kind, str]]:
-    """Yield the change of sign, unit or datum that makes the volume below the readings the dispensed one."""
+    """Yield the change of sign, unit or datum for which the volume below the readings equals the dispensed one."""
     length_mm, depth_mm = filling.outline.length_mm, filling.solid.depth_mm
     if s_mm[-1] < STATIONS_SHARE * length_mm and COVERED < 10 * s_mm[-1] / length_mm < 1.05:
         yield "unit", f"all stations lie in the first {s_mm[-1]:.3g} of {length_mm:.3g} mm: perhaps centimetres."
@@ -156,7 +156,7 @@ def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tup
 
 
 def _offset_mm(s_mm: Floats, level_mm: Floats, filling: Filling) -> float | None:
-    """Return the constant that makes the readings hold the dispensed volume; None if none within the depth does."""
+    """Return the offset for which the readings enclose the dispensed volume; None outside the crack's depth."""
     from scipy.optimize import root_scalar
 
     def excess_mm3(offset_mm: float) -> float:
@@ -169,7 +169,7 @@ def _offset_mm(s_mm: Floats, level_mm: Floats, filling: Filling) -> float | None
 
 
 def _by_level(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tuple[Kind, str]]:
-    """Yield the one change of direction, sign or unit that brings the readings much nearer to the simulated level."""
+    """Yield the change of direction, sign or unit that brings the readings much closer to the simulated level."""
     if (run := filling.simulated) is None:
         return
     mirrored_mm = filling.outline.length_mm - s_mm
@@ -201,6 +201,6 @@ def _distance_mm(error_mm: Floats, *, shape: bool = False) -> float:
 
 
 def _is_possible(level_mm: Floats, filling: Filling) -> bool:
-    """Return whether a level lies between the floor and what paste heaps up."""
+    """Return whether a level is between the floor and the highest heap that paste forms."""
     lowest_mm, highest_mm = -1.1 * filling.solid.depth_mm - BELOW_FLOOR_MM, max(PLATEAU_MM, HEAP_MM)
     return bool(lowest_mm <= level_mm.min() and level_mm.max() <= highest_mm)

@@ -1,8 +1,8 @@
-"""Bias and scatter of a lab's earlier trials, as fire models state theirs, and what readings of a new one should be.
+"""Bias and scatter over a lab's earlier trials, as fire models report theirs, and the expected readings of a new trial.
 
-The model's error is a bias and a scatter of each quantity over all trials whose readings were held out (McGrattan &
-Toman 2011, *Fire Safety Journal* 46; FDS's validation guide). Fills, which are never negative, are compared by their
-ratio, levels and heaps by their difference.
+The model's error is a bias and a scatter of each quantity over all trials with held-out readings (McGrattan & Toman
+2011, *Fire Safety Journal* 46; FDS's validation guide). Fills, which are never negative, are compared by their ratio,
+levels and heaps by their difference.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,9 +36,9 @@ NAMES: dict[Quantity, str] = {
 
 
 def biases(trials: Sequence[EarlierTrial]) -> tuple[Bias, ...]:
-    """Return bias and scatter of each quantity; none of fewer than two trials, nor of a ratio to an empty crack.
+    """Return bias and scatter of each quantity; none with fewer than two trials, or for a ratio to an empty crack.
 
-    A quantity whose error is the same in all trials, as that of a heap that none has, shows no scatter and has none.
+    A quantity with the same error in all trials, such as the heap if no trial has one, is omitted: it shows no scatter.
     """
     if len(trials) < FEWEST:
         return ()
@@ -57,9 +57,9 @@ def biases(trials: Sequence[EarlierTrial]) -> tuple[Bias, ...]:
 
 
 def expect(trials: Sequence[EarlierTrial], computed: Mapping[Quantity, float]) -> EarlierTrials | None:
-    """Return what the next trial's readings should find by the earlier ones; None without bias and scatter of a level.
+    """Return the expected readings of the next trial by the earlier ones; None without bias and scatter of a level.
 
-    With n trials of scatter s the interval's half-width is t s sqrt(1 + 1/n), t of n - 1 degrees of freedom.
+    With n trials of scatter s the interval's half-width is t s sqrt(1 + 1/n), with t of n - 1 degrees of freedom.
     """
     found = [_expectation(bias, computed[bias.quantity]) for bias in biases(trials)]
     level = any(one.quantity == "mean_level_mm" for one in found)
@@ -67,14 +67,14 @@ def expect(trials: Sequence[EarlierTrial], computed: Mapping[Quantity, float]) -
 
 
 def foresee(trials: Sequence[EarlierTrial], evidence: Evidence) -> EarlierTrials | None:
-    """Return what earlier trials make of a run; None where the fast model made it, or it did not keep its volume."""
+    """Return the expectation for a run; None for the fast model, or for a run with an unsound volume."""
     if len(trials) < FEWEST or not evidence.run.has_particles or not kept_volume(evidence.volume_ratio):
         return None
     return expect(trials, computed_quantities(evidence))
 
 
 def expected_sentences(found: EarlierTrials) -> tuple[str, ...]:
-    """Return what readings are expected to find, for a reader who knows no method."""
+    """Return the sentences on the expected readings, for a reader without knowledge of the method."""
     told = {one.quantity: one for one in found.expectations}
     count = counted(len(found.trials), "earlier trial")
     level = told["mean_level_mm"]
@@ -98,7 +98,7 @@ def expected_sentences(found: EarlierTrials) -> tuple[str, ...]:
 
 
 def earlier_table(found: EarlierTrials) -> PageTable:
-    """Return bias, scatter and what is expected of each quantity, and each trial."""
+    """Return the table of bias, scatter and expectation of each quantity, and of each trial."""
     rows = [
         (
             NAMES[one.quantity],
@@ -117,7 +117,7 @@ def bias_lines(found: Sequence[Bias]) -> list[str]:
 
 
 def computed_quantities(evidence: Evidence) -> dict[Quantity, float]:
-    """Return what a run computed, over the length that its readings cover; over all of its level without readings."""
+    """Return a run's computed quantities over the length that its readings cover; without readings, over all of it."""
     profile = evidence.profile
     from_mm, to_mm = float(profile.s_mm[0]), float(profile.s_mm[-1])
     if evidence.comparison is not None:
@@ -133,7 +133,7 @@ def computed_quantities(evidence: Evidence) -> dict[Quantity, float]:
 
 
 def _errors(trials: Sequence[EarlierTrial], quantity: Quantity) -> Floats:
-    """Return the error of each trial, a logarithm where it is relative, (n,); not finite where there is none."""
+    """Return the error of each trial, (n,): a logarithm of the ratio for fills, not finite for an empty crack."""
     if quantity == "mean_level_mm":
         return np.array([one.level_error_mm for one in trials])
     if quantity == "heap_mm2":

@@ -1,4 +1,4 @@
-"""Errors of caliper readings, by name: what the repeats show, what is declared, and what neither tells."""
+"""Errors of caliper readings, by name: those that repeats show, declared ones, and the remaining ones."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -34,12 +34,13 @@ OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
 STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
 INCHES = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 0.01, 0.005)
 FEWEST_LEVELS = 5
-"""Different levels that show a step: by chance as many end in a multiple of 0.05 mm once in 600 sheets."""
+"""Smallest number of different levels that identifies a step: by chance as many end in a multiple of 0.05 mm once in
+600 sheets."""
 BENT = 2.4
-"""Largest arch between two stations, over that of the parabola whose curvature they show; the least is 0. A corner has
-none at a station, twice that in a gap's middle, and on average once."""
+"""Largest arch between two stations, relative to that of the parabola with their curvature; the smallest is 0. With a
+corner, the arch is 0 at a station, twice the parabola's in the middle of a gap, and on average equal."""
 ALIKE_MM = 15.0
-"""Length over which an error that all repeats share is taken for alike: that over which a bed rises and falls."""
+"""Correlation length of an error that all repeats share: that over which a bed rises and falls."""
 
 
 def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mouth_mm: Floats) -> Budget:
@@ -117,9 +118,9 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
 
 
 def resolution_of(repeats_mm: Floats) -> float:
-    """Return the largest usual step, in mm or in fractions of an inch, of which all readings are multiples; 0 if none.
+    """Return the largest common step, in mm or in fractions of an inch, that divides all readings; 0 if there is none.
 
-    They are so up to a common height, as of a datum.
+    A common offset, as of a datum, is allowed.
     """
     read_mm = np.unique(np.round(repeats_mm[~np.isnan(repeats_mm)], 6))
     if len(read_mm) < FEWEST_LEVELS:
@@ -165,9 +166,9 @@ def _declared(name: str, size_mm: float, s_mm: Floats, slope: Floats) -> Compone
 
 
 def _arches(s_mm: Floats, level_mm: Floats) -> Component:
-    """Draw the straight line's height above the bed in the middle between two stations.
+    """Draw the height of the straight line above the bed in the middle between two stations.
 
-    Each station shows a curvature; how much of it lies in the gaps beside it is drawn for each (``BENT``).
+    Each station shows a curvature; the part of it in the neighbouring gaps is drawn for each station (``BENT``).
     """
     gap_mm = np.diff(s_mm)
     turn = np.diff(np.diff(level_mm) / gap_mm) / ((gap_mm[:-1] + gap_mm[1:]) / 2)
@@ -178,10 +179,10 @@ def _arches(s_mm: Floats, level_mm: Floats) -> Component:
 
 
 def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[NDArray[np.bool_], float]:
-    """Return which reading is far from the others of its station, and the robust standard deviation, in mm.
+    """Return which readings are outliers of their station, and the robust standard deviation, in mm.
 
-    At most one of a station is: two leave a scatter that is the station's own. Readings scatter by their last digit
-    at least, where most repeats are the same.
+    A station has at most one outlier: two are its own scatter. The scatter is at least that of the last digit, even if
+    most repeats are equal.
     """
     again = count > 1
     scaled_mm = np.nan_to_num(np.abs(own_mm)) / np.sqrt(1 - 1 / np.maximum(count, 2))[:, None]
@@ -215,8 +216,8 @@ def _listed(places: list[float]) -> str:
 
 UNEVEN = 0.5
 """Scale of the half-normal prior of the standard deviation of ln(scatter) among stations, the usual one for a spread of
-logarithms (Röver et al. 2021, Res. Synth. Methods 12:448): at 0.5 two stations in three are within a factor of 1.65
-of the middle one, and three times that is hardly possible."""
+logarithms (Röver et al. 2021, Res. Synth. Methods 12:448): at 0.5 two stations in three are within a factor of 1.65 of
+the middle one, and three times that is hardly possible."""
 SPREADS = np.arange(0.025, 3 * UNEVEN, 0.05)
 """Grid of the spread of ln(scatter): 0.3 % of the prior are beyond it, and a dozen stations do not resolve 0.05."""
 AROUND = np.arange(-5.0, 10.5, 0.5)
@@ -224,12 +225,12 @@ AROUND = np.arange(-5.0, 10.5, 0.5)
 
 
 def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS) -> Floats:
-    """Draw standard deviations of a single reading at each station, (draws, n), every row equally likely.
+    """Draw standard deviations of a single reading at each station, (draws, n); all rows are equally likely.
 
-    They follow from each station's sum of squares about its mean and its degrees of freedom, (n,) each and not all 0,
-    with a fixed seed. Variances are draws of an inverse chi-square (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3), so
-    that each is better known by all the others, the more alike they are. Smyth fits that distribution; a dozen stations
-    leave it uncertain, and bands by the fitted one are too narrow. Here it is averaged over its posterior.
+    Input is each station's sum of squares about its mean and its degrees of freedom, (n,) each and not all 0; the seed
+    is fixed. Variances are draws of an inverse chi-square (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3), so each
+    station borrows from all others, the more the more alike they are. Smyth fits that distribution; with a dozen
+    stations the fit is uncertain and its bands are too narrow, so here it is averaged over its posterior.
     """
     behind = _freedoms_behind()[:, None]
     log_level, width = _likeliest(squares_mm2, freedom)
@@ -270,7 +271,7 @@ def _likeliest(squares_mm2: Floats, freedom: Floats) -> tuple[Floats, Floats]:
 
 @cache
 def _freedoms_behind() -> Floats:
-    """Return the degrees of freedom of the inverse chi-squares whose ln(scatter) spreads by SPREADS."""
+    """Return the degrees of freedom of the inverse chi-squares with spreads SPREADS of ln(scatter)."""
     from scipy.optimize import brentq
     from scipy.special import polygamma
 
@@ -288,10 +289,10 @@ SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Standard deviations of a readin
 
 
 def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int = DRAWS) -> Floats:
-    """Draw the error of each station's mean, (draws, n), where readings are multiples of a step that hides the scatter.
+    """Draw the error of each station's mean, (draws, n), if readings are multiples of a step that hides the scatter.
 
-    The likelihood of a reading is the share of a normal distribution that rounds to it. The scatter, even in its
-    logarithm beforehand, is the same at all stations, and the true level anywhere near the readings.
+    The likelihood of a reading is the share of a normal distribution that rounds to it. The scatter is the same at all
+    stations, with a prior that is uniform in its logarithm, and the true level is anywhere near the readings.
     """
     from scipy.special import ndtr
 
