@@ -78,7 +78,7 @@ def compare(
     if role != "held-out":
         baselines += best_curves(measured, from_mm, to_mm, (*ALWAYS, *([count] if count else [])))
     basis = basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)
-    held = are_compared(measured, from_mm, to_mm)
+    on_stretch = are_compared(measured, from_mm, to_mm)
     volumes: dict[str, Any] = {
         f"{name}_{key}": value
         for name, profile in (("simulated", simulated), ("measured", measured))
@@ -90,8 +90,8 @@ def compare(
         covered_length_mm=error.length_mm,
         coverage=basis.coverage,
         length_mm=outline.length_mm,
-        stations_compared=int(held.sum()),
-        stations_beyond_mm=measured.s_mm[~held],
+        stations_compared=int(on_stretch.sum()),
+        stations_beyond_mm=measured.s_mm[~on_stretch],
         stations_used=basis.stations,
         widest_gap_mm=basis.widest_gap * outline.length_mm,
         enough_readings=basis.suffices,
@@ -136,7 +136,7 @@ def assess(
     """
     simulated, measured, outline, solid = evidence.profile, evidence.readings, evidence.outline, evidence.solid
     if measured is None:
-        raise ValueError(f"{evidence.name}: has no readings to compare with.")
+        raise ValueError(f"{evidence.name}: there are no readings to compare with.")
     gained_mm = gained_level_mm(evidence.run, simulated, outline, solid, evidence.volume_ratio)
     comparison = compare(
         simulated,
@@ -250,13 +250,14 @@ def error_uncertainty(
 
 def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Floats) -> StationErrors:
     """Return the error at each station on the covered stretch ``x``, with its standard uncertainties."""
-    held = are_compared(measured, x[0], x[-1])
-    covered = budget.at(held)
+    on_stretch = are_compared(measured, x[0], x[-1])
+    covered = budget.at(on_stretch)
     kinds: set[Kind] = {one.kind for one in budget.components}
     parts = {kind: covered.of(kind).band_mm / COVERAGE for kind in kinds}
     return StationErrors(
-        s_mm=measured.s_mm[held],
-        error_mm=np.interp(measured.s_mm[held], simulated.s_mm, simulated.level_mm) - measured.level_mm[held],
+        s_mm=measured.s_mm[on_stretch],
+        error_mm=np.interp(measured.s_mm[on_stretch], simulated.s_mm, simulated.level_mm)
+        - measured.level_mm[on_stretch],
         data_mm=parts["readings"],
         numerics_mm=parts.get("numerics"),
         inputs_mm=parts.get("inputs"),

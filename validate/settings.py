@@ -98,7 +98,8 @@ class Declared(Settings):
         for answer in answers or ():
             if not AS_WRITTEN.fullmatch(answer):
                 raise ValueError(
-                    f'{answer!r:.40} is no cell ("E7"), column ("E"), row ("7"), sign, unit, datum or direction'
+                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum or direction; '
+                    f"found {answer!r:.40}"
                 )
         return answers
 
@@ -107,29 +108,29 @@ class Declared(Settings):
         """Copy the settings that [readings.columns] gives for the whole sheet to those of [readings]."""
         if (columns := self.columns) is None:
             return self
-        said: dict[str, Any] = {key: value for key in OF_THE_SHEET if (value := getattr(columns, key)) is not None}
+        given: dict[str, Any] = {key: value for key in OF_THE_SHEET if (value := getattr(columns, key)) is not None}
         if columns.sign is not None:
-            said["quantity"] = SIGNS[columns.sign]
-        for key, value in said.items():
+            given["quantity"] = SIGNS[columns.sign]
+        for key, value in given.items():
             if key in self.model_fields_set and getattr(self, key) != value:
-                raise ValueError(f"{key} is {getattr(self, key)!r:.40}, and columns says {value!r:.40}; keep one")
+                raise ValueError(f"{key} is {getattr(self, key)!r:.40}, but columns gives {value!r:.40}; keep one")
         # The settings are frozen for all others.
         rest = columns.model_copy(update=dict.fromkeys((*OF_THE_SHEET, "sign")))
-        for key, value in {**said, "columns": rest}.items():
+        for key, value in {**given, "columns": rest}.items():
             object.__setattr__(self, key, value)
-        self.model_fields_set.update(said)
+        self.model_fields_set.update(given)
         return self
 
     @model_validator(mode="after")
     def _knows_its_datum(self) -> Self:
         if self.datum == "sample_surface" and self.datum_level_mm not in (None, 0.0):
             raise ValueError(
-                f"datum_level_mm = {self.datum_level_mm:g}: the sample's surface is at 0; name another datum, or leave "
-                "datum_level_mm out"
+                f"datum_level_mm = {self.datum_level_mm:g}: the sample's surface is at 0; set another datum, or remove "
+                "datum_level_mm"
             )
         if self.datum != "sample_surface" and self.datum_level_mm is None:
             raise ValueError(
-                f'datum = "{self.datum}": give datum_level_mm, the height of that datum above the sample\'s surface'
+                f'datum = "{self.datum}" needs datum_level_mm, the height of the datum above the sample\'s surface'
             )
         return self
 
@@ -165,19 +166,18 @@ class Readings(Declared):
     @classmethod
     def _named_once(cls, fitted: tuple[str, ...] | None) -> tuple[str, ...] | None:
         if twice := [name for name, times in Counter(fitted or ()).items() if times > 1]:
-            raise ValueError(f"{twice[0]} is named twice; name each setting once, since their number counts")
+            raise ValueError(f"{twice[0]} is listed twice; list each setting once, since their number matters")
         return fitted
 
     @model_validator(mode="after")
     def _fits_its_role(self) -> Self:
         if self.fitted == () and self.role == "undeclared":
             raise ValueError(
-                'fitted is empty, and role is "undeclared": readings that nothing was fitted to are "held-out"'
+                'fitted is empty, but role is "undeclared": without fitted settings, readings are "held-out"'
             )
         if self.fitted and self.role != "calibrated-on":
             raise ValueError(
-                f'fitted names settings, and role is "{self.role}": readings that something was fitted to have the '
-                'role "calibrated-on"'
+                f'fitted lists settings, but role is "{self.role}": with fitted settings, the role is "calibrated-on"'
             )
         return self
 

@@ -47,8 +47,8 @@ class Processes:
         length, variance, nugget = np.exp(logs[:, :dimensions]), *(np.exp(logs[:, dimensions:]).T * size)
         fitted = cls.given(points, scores, length, variance, nugget, relative)
         # Runs that are left out may miss by more than the process says, which then is less sure by that factor.
-        known = np.einsum("kii->ki", fitted.inverse)
-        missed = np.maximum(1.0, (fitted.weights**2 / known).mean(axis=1))
+        precision = np.einsum("kii->ki", fitted.inverse)
+        missed = np.maximum(1.0, (fitted.weights**2 / precision).mean(axis=1))
         return cls.given(points, scores, length, variance * missed, nugget * missed, relative)
 
     @classmethod
@@ -64,8 +64,8 @@ class Processes:
         """Return mean and variance of the scores of a run's average over seeds, (m, k) each."""
         across = matern(points, self.points, self.length, self.variance)
         mean = np.einsum("kmn,kn->mk", across, self.weights)
-        known = np.einsum("kmn,kmn->mk", across @ self.inverse, across)
-        return mean, np.maximum(self.variance - known, 1e-12 * self.variance)
+        explained = np.einsum("kmn,kmn->mk", across @ self.inverse, across)
+        return mean, np.maximum(self.variance - explained, 1e-12 * self.variance)
 
     def with_points(self, points: Floats, relative: Floats) -> "Processes":
         """Return the processes as if runs at ``points`` had given the expected scores: only the variance is valid."""
@@ -131,20 +131,20 @@ class Scatter:
     slopes: Floats  # (d,) of ln variance
 
     @classmethod
-    def fitted(cls, points: Floats, levels_mm: Floats, kept: int) -> "Scatter":
-        """Fit to each run's residual from ``kept`` components of the other runs; those of all fit too well."""
+    def fitted(cls, points: Floats, levels_mm: Floats, components: int) -> "Scatter":
+        """Fit to each run's residual from ``components`` components of the other runs; those of all fit too well."""
         rows = []
         for number, level_mm in enumerate(levels_mm):
             others = np.delete(levels_mm, number, axis=0)
-            basis = np.linalg.svd(others - others.mean(axis=0), full_matrices=False)[2][:kept]
+            basis = np.linalg.svd(others - others.mean(axis=0), full_matrices=False)[2][:components]
             off = level_mm - others.mean(axis=0)
             rows.append(off - (off @ basis.T) @ basis)
-        left, middle = np.array(rows), points.mean(axis=0)
-        logs, apart = np.log((left**2).mean(axis=1) + LEAST_MM2), points - middle
+        residual_mm, middle = np.array(rows), points.mean(axis=0)
+        logs, apart = np.log((residual_mm**2).mean(axis=1) + LEAST_MM2), points - middle
         prior = (OF_A_RUN / SLOPE) ** 2 * np.eye(points.shape[1])
         slopes = np.linalg.solve(apart.T @ apart + prior, apart.T @ (logs - logs.mean()))
-        evened = left / np.exp(apart @ slopes / 2)[:, None]
-        return cls(evened.T @ evened / len(left), middle, slopes)
+        evened = residual_mm / np.exp(apart @ slopes / 2)[:, None]
+        return cls(evened.T @ evened / len(residual_mm), middle, slopes)
 
     def relative(self, points: Floats) -> Floats:
         """Return the variance at points, (m, d), relative to that at the middle, (m,)."""
@@ -165,10 +165,10 @@ class Emulator:
         """Fit to runs at ``points`` in the unit cube, (r, d), with their levels at the stations, (r, n)."""
         mean_mm = levels_mm.mean(axis=0)
         scores, size, basis = np.linalg.svd(levels_mm - mean_mm, full_matrices=False)
-        kept = min(components, most_components(*levels_mm.shape), int((size > 1e-9 * size[0]).sum()))
-        scatter = Scatter.fitted(points, levels_mm, kept)
-        processes = Processes.fitted(points, scores[:, :kept] * size[:kept], scatter.relative(points))
-        return cls(mean_mm, basis[:kept], processes, scatter)
+        components = min(components, most_components(*levels_mm.shape), int((size > 1e-9 * size[0]).sum()))
+        scatter = Scatter.fitted(points, levels_mm, components)
+        processes = Processes.fitted(points, scores[:, :components] * size[:components], scatter.relative(points))
+        return cls(mean_mm, basis[:components], processes, scatter)
 
     @property
     def run_noise_mm2(self) -> Floats:

@@ -55,23 +55,23 @@ def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisRe
     most = most_components(len(levels_mm), stations)
     fewest = min(COMPONENTS, most)
     reach = BasisReach(np.inf, 0.0, False, fewest)
-    for kept in range(fewest, min(MOST_COMPONENTS, most) + 1):
-        scatter = Scatter.fitted(points, levels_mm, kept)
+    for components in range(fewest, min(MOST_COMPONENTS, most) + 1):
+        scatter = Scatter.fitted(points, levels_mm, components)
         rest_mm2 = scatter.rest_mm2 * scatter.relative(points).max()
         covariance = INFLATED**2 * (evidence.covariance_mm2 + rest_mm2)
         root = np.linalg.cholesky(covariance)
-        off, shapes = np.linalg.solve(root, evidence.level_mm - mean_mm), np.linalg.solve(root, basis[:kept].T)
-        left = off - shapes @ np.linalg.lstsq(shapes, off)[0]
-        residual_mm = float(np.sqrt(np.mean((root @ left) ** 2)))
+        off, shapes = np.linalg.solve(root, evidence.level_mm - mean_mm), np.linalg.solve(root, basis[:components].T)
+        residual = off - shapes @ np.linalg.lstsq(shapes, off)[0]
+        residual_mm = float(np.sqrt(np.mean((root @ residual) ** 2)))
         noise_mm = float(np.sqrt(covariance.trace() / stations))
-        possible = bool(left @ left <= chi2.ppf(POSSIBLE, stations - kept))
-        reach = BasisReach(residual_mm, noise_mm, possible, kept)
+        possible = bool(residual @ residual <= chi2.ppf(POSSIBLE, stations - components))
+        reach = BasisReach(residual_mm, noise_mm, possible, components)
         if possible:
             break
     return reach
 
 
-class _Held:
+class _Misfit:
     """An emulator compared with readings, for one size of the model discrepancy."""
 
     def __init__(self, emulator: Emulator, evidence: ReadLevels, discrepancy_mm: float) -> None:
@@ -88,14 +88,14 @@ class _Held:
     def misfit(self, mean: Floats, variance: Floats, relative: Floats) -> tuple[Floats, Floats]:
         """Return squared misfit and ln of the covariance's determinant, (m,), by the lemmas for low-rank updates."""
         size = 1 + relative[:, None] * np.maximum(self.scatter, 0.0)
-        left = self.off - mean @ self.shapes.T
+        residual = self.off - mean @ self.shapes.T
         spread = INFLATED * np.sqrt(variance)
         across = (self.shapes.T / size[:, None, :]) @ self.shapes
         inner = np.eye(len(self.shapes.T)) + spread[:, :, None] * across * spread[:, None, :]
-        seen = ((left / size) @ self.shapes) * spread
-        explained = np.einsum("mk,mk->m", seen, np.linalg.solve(inner, seen[:, :, None])[:, :, 0])
+        projected = ((residual / size) @ self.shapes) * spread
+        explained = np.einsum("mk,mk->m", projected, np.linalg.solve(inner, projected[:, :, None])[:, :, 0])
         log_size = self.log_size + np.log(size).sum(axis=1) + np.linalg.slogdet(inner)[1]
-        return (left**2 / size).sum(axis=1) - explained, log_size
+        return (residual**2 / size).sum(axis=1) - explained, log_size
 
 
 @dataclass(frozen=True)
@@ -112,9 +112,9 @@ class Posterior:
         return DISCREPANCIES_MM if len(self.evidence) > 1 else DISCREPANCIES_MM[:1]
 
     @cached_property
-    def _held(self) -> list[list[_Held]]:
+    def _misfits(self) -> list[list[_Misfit]]:
         pairs = list(zip(self.emulators, self.evidence, strict=True))
-        return [[_Held(*pair, float(size)) for pair in pairs] for size in self.discrepancies_mm]
+        return [[_Misfit(*pair, float(size)) for pair in pairs] for size in self.discrepancies_mm]
 
     def _expected(self, points: Floats) -> list[tuple[Floats, Floats, Floats]]:
         return [(*one.processes.at(points), one.scatter.relative(points)) for one in self.emulators]
@@ -123,11 +123,11 @@ class Posterior:
         """Return ln of the density up to a constant, for each size of the model discrepancy, (sizes, m)."""
         inside = ((points >= 0) & (points <= 1)).all(axis=1)
         prior = sum(free.log_prior(column) for free, column in zip(self.frees, np.clip(points, 0, 1).T, strict=True))
-        seen = self._expected(points)
+        expected = self._expected(points)
         rows = []
-        for size_mm, held in zip(self.discrepancies_mm, self._held, strict=True):
+        for size_mm, fits in zip(self.discrepancies_mm, self._misfits, strict=True):
             total = prior - (size_mm / DISCREPANCY_MM) ** 2 / 2
-            for one, predicted in zip(held, seen, strict=True):
+            for one, predicted in zip(fits, expected, strict=True):
                 square, log_size = one.misfit(*predicted)
                 total = total - (square + log_size) / 2
             rows.append(np.where(inside, total, -np.inf))
@@ -144,8 +144,8 @@ class Posterior:
         from scipy.stats import chi2
 
         ratios = [
-            held.misfit(*one)[0] / chi2.ppf(POSSIBLE, len(held.off))
-            for held, one in zip(self._held[0], self._expected(points), strict=True)
+            fit.misfit(*one)[0] / chi2.ppf(POSSIBLE, len(fit.off))
+            for fit, one in zip(self._misfits[0], self._expected(points), strict=True)
         ]
         return np.max(ratios, axis=0)
 
@@ -185,9 +185,9 @@ class Posterior:
                 walkers[moving] = np.where(taken[:, None], tried, walkers[moving])
                 here[moving] = np.where(taken, there, here[moving])
             chain.append(walkers.copy())
-        kept = np.array(chain[steps // 2 :])
-        flat = kept.reshape(-1, dimensions)
-        return flat[np.linspace(0, len(flat) - 1, count).astype(int)], _mixing(kept)
+        sampled = np.array(chain[steps // 2 :])
+        flat = sampled.reshape(-1, dimensions)
+        return flat[np.linspace(0, len(flat) - 1, count).astype(int)], _mixing(sampled)
 
 
 def _mixing(chain: Floats) -> float:

@@ -118,16 +118,16 @@ class Calibrated:
     def _impossible(self) -> list[str]:
         sentences = [
             f"{name}: residual {reach.residual_mm:.2g} mm, noise {reach.noise_mm:.2g}: the model cannot reproduce this "
-            "trial. No sum of the shapes of its runs makes these readings."
+            "trial. No combination of its runs reproduces these readings."
             for name, reach in self.reaches
             if not reach.possible
         ]
         if self.least_implausibility > 1:
             sentences.append(
-                f"No setting of the ranges makes these readings: the nearest misses by {self.least_implausibility:.2g} "
-                "times what readings, runs and emulator allow."
+                f"No setting within the ranges reproduces these readings: the closest misses by "
+                f"{self.least_implausibility:.2g} times what readings, runs and emulator allow."
             )
-        return [*sentences, "There is no posterior. Widen the ranges, free another setting, or question the readings."]
+        return [*sentences, "There is no posterior. Widen the ranges, free another setting, or check the readings."]
 
     @property
     def advice(self) -> list[str]:
@@ -149,20 +149,20 @@ class Calibrated:
         sentences = [*self.warned]
         if self.emulated:
             sentences.append(
-                "EMULATED: readings that nobody measured are among those that were used. This shows how the method "
-                "finds what such readings were made from, and says nothing of a paste."
+                "EMULATED: some of these readings were computed, not measured. This shows how well the method recovers "
+                "the settings behind such readings; it is no evidence about a paste."
             )
         if self.mixing > MIXED:
             sentences.append(
                 f"The draws have not mixed (ratio of variances {self.mixing:.2f}, at most {MIXED:g} is sound): the "
-                "intervals are not to be trusted."
+                "intervals are unreliable."
             )
         if self.unused:
             reasons = "; ".join(sorted({reason for _, _, reason in self.unused})[:3])
-            sentences.append(f"{len(self.unused)} runs are in no emulator. {reasons}")
+            sentences.append(f"{len(self.unused)} runs are not used by the emulator. {reasons}")
         sentences += [
-            f"{one.trial}, held out: only {percent(one.held, 0)} of the stations lie in the 95 % band. The material "
-            "does not carry over to this trial."
+            f"{one.trial}, held out: only {percent(one.held, 0)} of the stations are in the 95 % band. The "
+            "calibrated material does not fit this trial."
             for one in self.predictions
             if one.role == "held out" and one.held < HELD
         ]
@@ -174,7 +174,7 @@ def _capital(text: str) -> str:
 
 
 def _verdict(one: Marginal) -> str:
-    share = f"{percent(one.width_over_prior, 0)} of the width beforehand"
+    share = f"{percent(one.width_over_prior, 0)} of the prior width"
     return f"identified, {share}" if one.identified else f"not identified, {share}"
 
 

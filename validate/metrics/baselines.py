@@ -128,25 +128,25 @@ def against_baselines(
     the number of compared stations, None if it is unknown.
     """
     simulated = {
-        "held-out": "the simulation, which has not seen the readings,",
-        "calibrated-on": "the simulation, of which nobody declared what was fitted,",
+        "held-out": "the simulation, made without the readings,",
+        "calibrated-on": "the simulation, with undeclared fitted settings,",
         "undeclared": "the simulation",
     }[role]
     if role != "held-out" and fitted is not None:
         simulated = f"the simulation, with {counted(fitted, 'setting') if fitted else 'no setting'} fitted,"
     if not baselines:
-        return f"{simulated[0].upper()}{simulated[1:]} is {error_mm:.2f} mm off; no baseline is known."
+        return f"{simulated[0].upper()}{simulated[1:]} is {error_mm:.2f} mm off; there is no baseline."
     first, *others = baselines
     rest = "".join(f", {one.name} {one.mean_error_mm:.2f} mm" for one in others)
     text = f"{first.name[0].upper()}{first.name[1:]} is {first.mean_error_mm:.2f} mm off{rest}; {simulated} "
     text += f"{error_mm:.2f} mm."
     if role != "held-out" and fitted and stations is not None and fitted >= stations:
         text += (
-            f" So many settings can fit any readings exactly: a curve with {fitted} numbers would meet all {stations} "
-            "stations."
+            f" So many settings can fit any readings exactly: a curve with {fitted} numbers passes through all "
+            f"{stations} stations."
         )
     elif beaten(error_mm, baselines, role, fitted) is False:
         unseen = role == "held-out" or fitted == 0
-        peer = "a baseline that has not seen them" if unseen else "a curve with no more numbers"
-        text += f" The simulation meets these readings no better than {peer}."
+        peer = "a baseline made without them" if unseen else "a curve with no more numbers"
+        text += f" The simulation is no closer to these readings than {peer}."
     return text

@@ -118,7 +118,7 @@ def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
     if x.ndim != 1 or x.shape != y.shape or len(x) < 2:
         raise InputError(f"A curve needs two or more points, as many x as y; found {x.shape} and {y.shape}.")
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
-        raise InputError("A curve holds NaN or infinity. Leave missing stations out.")
+        raise InputError("A curve contains NaN or infinity. Leave out missing stations.")
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
     if (np.diff(x) == 0).any():

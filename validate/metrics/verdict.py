@@ -82,14 +82,14 @@ def judged(
     passed, outcome = None if gate is None else False, "undecided"
     if m.escaped_particles:
         passed, outcome = False, "failed"
-        sentences = (f"{leak(m.escaped_particles)}: a mean error of {m.mean_error_mm:.3f} mm means nothing.",)
+        sentences = (f"{leak(m.escaped_particles)}: the mean error of {m.mean_error_mm:.3f} mm is invalid.",)
     elif edited:
         sentences = (f"{edited_by_hand(edited)}: no verdict.",)
     elif screening:
         passed, outcome = None, "open"
         not_judged = "" if gate is None else f" The gate of {gate.mean_error_mm:g} mm is not judged."
-        found = f"Mean error {_with_interval(m, uncertainty)}."
-        sentences = NO_VERDICT + not_judged, found, beside_baselines(m), _use_of_readings(m)
+        figures = f"Mean error {_with_interval(m, uncertainty)}."
+        sentences = NO_VERDICT + not_judged, figures, beside_baselines(m), _use_of_readings(m)
         gate = None
     elif not m.enough_readings:
         outcome = "open" if gate is None else "undecided"
@@ -126,7 +126,7 @@ def _with_interval(m: LevelMetrics, uncertainty: ErrorUncertainty | None) -> str
     if uncertainty is None:
         return f"{m.mean_error_mm:.2f} mm"
     low_mm, high_mm = uncertainty.mean_error_interval_mm
-    unknown = "" if uncertainty.budget.scatter_known else ", their scatter not known"
+    unknown = "" if uncertainty.budget.scatter_known else ", their scatter unknown"
     return f"{m.mean_error_mm:.2f} mm ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the readings{unknown})"
 
 
@@ -142,7 +142,7 @@ def _held_against(
     figures += f", at most {gate.mean_error_mm:g} mm ({reason})"
     low_mm, high_mm = (math.inf, 0.0) if uncertainty is None else uncertainty.mean_error_interval_mm
     if low_mm <= gate.mean_error_mm <= high_mm:
-        return passed, "undecided", f"Gate in doubt: {figures}; the readings cannot tell whether it is kept."
+        return passed, "undecided", f"Gate in doubt: {figures}; the readings cannot decide whether it is kept."
     return passed, "passed" if passed else "failed", f"Gate {'kept' if passed else 'missed'}: {figures}."
 
 
@@ -164,17 +164,17 @@ def _role_sentence(m: LevelMetrics) -> str:
     readings = "readings" if m.readings_data == "measured" else f"{m.readings_data} readings"
     if m.role == "calibrated-on":
         if m.fitted == ():
-            return f"Calibrated on these {readings} (no setting was fitted, as was declared): no test."
-        what = "what was fitted is not declared"
+            return f"Calibrated on these {readings} (declared: no setting was fitted): not a test."
+        what = "the fitted settings are not declared"
         if m.fitted:
             count = counted(m.stations_compared, "station")
             what = f"fitted at {count}: {', '.join(map(setting_name, m.fitted))}"
-        return f"Calibrated on these {readings} ({what}): the error is what that left over, no test."
+        return f"Calibrated on these {readings} ({what}): so this error is the residual of the fit, not a test."
     if m.role == "held-out" and m.lab_searched:
-        return f"Held out: these {readings} stand in no study and no calibration of the lab's catalogue."
+        return f"Held out: no study and no calibration in the lab's catalogue uses these {readings}."
     if m.role == "held-out":
-        return f"Held out, as was declared: no lab's catalogue was there to search for these {readings}."
-    return f"Neither calibrated nor held out: nobody declared what these {readings} were used for."
+        return f"Held out, as declared; there was no lab catalogue to check for other uses of these {readings}."
+    return f"Neither calibrated nor held out: the use of these {readings} is not declared."
 
 
 def edited_by_hand(names: Sequence[str]) -> str:

@@ -43,12 +43,12 @@ from validate.readings.table_rows import blocks, columns_named, find_header, is_
 from validate.settings import Columns, Declared, Quantity
 
 SAY = (
-    "Say which is which, by letters: s (of a fill: mass) and levels in pairing.csv; or as [readings.columns] "
+    "Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv; or [readings.columns] "
     's = "A", levels = ["B", "C"] in lab.toml or the trial.'
 )
-SAY_UNIT = 'Say it: [readings] unit = "mm", or in pairing.csv.'
-SAY_FILL_UNIT = 'Say it in pairing.csv: unit = mm of levels, mass = "A g" of masses.'
-CORRECT = "Correct the one that is wrong."
+SAY_UNIT = 'Set it: [readings] unit = "mm", or in pairing.csv.'
+SAY_FILL_UNIT = 'Set it in pairing.csv: unit = mm for levels, mass = "A g" for masses.'
+CORRECT = "Correct the wrong one."
 Mass = Literal["", "g", "kg"]
 MOST_SHOWN = 12
 
@@ -103,7 +103,7 @@ class _HeaderReader:
         self.given = declared.columns or Columns()
         self.rows, self.left_out, self.unmet = table_rows(grid, self.given)
         if len(self.rows) < 2:
-            remedy = "Is it this sheet? Name another: [readings] sheet, or range."
+            remedy = "If it is the wrong sheet or range, set [readings] sheet or [readings.columns] range."
             raise refuse(grid.place(), "no rows of readings.", remedy)
         header = find_header(self.rows, grid.merged, self.given)
         self.first, self.names = header.first, header.names
@@ -113,13 +113,13 @@ class _HeaderReader:
         self.body, in_cells = units_in_cells(body[1:] if below else body)
         self.units = in_cells | below
 
-    def _ask(self, found: str, remedy: str, value: str | None = None, column: Column | None = None) -> None:
+    def _ask(self, finding: str, remedy: str, value: str | None = None, column: Column | None = None) -> None:
         """Add a fault of the header, or of one of its columns."""
         at, name = (None, None) if column is None else (column.index, column.name)
-        self.faults.add(self.grid.place(self.number, at, name), found, remedy, value)
+        self.faults.add(self.grid.place(self.number, at, name), finding, remedy, value)
 
-    def _refused(self, found: str, remedy: str, value: str | None = None) -> SheetFaults:
-        return refuse(self.grid.place(self.number), found, remedy, value)
+    def _refused(self, finding: str, remedy: str, value: str | None = None) -> SheetFaults:
+        return refuse(self.grid.place(self.number), finding, remedy, value)
 
     def read(self) -> Header:
         columns = self._one_table(self._columns())
@@ -135,15 +135,15 @@ class _HeaderReader:
             if len(twice) > 1:
                 self._ask(f"{_names(twice)} both name the {what}.", SAY)
         if repeat is not None and len(readings) > 1:
-            found = f"column {_names([repeat])} numbers the repeats of one column, and there are {_names(readings)}."
-            self._ask(found, "Name those that are readings of one station: [readings.columns] levels, or repeat.")
+            finding = f"column {_names([repeat])} numbers repeats, but there are several columns: {_names(readings)}."
+            self._ask(finding, "List the columns of readings: [readings.columns] levels, or correct repeat.")
         used = [stations[0], *readings]
         self._check_numbers(readings)
         self._check_factors(used)
         for column in used:
             if (word := self.other_units.get(column.index)) is not None:
-                found = f"{quoted(word)}, below {quoted(column.name)}, is no unit of length that is known."
-                self._ask(found, "Name the columns that are read: [readings.columns] levels.", word)
+                finding = f"{quoted(word)}, below {quoted(column.name)}, is not a supported unit of length."
+                self._ask(finding, "List the columns of readings: [readings.columns] levels.", word)
         skipped = by_role["skipped"]
         taken = {column.index for column in columns} - {column.index for column in skipped}
         of_units = columns_of_units(self.names, taken, self.body)
@@ -177,8 +177,8 @@ class _HeaderReader:
         which = f"no column of {along}" if not stations else "no column of readings"
         beside = f" beside {_names(stations)}" if stations else ""
         if (line := _line_by_blanks(self.rows, self.grid.separator)) is not None:
-            found = f"{which}{beside}: its columns are divided by blanks only, as in {quoted(line)}."
-            return self._refused(found, "Save it with semicolons or tabs between the columns, or as XLSX.")
+            finding = f"{which}{beside}: its columns are separated only by blanks, as in {quoted(line)}."
+            return self._refused(finding, "Save it with semicolons or tabs between the columns, or as XLSX.")
         filled = {at for row in self.body[:3] for at, cell in enumerate(row.cells) if cell != BLANK}
         shown = []
         for at in sorted({*self.names, *filled})[:MOST_SHOWN]:
@@ -196,9 +196,9 @@ class _HeaderReader:
             if reference is None:
                 continue
             if not (columns := columns_named(names, reference)):
-                known = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
-                found = f"{reference!r:.80} is no column, or both a letter and another's name, among {known}."
-                raise self._refused(found, 'Write a letter as "B:B" where a column has it for a name.', reference)
+                all_names = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
+                finding = f"{reference!r:.80} is not a column, or both a letter and another's name; names: {all_names}."
+                raise self._refused(finding, 'If a letter is also the name of a column, write it as "B:B".', reference)
             for at in columns:
                 name = names.get(at, "")
                 number = f"{1 + sum(other.role == role for other in roles.values())}" if role == "reading" else None
@@ -240,9 +240,9 @@ class _HeaderReader:
         for column in unknown:
             span, lettered = next(span for span in spans if column.index in span), column.name == letters(column.index)
             if lettered or not own_block or own_block & set(span):
-                found = f"column {quoted(column.name)} is unknown, and holds numbers."
-                found = f"column {column.name} holds numbers and has no name." if lettered else found
-                self._ask(found, SAY, column.name)
+                finding = f"column {quoted(column.name)} has an unknown name and contains numbers."
+                finding = f"column {column.name} contains numbers and has no name." if lettered else finding
+                self._ask(finding, SAY, column.name)
 
     def _one_table(self, columns: list[Column]) -> list[Column]:
         """Return the first of several tables side by side, each with stations and readings, and add a fault."""
@@ -251,7 +251,7 @@ class _HeaderReader:
         if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
             return columns
         spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
-        remedy = f'Say which is meant: [readings.columns] range = "{spans[0]}", or in pairing.csv.'
+        remedy = f'Select one: [readings.columns] range = "{spans[0]}", or in pairing.csv.'
         self._ask(f"{len(tables)} tables side by side, in columns {' and '.join(spans)}.", remedy)
         return tables[0]
 
@@ -260,8 +260,8 @@ class _HeaderReader:
         for label in dict.fromkeys(column.number for column in readings):
             columns = [column for column in readings if column.number == label]
             if label is None and len(readings) > 1:
-                found = f"{_names(columns)}: no number, and there are {len(readings)} columns of readings."
-                self._ask(found, f"Is one of them a mean? {SAY}", columns[0].name)
+                finding = f"{_names(columns)}: no number, and there are {len(readings)} columns of readings."
+                self._ask(finding, f"Is one of them a mean? {SAY}", columns[0].name)
             elif len(columns) > 1:
                 self._ask(f"repeat {label} occurs twice: {_names(columns)}.", SAY, columns[1].name)
 
@@ -280,13 +280,13 @@ class _HeaderReader:
             if factor is None and alone and column.role == "reading":
                 factor = f"{ten}"
             if factor is not None:
-                found = f"{quoted(column.name)}: {quoted(factor)} may be their unit, or how finely they were read."
+                finding = f"{quoted(column.name)}: {quoted(factor)} may be a factor of the unit, or the resolution."
                 remedy = (
-                    "Write [1/10 mm] or [1/100 mm] for tenths or hundredths, and a unit without a number for whole "
-                    'ones; or answer readings.as_written = ["unit"] if the number is none of the unit.'
+                    "Write [1/10 mm] or [1/100 mm] for readings in tenths or hundredths, and a unit without a number "
+                    'for millimetres; if the number is no factor, set readings.as_written = ["unit"].'
                 )
                 place = self.grid.place(self.number, column.index)
-                self.faults.add(place, found, remedy, factor)
+                self.faults.add(place, finding, remedy, factor)
 
     def _quantity(self, readings: Sequence[Column]) -> Quantity | None:
         declared = self.declared.quantity
@@ -294,14 +294,13 @@ class _HeaderReader:
         quantity: Quantity | None = next(iter(named)) if named else declared
         nameless = [column for column in readings if column.quantity is None]
         if len(named) > 1:
-            self._ask("level and depth columns in one sheet.", "Name those that are read: [readings.columns] levels.")
+            self._ask("level and depth columns in one sheet.", "List those to read: [readings.columns] levels.")
         elif declared not in (None, quantity):
-            self._ask(f'the header names {quantity}, and [readings] quantity = "{declared}".', CORRECT)
+            self._ask(f'the header names {quantity}, but [readings] quantity = "{declared}".', CORRECT)
         elif nameless and declared is None:
             self._ask(
                 f"{_names(nameless)}: neither header nor trial file states whether readings count upward or downward.",
-                'Say it: [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or '
-                "down.",
+                'Set [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or down.',
             )
         return quantity
 
@@ -322,8 +321,8 @@ class _HeaderReader:
             used = self._in_unit(used, declared)
         else:
             used = [*self._in_unit(used[:1], self.mass or None), *self._in_unit(used[1:], declared)]
-        known = [GRAMS if self.mass is not None else MM, *(MM for _ in used[1:])]
-        if nameless := [column for column, units in zip(used, known, strict=True) if column.unit not in units]:
+        factors = [GRAMS if self.mass is not None else MM, *(MM for _ in used[1:])]
+        if nameless := [column for column, units in zip(used, factors, strict=True) if column.unit not in units]:
             self._ask(f"{_names(nameless)}: no unit.", SAY_UNIT if self.mass is None else SAY_FILL_UNIT)
         return used
 
@@ -334,8 +333,8 @@ class _HeaderReader:
             own = [unit for unit in (column.unit, self.units.get(column.index)) if unit is not None]
             units = [*own, declared] if declared is not None and (whole or not own) else own
             if len(set(units)) > 1:
-                found = f"{' and '.join(units)}: the header, units below it and readings.unit differ."
-                self._ask(found, CORRECT, column=column)
+                finding = f"{' and '.join(units)}: the header, units below it and readings.unit differ."
+                self._ask(finding, CORRECT, column=column)
             with_units.append(replace(column, unit=units[0] if units else None, unit_declared=bool(units) and not own))
         return with_units
 
@@ -357,28 +356,30 @@ class _HeaderReader:
             if one.unit == column.unit and one.unit is not None:
                 continue
             value, turned = one.row.cell(one.column).text, self.grid.turned
-            remedy = "Write all of the column in one unit, that of its header and of readings.unit."
+            remedy = "Write the whole column in one unit, that of its header and of readings.unit."
             if one.written == "%":
-                found = f"{quoted(value)} has the format of percentages, and shows {float(value) * 100:.12g} %."
-                remedy = "Give the column the format of numbers, and check the readings."
+                finding = (
+                    f"{quoted(value)} has the format of percentages, and is displayed as {float(value) * 100:.12g} %."
+                )
+                remedy = "Format the column as numbers, and check the readings."
             else:
                 at = f"column {letters(one.at)}" if turned is None else f"row {turned[one.at]}"
                 by = "the format of the number" if one.at == one.column else at
                 other = f"and the others are in {column.unit}" if column.unit else "and no other unit is given"
                 if one.unit is None:
-                    other = "which is no unit of length that is known"
-                found = f"{quoted(value)} is in {quoted(one.written)} by {by}, {other}."
-            self.faults.add(self.grid.place(one.row.number, one.column, column.name), found, remedy, value)
+                    other = "which is not a supported unit of length"
+                finding = f"{quoted(value)} is in {quoted(one.written)} by {by}, {other}."
+            self.faults.add(self.grid.place(one.row.number, one.column, column.name), finding, remedy, value)
 
     def _check_units_of_remarks(self, remarks: Sequence[SheetRow], used: Sequence[Column]) -> None:
         """Add a fault for a line above or below the table that names another unit than the columns have."""
-        known = {column.unit for column in used}
+        of_columns = {column.unit for column in used}
         for row in remarks:
             text = " ".join(cell.text for cell in row.cells if cell.text)
             named = units_named(text)
-            if named and not named & (known - {None}) and any(known):
-                found = f"{quoted(text)}, and the columns are in {' and '.join(sorted(filter(None, known)))}."
-                self.faults.add(self.grid.place(row.number), found, "Correct this line, a header or readings.unit.")
+            if named and not named & (of_columns - {None}) and any(of_columns):
+                finding = f"{quoted(text)}, but the columns are in {' and '.join(sorted(filter(None, of_columns)))}."
+                self.faults.add(self.grid.place(row.number), finding, "Correct this line, a header or readings.unit.")
 
 
 def _names(columns: Sequence[Column]) -> str:

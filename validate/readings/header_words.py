@@ -78,12 +78,12 @@ def meaning(name: str) -> ColumnMeaning | None:
     plain = TOWARD.sub(lambda toward: "upward" if toward["up"] else "downward", _plain(name))
     dial = _dial_unit(plain)
     plain = DIAL_UNIT.sub(" ", plain)
-    found = WORD.findall(plain)
-    numbers = [word for word in found if word.isdigit()]
-    units: set[ColumnUnit] = {UNITS[word] for word in found if word in UNITS}
+    parts = WORD.findall(plain)
+    numbers = [word for word in parts if word.isdigit()]
+    units: set[ColumnUnit] = {UNITS[word] for word in parts if word in UNITS}
     if dial is not None:
         units.add(dial)
-    words = {word for word in found if not word.isdigit() and word not in UNITS}
+    words = {word for word in parts if not word.isdigit() and word not in UNITS}
     if INCH.search(plain):
         units.add("inch")
         words.discard("in")
@@ -98,8 +98,8 @@ def meaning(name: str) -> ColumnMeaning | None:
     if words & MASS:
         return ColumnMeaning("mass", unit, factor=factor or _number_at_unit(plain))
     if words & STATION:
-        known = words <= STATION | OF_STATION and (not numbers or factor or _number_at_unit(plain))
-        return ColumnMeaning("station", unit, factor=factor or _number_at_unit(plain)) if known else None
+        is_station = words <= STATION | OF_STATION and (not numbers or factor or _number_at_unit(plain))
+        return ColumnMeaning("station", unit, factor=factor or _number_at_unit(plain)) if is_station else None
     if (
         not words & (DEPTH | LEVEL | REPEAT | VALUE)
         or not words <= DEPTH | LEVEL | REPEAT | VALUE | COUNTER | OF_READING
@@ -122,26 +122,26 @@ def _plain(name: str) -> str:
 
 def _dial_unit(plain: str) -> ColumnUnit | None:
     """Return tenths or hundredths of a millimetre if plain letters name them, else None."""
-    found = DIAL_UNIT.search(plain)
-    return None if found is None else "1/10 mm" if "10" in found.groups() else "1/100 mm"
+    match = DIAL_UNIT.search(plain)
+    return None if match is None else "1/10 mm" if "10" in match.groups() else "1/100 mm"
 
 
 def factor_in(name: str) -> str | None:
     """Return the part of a name that may multiply its unit, as "0,1 mm" or "x10"; None for units as 1/10 mm."""
-    found = FACTOR.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
-    return None if found is None else found[0].strip("[( ")
+    match = FACTOR.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
+    return None if match is None else match[0].strip("[( ")
 
 
 def _number_at_unit(plain: str) -> str | None:
     """Return a number before a unit, the only number that names of stations and masses may contain; else None."""
-    found = NUMBER_AT_UNIT.search(plain)
-    return None if found is None else found[0]
+    match = NUMBER_AT_UNIT.search(plain)
+    return None if match is None else match[0]
 
 
 def ten_at_unit(name: str) -> int | None:
     """Return the number from 10 on before a unit in a name: it may be a factor or the number of a repeat."""
-    found = NUMBER_AT_UNIT.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
-    return int(found[1]) if found is not None and len(found[1]) in (2, 3, 4) else None
+    match = NUMBER_AT_UNIT.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
+    return int(match[1]) if match is not None and len(match[1]) in (2, 3, 4) else None
 
 
 def unit_of(text: str) -> ColumnUnit | None:
@@ -177,19 +177,21 @@ def units_named(text: str) -> set[ColumnUnit | None]:
     parts = [part for part in re.split(r"[\s:;=,()\[\]]+", plain) if part]
     # M and G are initials, and "in" is a preposition, unless a word for unit stands before them.
     last = parts[-1:] if words & OF_UNITS else []
-    told = [part for part in parts if len(part.strip(".")) > 1 and part != "in"] + last
+    candidates = [part for part in parts if len(part.strip(".")) > 1 and part != "in"] + last
     if not words & OF_UNITS:
         # A unit behind a number is that of the number.
-        told = [part for before, part in pairwise(["", *parts]) if part in told and not before[-1:].isdigit()]
-    return {unit for part in told if (unit := unit_of(part)) is not None}
+        candidates = [
+            part for before, part in pairwise(["", *parts]) if part in candidates and not before[-1:].isdigit()
+        ]
+    return {unit for part in candidates if (unit := unit_of(part)) is not None}
 
 
 def unit_in(name: str) -> ColumnUnit | None:
     """Return the unit in brackets or at the end of a name, even if its other words are unknown; None without a unit."""
     if (dial := _dial_unit(_plain(name[-LONGEST_NAME:]))) is not None:
         return dial
-    found = [*IN_BRACKETS.findall(name[-LONGEST_NAME:]), *UNIT_AT_END.findall(name[-LONGEST_NAME:])]
-    return next((unit for text in found if (unit := unit_of(text)) is not None), None)
+    texts = [*IN_BRACKETS.findall(name[-LONGEST_NAME:]), *UNIT_AT_END.findall(name[-LONGEST_NAME:])]
+    return next((unit for text in texts if (unit := unit_of(text)) is not None), None)
 
 
 def quantity_in(name: str) -> Quantity | None:

@@ -45,8 +45,10 @@ def read_worksheets(path: Path, content: bytes) -> list[Worksheet]:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             size_bytes = archive.getinfo(CONTENT).file_size
             if size_bytes > LARGEST_CONTENT_BYTES:
-                found = f"unpacks to {size_bytes / 1e6:.0f} MB; at most {LARGEST_CONTENT_BYTES / 1e6:.0f} MB are read."
-                raise refuse(Place(path), found, "Take other tables out of it, or save it as CSV.")
+                finding = (
+                    f"unpacks to {size_bytes / 1e6:.0f} MB; at most {LARGEST_CONTENT_BYTES / 1e6:.0f} MB are read."
+                )
+                raise refuse(Place(path), finding, "Remove other tables from it, or save it as CSV.")
             root = fromstring(archive.read(CONTENT))
         hidden, struck, flat = set[str](), set[str](), set[str]()
         for style in root.iter(f"{STYLE}style"):
@@ -61,8 +63,8 @@ def read_worksheets(path: Path, content: bytes) -> list[Worksheet]:
         zipfile.BadZipFile, KeyError, ParseError, DefusedXmlException, zlib.error, EOFError, ValueError,
         NotImplementedError, RuntimeError,
     ) as fault:  # fmt: skip
-        found = f"damaged, or no ODS ({type(fault).__name__}: {str(fault)[:100]!r})."
-        raise refuse(Place(path), found, SAVE_AGAIN) from fault
+        finding = f"damaged, or not an ODS ({type(fault).__name__}: {str(fault)[:100]!r})."
+        raise refuse(Place(path), finding, SAVE_AGAIN) from fault
 
 
 def _sheet(table: Element, hidden: bool, struck: set[str], flat: set[str]) -> Worksheet:

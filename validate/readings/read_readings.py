@@ -61,9 +61,9 @@ def read_readings(
     if length_mm is not None and settings.columns is not None and settings.columns.s_from == "second":
         cells = cells.from_other_end(length_mm)
     s_mm, levels_mm = cells.s_mm, cells.levels_mm
-    if len(s_mm) < 2 and not faults.kept:
-        found = f"{counted(len(s_mm), 'station')} with a reading; a level along the crack needs two or more."
-        faults.add(grid.place(), found, "Add the others.")
+    if len(s_mm) < 2 and not faults.faults:
+        finding = f"{counted(len(s_mm), 'station')} with a reading; at least two are needed."
+        faults.add(grid.place(), finding, "Add further stations.")
     faults.raise_if_any()
     data = "undeclared"
     if isinstance(settings, Readings):
@@ -100,7 +100,7 @@ def take_readings(
     for row, (s_mm, *readings_mm) in enumerate(table.tolist()):
         place, levels_mm = Place(Path(f"{name}, row {row}")), level_mm(np.array(readings_mm), quantity, settings)
         if not np.isfinite(s_mm) or np.isinf(levels_mm).any():
-            faults.add(place, "a place or a reading that is not a finite number.", "A missing reading is NaN.")
+            faults.add(place, "a position or a reading is not a finite number.", "Use NaN for a missing reading.")
         elif crack is not None:
             crack.check_station(place, f"{s_mm:g}", s_mm, faults)
             for one_mm in levels_mm[np.isfinite(levels_mm)]:
@@ -112,7 +112,7 @@ def take_readings(
     faults.raise_if_any()
     cells = _cells_of(stations, quantity, settings)
     if len(cells.s_mm) < 2 or (np.diff(cells.s_mm) <= 0).any():
-        raise InputError(f"{name}: {len(cells.s_mm)} stations with a reading; give two or more, each place once.")
+        raise InputError(f"{name}: {len(cells.s_mm)} stations with a reading; give two or more, each position once.")
     doubts = (
         in_words(doubt, f"{name}, cell {cell_name(doubt.row, doubt.column)}")
         for doubt in unanswered(screened(cells, depth_mm, None), settings)
@@ -137,11 +137,11 @@ class CrackLimits:
             furthest_mm = self.length_mm + max(SLACK_MM, 0.03 * self.length_mm)
             extent = f"0 to {self.length_mm:.1f} mm along its centreline"
         if not -SLACK_MM <= s_mm <= furthest_mm:
-            found = f"{s_mm:.12g} mm is outside the crack, {extent}."
+            finding = f"{s_mm:.12g} mm is outside the crack, {extent}."
             faults.add(
                 place,
-                found,
-                "Check the unit, from which end s is counted, and that the whole crack was traced.",
+                finding,
+                "Check the unit, the end at which s is 0, and that the whole crack was traced.",
                 written,
             )
 
@@ -152,8 +152,8 @@ class CrackLimits:
         if not lowest_mm <= level_mm <= highest_mm:
             faults.add(
                 place,
-                f"{written} is a level of {level_mm:g} mm from the face; {lowest_mm:g} to {highest_mm:g} mm is "
-                f"possible in a crack {self.depth_mm:g} mm deep.",
+                f"{written} is a level of {level_mm:g} mm from the face; in a crack {self.depth_mm:g} mm deep, "
+                f"{lowest_mm:g} to {highest_mm:g} mm is possible.",
                 "Level counts upward, depth downward: check the column's name, its unit and the datum.",
                 written,
             )
@@ -251,8 +251,8 @@ class TableReader:
             elif row != last_row or column != last_column:
                 self.faults.add(
                     self.grid.place(row, column),
-                    f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged, and hold one value.",
-                    "Does it stand for all of them? Skip these rows, [readings.columns] skip, or unmerge a copy.",
+                    f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged with one value.",
+                    "Skip these rows, [readings.columns] skip, or unmerge the cells in a copy.",
                 )
         return merged
 
@@ -267,8 +267,8 @@ class TableReader:
         cells = [cell_name(row.number, column.index) for row, column, cell in self._used if cell.kind == "formula"]
         if cells:
             span = cells[0] if len(cells) == 1 else f"{cells[0]} to {cells[-1]}"
-            found = f"{counted(len(cells), 'formula')} without a stored result, {span}."
-            self.faults.add(self.grid.place(), found, "Open the workbook in a spreadsheet program and save it.")
+            finding = f"{counted(len(cells), 'formula')} without a stored result, {span}."
+            self.faults.add(self.grid.place(), finding, "Open the workbook in a spreadsheet program and save it.")
 
     @cached_property
     def mark(self) -> Decimal | None:
@@ -282,8 +282,8 @@ class TableReader:
             row, column, text = doubtful[0]
             self.faults.add(
                 self._place(row, column),
-                f"{text!r} is {text.replace(',', '.')}, or {text.replace(',', '').replace('.', '')} with its thousands "
-                f"set apart; {len(doubtful)} such here, and no other number decides it.",
+                f"{text!r} is {text.replace(',', '.')}, or {text.replace(',', '').replace('.', '')} with a thousands "
+                f"separator; {len(doubtful)} such numbers, and no other number decides it.",
                 'Declare [readings] decimal = "comma" or "point".',
                 text,
             )
@@ -298,7 +298,7 @@ class TableReader:
         if filled <= {column.index for column in header.skipped}:
             return None
         cell = merged.get(row.number, row.cell(column.index))
-        s_mm = self._in_mm(row, column, cell, "Give every row its station.")
+        s_mm = self._in_mm(row, column, cell, "Write a station into every row.")
         if s_mm is not None and self.crack is not None and column.unit is not None:
             self.crack.check_station(self._place(row, column), cell.text, s_mm, self.faults)
         label = None if header.repeat is None else self._repeat(row, header.repeat)
@@ -313,15 +313,15 @@ class TableReader:
         self.faults.add(
             self.grid.place(row.number),
             f"{counted(max(row.width, len(row.cells)), 'field')} under {counted(width, 'column')}.",
-            "Are these decimal commas between commas? Save it with semicolons, or with decimal points.",
+            "If these are decimal commas, save the sheet with semicolons between fields, or with decimal points.",
         )
         return False
 
     def _repeat(self, row: SheetRow, column: Column) -> str:
         text = row.cell(column.index).text
         if is_missing(text):
-            found = f"{text!r} is no number of a reading of the station."
-            self.faults.add(self._place(row, column), found, "Number the readings of each station.", text)
+            finding = f"{text!r} is not the number of a repeat."
+            self.faults.add(self._place(row, column), finding, "Number the readings of each station.", text)
         return text
 
     def _reading(self, row: SheetRow, column: Column) -> Reading:
@@ -329,7 +329,7 @@ class TableReader:
         digit_mm = unit_mm * 10.0 ** -decimals_of(cell.text)
         reading_mm = None
         if cell.kind != "text" or not is_missing(cell.text):
-            remedy = "If it stands for a missing reading, say [readings.columns] missing."
+            remedy = "If it marks a missing reading, add it to [readings.columns] missing."
             reading_mm = self._in_mm(row, column, cell, remedy)
         if reading_mm is None:
             return Reading(np.nan, row.number, column.index, digit_mm)
@@ -350,15 +350,15 @@ class TableReader:
     def _complaint(self, column: Column, cell: SheetCell, remedy: str) -> tuple[str, str]:
         text = quoted(cell.text)
         if cell.kind == "error":
-            return f"{text} is an error of the spreadsheet.", "Mend the formula, or clear the cell."
+            return f"{text} is an error of the spreadsheet.", "Correct the formula, or clear the cell."
         if cell.kind == "date":
-            found = f"{text} is a date; a spreadsheet makes one of a number such as 16.1."
-            return found, "Give the column the format of numbers, and write the reading again."
+            finding = f"{text} is a date; spreadsheets convert numbers such as 16.1 to dates."
+            return finding, "Format the column as numbers, and enter the reading again."
         if self.mark is not None and (is_grouped(cell.text) or number(cell.text, None) is not None):
-            found = f"{text} has another mark than the decimal {self.mark} of this sheet, or its thousands set apart."
-            return found, "Write all numbers one way, without thousands set apart."
+            finding = f"{text} has another mark than the decimal {self.mark} of this sheet, or a thousands separator."
+            return finding, "Write all numbers with the same mark, without thousands separators."
         example = "-4,25" if self.mark == "comma" else "-4.25"
-        return f"{text} is no number in {column.unit or 'its unit'}, such as {example}.", remedy
+        return f"{text} is not a number in {column.unit or 'its unit'}, such as {example}.", remedy
 
     def _gathered(self, rows: list[Station]) -> list[Station]:
         """Return one station for all rows with the same s; its readings are numbered, or kept in their order."""
@@ -369,9 +369,9 @@ class TableReader:
                 station.readings |= {f"{len(station.readings) + 1}": one for one in row.readings.values()}
                 continue
             for label in row.readings.keys() & station.readings:
-                found = f"repeat {quoted(label)} of {row.s_mm:.12g} mm occurs twice."
+                finding = f"repeat {quoted(label)} of {row.s_mm:.12g} mm occurs twice."
                 remedy = "Number the readings of each station."
-                self.faults.add(self._place(row.row, self.header.station), found, remedy, label)
+                self.faults.add(self._place(row.row, self.header.station), finding, remedy, label)
             station.readings |= row.readings
         return list(stations.values())
 
@@ -381,11 +381,13 @@ class TableReader:
             s_mm = f"{station.s_mm:.12g}"
             if station.s_mm - before.s_mm >= CLOSEST_MM * (1 - 1e-9):
                 continue
-            found = f"{s_mm} mm is less than {CLOSEST_MM:g} mm after {before.s_mm:.12g} mm in row {before.row.number}."
+            finding = (
+                f"{s_mm} mm is less than {CLOSEST_MM:g} mm after {before.s_mm:.12g} mm in row {before.row.number}."
+            )
             if station.s_mm == before.s_mm:
-                found = f"{s_mm} mm occurs twice, first in row {before.row.number}."
+                finding = f"{s_mm} mm occurs twice, first in row {before.row.number}."
             remedy = "Write repeated readings of a station as columns of one row, or number them in a column 'repeat'."
-            self.faults.add(self._place(station.row, self.header.station), found, remedy, s_mm)
+            self.faults.add(self._place(station.row, self.header.station), finding, remedy, s_mm)
 
     def _place(self, row: SheetRow, column: Column) -> Place:
         return self.grid.place(row.number, column.index, column.name)

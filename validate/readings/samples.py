@@ -48,8 +48,8 @@ def read_cells(path: Path, declared: Declared) -> SheetGrid:
 
         return read_sheet(path, content, declared.sheet)
     if declared.sheet is not None:
-        found = f"a text file, which has no sheets, while [readings] sheet names {declared.sheet!r}."
-        raise refuse(Place(path), found, "Leave it out, or give the workbook.", declared.sheet)
+        finding = f"a text file, which has no sheets, but [readings] sheet = {declared.sheet!r}."
+        raise refuse(Place(path), finding, "Remove it, or give the workbook.", declared.sheet)
     return read_delimited(path, content, declared.separator)
 
 
@@ -72,14 +72,12 @@ def named_cells(
     if missing := [name for name in needed if name not in head]:
         raise InputError(f"{table.path}: no column {', '.join(missing)}; its first row must name {', '.join(names)}.")
     if twice := [name for name in names if head.count(name) > 1]:
-        raise InputError(
-            f"{table.path}: {head.count(twice[0])} columns {twice[0]}; keep one, and name the others anew."
-        )
+        raise InputError(f"{table.path}: {head.count(twice[0])} columns {twice[0]}; keep one, and rename the others.")
     heads = dict(enumerate(head))
-    known = {at for at, name in heads.items() if name in names}
-    places = {at for at in known if heads[at] == "s_mm"}
-    beside = columns_of_units(heads, known, table.rows[1:])
-    units = unit_cells(table.rows[1:], beside, places, sorted(known - places), ())
+    named = {at for at, name in heads.items() if name in names}
+    places = {at for at in named if heads[at] == "s_mm"}
+    beside = columns_of_units(heads, named, table.rows[1:])
+    units = unit_cells(table.rows[1:], beside, places, sorted(named - places), ())
     for one in units:
         if heads[one.column].endswith("_mm") and one.unit != "mm":
             place = table.place(one.row.number, one.column, heads[one.column])
@@ -88,7 +86,7 @@ def named_cells(
         for at, name in enumerate(head):
             if name in names and table.shown_units.get((row.number, at)) == "%" and row.cell(at).kind == "number":
                 place, value = table.place(row.number, at, name), row.cell(at).text
-                raise InputError(f"{place}: {value} has the format of percentages; give the column that of numbers.")
+                raise InputError(f"{place}: {value} has the format of percentages; format the column as numbers.")
         yield table.place(row.number), {name: row.cell(head.index(name)).text for name in names if name in head}
 
 
@@ -105,13 +103,13 @@ def _content(path: Path) -> bytes:
             f"{as_text(path)}: readings cannot be opened ({fault.strerror}). Give the sheet's path in [readings] file."
         ) from fault
     if len(content) > LARGEST_FILE_BYTES:
-        found = f"larger than {LARGEST_FILE_BYTES:,} bytes."
-        raise refuse(Place(path), found, "Take pictures and other tables out of it, or save it as CSV.")
+        finding = f"larger than {LARGEST_FILE_BYTES:,} bytes."
+        raise refuse(Place(path), finding, "Remove pictures and other tables from it, or save it as CSV.")
     if content.startswith(OLD_EXCEL):
         raise refuse(Place(path), "an old Excel workbook (.xls), or one with a password.", SAVE_AGAIN)
     begins = content[:200].removeprefix(b"\xef\xbb\xbf").lstrip().lower()
     if other := next((what for mark, what in OTHER_FORMATS if begins.startswith(mark)), None):
-        raise refuse(Place(path), f"{other} under the name of a sheet.", SAVE_AGAIN)
+        raise refuse(Place(path), f"{other} with the file name of a sheet.", SAVE_AGAIN)
     return content
 
 
@@ -153,24 +151,24 @@ def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: 
     """
     column, place, wanted = header.sample, grid.place(header.row.number), declared.sample
     if column is None and wanted is not None:
-        found = f"no column names samples, while [readings] sample names {quoted(wanted)}."
-        faults.add(place, found, "Name it in a column 'sample', or leave [readings] sample out.", wanted)
+        finding = f"no column contains sample names, but [readings] sample = {quoted(wanted)}."
+        faults.add(place, finding, "Add a column 'sample', or remove [readings] sample.", wanted)
     if column is None:
         return header
     by_sample = _by_sample(column, header.body)
     nameless = by_sample.pop("", [])
     for row in nameless:
         in_row = grid.place(row.number, column.index, column.name)
-        faults.add(in_row, "the row names no sample.", "Write its name into every row.")
+        faults.add(in_row, "the row has no sample name.", "Write it into every row.")
     names = ", ".join(quoted(rows[0].cell(column.index).text) for rows in list(by_sample.values())[:12])
     if wanted is None:
         if len(by_sample) > 1:
-            faults.add(place, f"rows of several samples: {names}.", "Name the one that is meant: [readings] sample.")
+            faults.add(place, f"rows of several samples: {names}.", "Select one: [readings] sample.")
         return header
     key = sample_key(wanted)
     if key not in by_sample:
-        found = f"no row of sample {quoted(wanted)}; column {quoted(column.name)} names {names}."
-        faults.add(place, found, "Correct the name there, or which sample the file is of.", wanted)
+        finding = f"no row of sample {quoted(wanted)}; column {quoted(column.name)} contains {names}."
+        faults.add(place, finding, "Correct the name there, or the file's sample.", wanted)
     rows = [*nameless, *by_sample.get(key, [])]
     return replace(header, body=tuple(sorted(rows, key=lambda row: row.number)))
 

@@ -73,7 +73,7 @@ class Doubt:
     row: int  # From 1
     column: int  # From 0
     answers: tuple[str, ...]
-    found: str
+    finding: str
     remedy: str
 
 
@@ -130,7 +130,7 @@ def _on_cell(cells: ReadCells, kind: OfCell, i: int, j: int) -> Doubt:
     value = f"{cells.readings_mm[i, j]:g} mm at s = {cells.s_mm[i]:g} mm"
     may, remedy = (f"{cells.readings_mm[i, j]:g} may stand for a missing reading", "Clear it")
     if kind == "sign slip":
-        may, remedy = "its sign may have slipped", "Correct it"
+        may, remedy = "it may have the wrong sign", "Correct it"
     return Doubt(kind, row, column, (cell_name(row, column),), f"{value} among {shown} mm ({peers}): {may}.", remedy)
 
 
@@ -188,18 +188,18 @@ def expected_mm(stations_mm: Floats, i: int, otherwise: float) -> float:
 def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, OfCell]]:
     """Yield stations whose readings are all 0, or all of the opposite sign, between deep neighbours."""
     middle_mm, one_mm = cells.stations_mm, spread_mm(cells.readings_mm)
-    known = np.flatnonzero(~np.isnan(middle_mm))
-    if len(known) < 4:
+    stations = np.flatnonzero(~np.isnan(middle_mm))
+    if len(stations) < 4:
         return
-    for place, i in enumerate(known):
+    for place, i in enumerate(stations):
         row_mm = cells.readings_mm[i][~np.isnan(cells.readings_mm[i])]
         before, after = place - 1, place + 1
-        at_end = before < 0 or after >= len(known)
+        at_end = before < 0 or after >= len(stations)
         if at_end:
-            inward = known[[1, 2]] if place == 0 else known[[-2, -3]]
+            inward = stations[[1, 2]] if place == 0 else stations[[-2, -3]]
             a, b = middle_mm[inward]
         else:
-            a, b = middle_mm[known[before]], middle_mm[known[after]]
+            a, b = middle_mm[stations[before]], middle_mm[stations[after]]
         if a * b <= 0:
             continue
         nearer, farther = sorted((abs(a), abs(b)))
@@ -242,11 +242,11 @@ def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
         if spreads_mm[place] > SCATTER * usual_mm:
             first = int(np.flatnonzero(~np.isnan(values_mm[i]))[0])
             row = int(cells.rows[i, first])
-            found = (
+            finding = (
                 f"the readings at s = {cells.s_mm[i]:g} mm scatter by {spreads_mm[place]:.2g} mm, "
-                f"{spreads_mm[place] / usual_mm:.0f} times those beside it ({usual_mm:.2g} mm)."
+                f"{spreads_mm[place] / usual_mm:.0f} times the scatter of their neighbours ({usual_mm:.2g} mm)."
             )
-            yield Doubt("scatter", row, cells.station_column, (f"{row}",), found, "Correct what is wrong in the row")
+            yield Doubt("scatter", row, cells.station_column, (f"{row}",), finding, "Correct the row")
 
 
 MEAN_ROW_BY_CHANCE, MEAN_COLUMN_BY_CHANCE, COPY_BY_CHANCE = 3e-3, 1e-2, 1e-3
@@ -284,8 +284,8 @@ def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
             chance *= len(s_mm) if not at_mean else 1.0 if expected else AT_MEAN
             if chance < MEAN_ROW_BY_CHANCE:
                 row = int(first_row[i])
-                found = f"the row at s = {s_mm[i]:g} mm holds the mean of {others.sum()} other rows in every column."
-                yield Doubt("mean row", row, cells.station_column, (f"{row}",), found, "Take it out of the table")
+                finding = f"the row at s = {s_mm[i]:g} mm is the mean of {others.sum()} other rows in every column."
+                yield Doubt("mean row", row, cells.station_column, (f"{row}",), finding, "Remove it from the table")
                 return
 
 
@@ -315,12 +315,12 @@ def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
             yield _on_column(cells, "copy", b, what)
     for j in (j for j in repeats if j not in copies):
         others = [k for k in repeats if k != j and k not in copies]
-        known = ~np.isnan(values_mm[:, j]) & (~np.isnan(values_mm[:, others])).any(axis=1)
-        if len(others) < 2 or known.sum() < 3:
+        compared = ~np.isnan(values_mm[:, j]) & (~np.isnan(values_mm[:, others])).any(axis=1)
+        if len(others) < 2 or compared.sum() < 3:
             continue
-        half_mm = _half_digit_mm(cells.digits_mm[known, j])
-        off_mm = np.abs(values_mm[known, j] - np.nanmean(values_mm[known][:, others], axis=1))
-        by_chance = min(1.0, 0.8 * half_mm / spread_mm(values_mm[:, others])) ** int(known.sum())
+        half_mm = _half_digit_mm(cells.digits_mm[compared, j])
+        off_mm = np.abs(values_mm[compared, j] - np.nanmean(values_mm[compared][:, others], axis=1))
+        by_chance = min(1.0, 0.8 * half_mm / spread_mm(values_mm[:, others])) ** int(compared.sum())
         if (off_mm <= half_mm).all() and by_chance < MEAN_COLUMN_BY_CHANCE:
             yield _on_column(cells, "mean column", j, f"the mean of the other {len(others)} at every station")
             return
@@ -337,4 +337,4 @@ def _named(cells: ReadCells, j: int) -> tuple[int, str, str]:
 
 def _on_column(cells: ReadCells, kind: Literal["copy", "mean column"], j: int, what: str) -> Doubt:
     row, _, answer = _named(cells, j)
-    return Doubt(kind, row, int(cells.columns[j]), (answer,), f"this repeat is {what}.", "Take it out of the repeats")
+    return Doubt(kind, row, int(cells.columns[j]), (answer,), f"this repeat is {what}.", "Remove it from the repeats")

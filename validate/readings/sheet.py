@@ -42,20 +42,20 @@ class Place:
 @dataclass(frozen=True)
 class SheetFault:
     place: Place
-    found: str  # The value found and what is allowed: a sentence, or the end of one
+    finding: str  # The value found and what is allowed: a sentence, or the end of one
     remedy: str
     value: str | None = None  # Text of the cell
 
     def __str__(self) -> str:
-        return f"{self.place}: {self.found} {self.remedy}"
+        return f"{self.place}: {self.finding} {self.remedy}"
 
     @property
     def kind(self) -> object:
         """Key that is equal for the same mistake in several cells of a column; unique for a fault without a cell."""
         if self.place.column is None or not self.value:
-            return self.place, self.found, self.remedy
-        found = self.found.replace(quoted(self.value), "")
-        return replace(self.place, row=None, column=None), FIGURES.sub("", found), self.remedy
+            return self.place, self.finding, self.remedy
+        finding = self.finding.replace(quoted(self.value), "")
+        return replace(self.place, row=None, column=None), FIGURES.sub("", finding), self.remedy
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not one error.
@@ -77,18 +77,18 @@ class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not
 class FaultList:
     """The faults of a sheet so far. At a thousand reading stops."""
 
-    kept: list[SheetFault] = field(default_factory=list)
+    faults: list[SheetFault] = field(default_factory=list)
     columns: tuple[ReadColumn, ...] = ()  # Columns that were understood, once the header is read
 
-    def add(self, place: Place, found: str, remedy: str, value: str | None = None) -> None:
-        self.kept.append(SheetFault(place, found, remedy, value))
-        if len(self.kept) == MOST_KEPT:
+    def add(self, place: Place, finding: str, remedy: str, value: str | None = None) -> None:
+        self.faults.append(SheetFault(place, finding, remedy, value))
+        if len(self.faults) == MOST_KEPT:
             self.raise_if_any()
 
     def raise_if_any(self) -> None:
         """Raise SheetFaults if there is a fault."""
-        if self.kept:
-            raise SheetFaults(self.kept, self.columns)
+        if self.faults:
+            raise SheetFaults(self.faults, self.columns)
 
 
 def _joined(alike: list[SheetFault]) -> str:
@@ -99,15 +99,15 @@ def _joined(alike: list[SheetFault]) -> str:
     if not rows and not columns:
         return str(alike[0])
     named = list(map(str, rows)) or list(map(letters, columns))
-    told = ", ".join(named[:MOST_ROWS_NAMED]) + (" and others" if len(named) > MOST_ROWS_NAMED else "")
+    places = ", ".join(named[:MOST_ROWS_NAMED]) + (" and others" if len(named) > MOST_ROWS_NAMED else "")
     if len(rows) > 1 and rows[-1] - rows[0] == len(rows) - 1:
-        told = f"{rows[0]} to {rows[-1]}"
-    return f"{alike[0]} The same in {len(named):,} more: {'row' if rows else 'column'} {told}."
+        places = f"{rows[0]} to {rows[-1]}"
+    return f"{alike[0]} The same in {len(named):,} more: {'row' if rows else 'column'} {places}."
 
 
-def refuse(place: Place, found: str, remedy: str, value: str | None = None) -> SheetFaults:
+def refuse(place: Place, finding: str, remedy: str, value: str | None = None) -> SheetFaults:
     """Return the error of a single fault that ends reading."""
-    return SheetFaults([SheetFault(place, found, remedy, value)])
+    return SheetFaults([SheetFault(place, finding, remedy, value)])
 
 
 def letters(column: int) -> str:
@@ -190,10 +190,10 @@ class SheetGrid:
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:
-            raise refuse(self.place(), f"more than the {MOST_ROWS} rows that are read.", "Thin the stations out.")
+            raise refuse(self.place(), f"more than {MOST_ROWS} rows, the limit.", "Use fewer stations.")
         if wide := next((row for row in self.rows if row.width > MOST_COLUMNS), None):
-            found = f"more than the {MOST_COLUMNS} columns that are read."
-            raise refuse(self.place(wide.number), found, "Delete everything outside the table.")
+            finding = f"more than {MOST_COLUMNS} columns, the limit."
+            raise refuse(self.place(wide.number), finding, "Delete everything outside the table.")
 
     def place(self, row: int | None = None, column: int | None = None, name: str | None = None) -> Place:
         if self.turned is not None:

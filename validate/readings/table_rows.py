@@ -50,7 +50,7 @@ def upright(grid: SheetGrid, declared: Declared) -> SheetGrid:
 
 
 def _is_table(names: Mapping[int, str]) -> bool:
-    roles = {found.role for name in names.values() if (found := meaning(name)) is not None}
+    roles = {named.role for name in names.values() if (named := meaning(name)) is not None}
     return {"station", "reading"} <= roles
 
 
@@ -123,15 +123,15 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
         # Of equals the first and shortest one, but for names of repeats below; a unit belongs to a row of units.
         return hits, *_likeness(written), len(header) > 1 and _names_repeats(header[-1]), -len(header), -first
 
-    found = max(_candidates(rows, merged, given), key=key, default=(0, ()))
-    hits, *likeness = key(found) if found[1] else (0, 0)
+    best = max(_candidates(rows, merged, given), key=key, default=(0, ()))
+    hits, *likeness = key(best) if best[1] else (0, 0)
     if not hits and given.header_rows is not None:
-        found = 0, rows[: given.header_rows]
+        best = 0, rows[: given.header_rows]
     elif not hits and not any(likeness[:3]) and len(lettered := columns_named({}, given.s or "")) == 1:
         # The letters say all: the readings begin where the stations do.
         first = next((at for at, row in enumerate(rows) if is_a_number(row.cell(lettered[0]))), 0)
-        found = max(0, first - 1), rows[max(0, first - 1) : first]
-    return HeaderRows(found[0], len(found[1]), _joined(found[1], merged))
+        best = max(0, first - 1), rows[max(0, first - 1) : first]
+    return HeaderRows(best[0], len(best[1]), _joined(best[1], merged))
 
 
 def _candidates(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Iterator[tuple[int, Sequence[SheetRow]]]:
@@ -165,8 +165,8 @@ def columns_named(names: Mapping[int, str], reference: str) -> list[int]:
     lettered = [column for column in columns if column < MOST_COLUMNS]
     # A capital is a letter rather than a name in small ones.
     same = str.strip if lettered and reference.isupper() else plain_name
-    found = [column for column, name in names.items() if same(name) == same(reference)]
-    return [] if found and found != lettered and names.keys() & set(lettered) else found or lettered
+    matches = [column for column, name in names.items() if same(name) == same(reference)]
+    return [] if matches and matches != lettered and names.keys() & set(lettered) else matches or lettered
 
 
 def blocks(rows: Sequence[SheetRow]) -> Iterator[range]:
@@ -190,7 +190,7 @@ def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
     cells = [cell for cell in below.cells if cell != BLANK]
     numbers = [cell.text for cell in cells if cell.kind != "text" or is_number(cell.text)]
     if numbers:
-        stations = [at for at, name in names.items() if (found := meaning(name)) and found.role == "station"]
+        stations = [at for at, name in names.items() if (named := meaning(name)) and named.role == "station"]
         counted = numbers == [str(number) for number in range(1, len(numbers) + 1)]
         return counted and bool(stations) and all(unit_of(below.cell(at).text or "mm") for at in stations)
     return not all(unit_of(cell.text) or is_missing(cell.text) for cell in cells)
@@ -199,7 +199,7 @@ def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
 def _names_repeats(row: SheetRow) -> bool:
     """Return whether a row contains only names of readings, as "Messung 1", or their numbers."""
     texts = [cell.text for cell in row.cells if cell.text]
-    roles = {found.role for text in texts if not is_number(text) and (found := meaning(text)) is not None}
+    roles = {named.role for text in texts if not is_number(text) and (named := meaning(text)) is not None}
     return roles <= {"reading", "repeat"} and all(is_number(text) or meaning(text) is not None for text in texts)
 
 
@@ -249,7 +249,7 @@ def _either(upper: str, lower: str, *, whole: bool) -> str:
 
 def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
     """Return a sort key that grows with the number of names that have a meaning; notes above may contain some, too."""
-    roles = [found.role for name in names.values() if (found := meaning(name)) is not None]
+    roles = [named.role for name in names.values() if (named := meaning(name)) is not None]
     along = "station" in roles or "mass" in roles
     table = along and ("reading" in roles or "repeat" in roles)
     return table, along, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)
@@ -285,6 +285,6 @@ def sorted_rows(
     else:
         return kept, remarks, passed
     spans = f'"{place.row}:{row.number - 1}" or "{row.number}:{body[-1].number}"'
-    found = f"another table begins in row {row.number}, below the first."
-    faults.add(replace(place, row=row.number), found, f"Say which is meant: [readings.columns] range = {spans}.")
+    finding = f"a second table begins in row {row.number}, below the first."
+    faults.add(replace(place, row=row.number), finding, f"Select one: [readings.columns] range = {spans}.")
     return kept, remarks, passed

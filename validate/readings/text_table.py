@@ -92,8 +92,8 @@ def number(text: str, mark: Decimal | None) -> float | None:
 
 def decimals_of(text: str) -> int:
     """Return the number of decimals of a number, without trailing zeros."""
-    found = DECIMALS.search(text)
-    return len(found[1].rstrip("0")) if found else 0
+    match = DECIMALS.search(text)
+    return len(match[1].rstrip("0")) if match else 0
 
 
 def read_delimited(path: Path, content: bytes, separator: Separator | None) -> SheetGrid:
@@ -101,7 +101,9 @@ def read_delimited(path: Path, content: bytes, separator: Separator | None) -> S
     text, encoding = decoded(path, content)
     if (lost := LOST_LINE.search(text)) is not None:
         where = Place(path, row=1 + text.count("\n", 0, lost.start()))
-        raise refuse(where, "NUL bytes, as a logger leaves that lost its power.", "Delete them, and see what is lost.")
+        raise refuse(
+            where, "NUL bytes, as after a logger's loss of power.", "Delete them, and check for lost readings."
+        )
     stated = SEPARATOR_LINE.match(text)
     if stated is not None:
         text = text[stated.end() :]
@@ -109,12 +111,12 @@ def read_delimited(path: Path, content: bytes, separator: Separator | None) -> S
     try:
         lines = _fields(text, mark)
     except csv.Error as fault:
-        raise refuse(Place(path), f"no CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
+        raise refuse(Place(path), f"not a CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
     skipped = 0 if stated is None else 1
     if quoted := next((number for number, fields in lines if any(_holds_rows(field, mark) for field in fields)), None):
         raise refuse(
             Place(path, row=skipped + quoted),
-            "here a quotation mark closes that opened in a line above, and what is quoted holds rows of numbers.",
+            "a quotation mark of an earlier line closes here, and the quoted text contains rows of numbers.",
             "Delete both marks, or the line breaks between them.",
         )
     # Lines may end with a million separators, below which no column holds anything.
@@ -143,7 +145,7 @@ def decoded(path: Path, content: bytes) -> tuple[str, str]:
             return content.decode(codec), name
         except UnicodeDecodeError:
             continue
-    raise refuse(Place(path), f"no text in {' or '.join(possible)}.", "Save the sheet as 'CSV UTF-8' or XLSX.")
+    raise refuse(Place(path), f"not a text in {' or '.join(possible)}.", "Save the sheet as 'CSV UTF-8' or XLSX.")
 
 
 def _likeliest(text: str) -> str:

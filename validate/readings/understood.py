@@ -42,7 +42,7 @@ def dialect_of(
         f"{counted(header.above, 'line')} above the header": header.above,
         f"not readings: {skipped}": skipped,
     }
-    return "; ".join((written, layout, counting, *(text for text, said in more.items() if said), *grid.remarks))
+    return "; ".join((written, layout, counting, *(text for text, applies in more.items() if applies), *grid.remarks))
 
 
 def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadColumn, ...]:
@@ -99,7 +99,7 @@ def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:
 def in_words(doubt: Doubt, place: str) -> str:
     """Return the sentence on a doubt: place, finding, remedy, and the entry that confirms the value."""
     answers = ", ".join(f'"{answer}"' for answer in doubt.answers)
-    return f"{place}: {doubt.found} {doubt.remedy}, {OR_ANSWER} = [{answers}]."
+    return f"{place}: {doubt.finding} {doubt.remedy}, {OR_ANSWER} = [{answers}]."
 
 
 def screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:
@@ -122,35 +122,48 @@ def _too_fine(header: Header, cells: ReadCells) -> Iterator[Doubt]:
     for column in header.readings:
         digits_mm = cells.digits_mm[:, cells.columns == column.index]
         if column.unit in DIAL_UNITS and digits_mm.size and float(np.median(digits_mm)) < FINEST_MM:
-            found = f"readings in {column.unit} with digits of {float(digits_mm.min()):.2g} mm, which no caliper shows."
+            finding = (
+                f"readings in {column.unit} with digits of {float(digits_mm.min()):.2g} mm, which no caliper shows."
+            )
             remedy = "Correct the header if they are millimetres"
-            yield Doubt("unit", header.row.number, column.index, ("unit",), found, remedy)
+            yield Doubt("unit", header.row.number, column.index, ("unit",), finding, remedy)
             return
 
 
 def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
     """Yield doubts about remarks on zero points and factors, rows of zeros, and hidden or struck-out cells."""
     for row, text in remarks_where(header, names_other_zero):
-        found = f"{quoted(text)} says what the readings count from, and not in words for the sample's face."
-        remedy = "Declare [readings] datum and datum_level_mm if it is not the face"
-        yield Doubt("datum", row.number, header.station.index, ("datum",), found, remedy)
+        finding = f"{quoted(text)} mentions a zero point. Is it the sample's face?"
+        remedy = "If not, declare [readings] datum and datum_level_mm"
+        yield Doubt("datum", row.number, header.station.index, ("datum",), finding, remedy)
     columns = [column.index for column in (header.station, *header.readings)]
     for before, row in pairwise(header.body):
         values = [number(row.cell(column).text, None) for column in columns]
         if not any(values) and None not in values[:2] and (number(before.cell(columns[0]).text, None) or 0) > 0:
-            found = "place and readings are 0 below another place, as where a formula points at empty cells."
-            yield Doubt("zero", row.number, columns[0], (f"{row.number}",), found, "Clear the row")
+            finding = (
+                "position and readings are 0 below another position, as from a formula that refers to empty cells."
+            )
+            yield Doubt("zero", row.number, columns[0], (f"{row.number}",), finding, "Clear the row")
     for row, text in remarks_where(header, names_factor):
-        found = f"{quoted(text)} names a factor, by which nothing is multiplied."
-        yield Doubt("unit", row.number, header.station.index, ("unit",), found, "Write the readings in their unit")
+        finding = f"{quoted(text)} mentions a factor, but readings are not multiplied."
+        yield Doubt("unit", row.number, header.station.index, ("unit",), finding, "Write the readings in their unit")
     read = {column.index for column in (header.station, *header.readings)}
     at, rows = header.station.index, {row.number: row for row in header.body}
     if hidden := sorted(grid.hidden_rows & rows.keys()):
-        found = f"{'this row is' if len(hidden) == 1 else f'{len(hidden)} rows are'} hidden, and read."
-        yield Doubt("hidden", hidden[0], at, tuple(map(str, hidden)), found, "Delete what is not meant")
+        finding = f"{'this row is' if len(hidden) == 1 else f'{len(hidden)} rows are'} hidden but read."
+        yield Doubt(
+            "hidden", hidden[0], at, tuple(map(str, hidden)), finding, "Delete them if they do not belong to the table"
+        )
     for index in sorted(grid.hidden_columns & read):
-        found = "this column is hidden, and read."
-        yield Doubt("hidden", header.row.number, index, (letters(index),), found, "Delete it if it is not meant")
+        finding = "this column is hidden but read."
+        yield Doubt(
+            "hidden",
+            header.row.number,
+            index,
+            (letters(index),),
+            finding,
+            "Delete it if it does not belong to the table",
+        )
     for row_number, row in rows.items():
         filled = {index for index in read if row.cell(index).text}
         struck = {index for index in filled if (row_number, index) in grid.struck}
@@ -158,5 +171,5 @@ def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
         if struck and struck == filled:
             marks = [(at, f"{row_number}", "this row")]
         for index, answer, what in marks:
-            found = f"{what} is struck through, and read."
-            yield Doubt("struck", row_number, index, (answer,), found, "Clear it if it is not meant")
+            finding = f"{what} is struck through but read."
+            yield Doubt("struck", row_number, index, (answer,), finding, "Clear it if it is invalid")

@@ -31,7 +31,7 @@ ASK: dict[Kind, str] = {
     "sign": "Correct the header: level counts upward from the face, depth downward",
     "unit": "Correct the unit in the header",
     "datum": "Measure from the face, or declare [readings] datum and datum_level_mm",
-    "direction": 'Say from which end s counts: [readings.columns] s_from = "second", or in pairing.csv',
+    "direction": 'Set the end at which s is 0: [readings.columns] s_from = "second", or in pairing.csv',
 }
 TURNED: tuple[tuple[Kind, float, str], ...] = (
     ("sign", -1.0, "with the other sign"),
@@ -61,16 +61,16 @@ class Filling:
 
 def doubts_of_sheet(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:
     """Yield doubts about the sheet as a whole, at most one of each kind."""
-    known = ~np.isnan(cells.levels_mm).all(axis=1)
-    if known.sum() < 3:
+    measured = ~np.isnan(cells.levels_mm).all(axis=1)
+    if measured.sum() < 3:
         return
-    s_mm, level_mm = cells.s_mm[known], np.nanmedian(cells.levels_mm[known], axis=1)
-    found = dict(_by_numbers(cells, level_mm, depth_mm))
+    s_mm, level_mm = cells.s_mm[measured], np.nanmedian(cells.levels_mm[measured], axis=1)
+    by_kind = dict(_by_numbers(cells, level_mm, depth_mm))
     if filling is not None:
         for screen in (_by_volume, _by_level):
             for kind, words in screen(s_mm, level_mm, filling):
-                found.setdefault(kind, words)
-    for kind, words in found.items():
+                by_kind.setdefault(kind, words)
+    for kind, words in by_kind.items():
         column = cells.station_column if kind == "direction" else int(cells.columns[0])
         yield Doubt(kind, cells.header_row, column, (kind,), words, ASK[kind])
 
@@ -83,12 +83,12 @@ def counted_stations(cells: ReadCells, length_mm: float | None) -> Iterator[Doub
     if not any(np.allclose(s_mm, unit_mm * np.arange(first, first + len(s_mm))) for first in (0, 1)):
         return
     first, last = f"{s_mm[0] / unit_mm:g}", f"{s_mm[-1] / unit_mm:g}"
-    found = (
-        f"the stations count from {first} to {last} by ones, and readings.unit alone makes them {s_mm[-1]:g} mm of a "
+    finding = (
+        f"the stations count from {first} to {last} by ones, and only readings.unit makes them {s_mm[-1]:g} mm of a "
         f"crack of {length_mm:.3g} mm: perhaps they are numbers of places."
     )
     remedy = "Write the distance of each place along the crack"
-    yield Doubt("unit", cells.header_row, cells.station_column, ("unit",), found, remedy)
+    yield Doubt("unit", cells.header_row, cells.station_column, ("unit",), finding, remedy)
 
 
 def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> Iterator[tuple[Kind, str]]:
@@ -104,9 +104,9 @@ def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> I
     mound = rise_mm < -HOLLOW_RISE_MM and level_mm[[0, -1]].max() < HOLLOW_RISE_MM
     of_depths = cells.is_depth and above_mm > OF_DEPTHS_MM + below_mm and not mound
     if everywhere or heaped or of_depths or hollow:
-        yield "sign", f"{_share(level_mm > 0)} of the stations lie above the face, up to {level_mm.max():.3g} mm."
+        yield "sign", f"{_share(level_mm > 0)} of the stations are above the face, up to {level_mm.max():.3g} mm."
     if highest_mm > PLATEAU_MM:
-        yield "datum", f"the highest quarter of the stations lies {highest_mm:.3g} mm above the face."
+        yield "datum", f"the highest quarter of the stations is {highest_mm:.3g} mm above the face."
     if depth_mm is None:
         return
     if (deepest_mm := float(level_mm.min())) < -depth_mm - max(BELOW_FLOOR_MM, FLOOR_SLACK * depth_mm):
@@ -119,7 +119,7 @@ def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> I
         if fine or steady:
             why = "decimals of a micrometre" if fine else "repeats alike to a few hundredths"
             within_mm = float(np.abs(level_mm).max())
-            yield "unit", f"all readings lie within {within_mm:.3g} mm of the face, with {why}: perhaps centimetres."
+            yield "unit", f"all readings are within {within_mm:.3g} mm of the face, with {why}: perhaps centimetres."
 
 
 def _share(which: NDArray[np.bool_]) -> str:
@@ -130,28 +130,28 @@ def _by_volume(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tup
     """Yield the change of sign, unit or datum for which the volume below the readings equals the dispensed one."""
     length_mm, depth_mm = filling.outline.length_mm, filling.solid.depth_mm
     if s_mm[-1] < STATIONS_SHARE * length_mm and COVERED < 10 * s_mm[-1] / length_mm < 1.05:
-        yield "unit", f"all stations lie in the first {s_mm[-1]:.3g} of {length_mm:.3g} mm: perhaps centimetres."
+        yield "unit", f"all stations are in the first {s_mm[-1]:.3g} of {length_mm:.3g} mm: perhaps centimetres."
     if s_mm[-1] - s_mm[0] < COVERED * length_mm or filling.volume_mm3 <= 0:
         return
     held_mm3 = filling.held_mm3(s_mm, level_mm)
     off = abs(np.log(max(held_mm3, 1.0) / filling.volume_mm3))
     if off < VOLUME_OFF:
         return
-    volumes = f"the readings hold {held_mm3 / 1000:.2f} ml, and {filling.volume_mm3 / 1000:.2f} ml were dispensed"
+    volumes = f"{held_mm3 / 1000:.2f} ml are below the readings, but {filling.volume_mm3 / 1000:.2f} ml were dispensed"
     for kind, factor, words in TURNED:
         other_mm3 = filling.held_mm3(s_mm, factor * level_mm)
         if (
             _is_possible(factor * level_mm, filling)
             and abs(np.log(max(other_mm3, 1.0) / filling.volume_mm3)) < VOLUME_MET * off
         ):
-            yield kind, f"{volumes}; {words} they would hold {other_mm3 / 1000:.2f} ml."
+            yield kind, f"{volumes}; {words} it would be {other_mm3 / 1000:.2f} ml."
             return
     offset_mm = _offset_mm(s_mm, level_mm, filling)
     if offset_mm is not None and abs(offset_mm) > max(OFFSET_MM, OFFSET_SHARE * depth_mm):
         yield (
             "datum",
-            f"{volumes}, as they would if all were {abs(offset_mm):.2g} mm {'lower' if offset_mm < 0 else 'higher'}. "
-            "Or was another volume dispensed than path.volume_ml?",
+            f"{volumes}; the two agree if all readings are {abs(offset_mm):.2g} mm "
+            f"{'lower' if offset_mm < 0 else 'higher'}. Or was another volume dispensed than path.volume_ml?",
         )
 
 
@@ -182,13 +182,15 @@ def _by_level(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tupl
     shape_mm, mirrored_shape_mm = (
         _distance_mm(at_mm - level_mm, shape=True) for at_mm in (there_mm, mirrored_there_mm)
     )
-    found: list[tuple[float, float, Kind, str]] = [
+    candidates: list[tuple[float, float, Kind, str]] = [
         (mirrored_shape_mm, shape_mm, "direction", "up to a constant, with s from the crack's other end")
     ]
     for kind, factor, words in TURNED:
         if _is_possible(factor * level_mm, filling):
-            found.append((_distance_mm(there_mm - factor * level_mm), _distance_mm(there_mm - level_mm), kind, words))
-    other_mm, own_mm, kind, words = min(found, key=lambda one: one[0] / max(one[1], 1e-9))
+            candidates.append(
+                (_distance_mm(there_mm - factor * level_mm), _distance_mm(there_mm - level_mm), kind, words)
+            )
+    other_mm, own_mm, kind, words = min(candidates, key=lambda one: one[0] / max(one[1], 1e-9))
     if any(other_mm < share * own_mm and own_mm - other_mm > gain_mm for share, gain_mm in NEARER):
         yield (
             kind,

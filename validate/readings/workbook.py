@@ -74,17 +74,17 @@ def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
     if len(chosen) == 1:
         return chosen[0].grid(path, program, _remarks(chosen[0], sheets))
     if wanted is not None:
-        found, named = f"no sheet {quoted(wanted)} among", sheets
+        finding, named = f"no sheet {quoted(wanted)} among", sheets
     elif visible:
-        found, named = f"{len(visible)} sheets hold something:", visible
+        finding, named = f"{len(visible)} sheets have content:", visible
     elif filled:
-        found, named = "all that holds anything is hidden:", filled
+        finding, named = "all sheets with content are hidden:", filled
     else:
-        found = "no rows of readings: all sheets are empty, or in the strict form of Open XML."
-        raise refuse(Place(path), found, "Save the workbook with its cells, as an ordinary XLSX.")
+        finding = "no rows of readings: all sheets are empty, or in the strict form of Open XML."
+        raise refuse(Place(path), finding, "Save the workbook with its cells, as an ordinary XLSX.")
     names = ", ".join(quoted(sheet.name) for sheet in named[:12]) + (", …" if len(named) > 12 else "")
-    remedy = "Name the one with the readings: [readings] sheet, or in pairing.csv."
-    raise refuse(Place(path), f"{found} {names}.", remedy, wanted)
+    remedy = "Select the one with the readings: [readings] sheet, or in pairing.csv."
+    raise refuse(Place(path), f"{finding} {names}.", remedy, wanted)
 
 
 def read_sheets(path: Path, content: bytes) -> tuple[SheetGrid, ...]:
@@ -104,10 +104,10 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> tuple[list[Wo
     unpacked_bytes = sum(entry.file_size for entry in archive.infolist())
     if unpacked_bytes > LARGEST_UNPACKED_BYTES:
         limit = f"at most {LARGEST_UNPACKED_BYTES / 1e6:.0f} MB are read."
-        found = f"a workbook that unpacks to {unpacked_bytes / 1e6:.0f} MB; {limit}"
-        raise refuse(Place(path), found, "Take pictures and other tables out of it, or save it as CSV.")
+        finding = f"a workbook that unpacks to {unpacked_bytes / 1e6:.0f} MB; {limit}"
+        raise refuse(Place(path), finding, "Remove pictures and other tables from it, or save it as CSV.")
     if "[Content_Types].xml" not in archive.namelist():
-        raise refuse(Place(path), "a zip of another program's format, and no XLSX.", SAVE_AGAIN)
+        raise refuse(Place(path), "a zip file, but not an XLSX.", SAVE_AGAIN)
     with _refused(path):
         # The type stubs leave out what a read-only workbook keeps for its parser.
         book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True, keep_links=False)
@@ -174,8 +174,8 @@ def _refused(path: Path) -> Iterator[None]:
             yield
     except Exception as fault:
         cause = fault.__cause__ or fault
-        found = f"damaged, or no XLSX ({type(cause).__name__}: {shown(str(cause))})."
-        raise refuse(Place(path), found, SAVE_AGAIN) from fault
+        finding = f"damaged, or not an XLSX ({type(cause).__name__}: {shown(str(cause))})."
+        raise refuse(Place(path), finding, SAVE_AGAIN) from fault
 
 
 def _cell(value: Any, data_type: str) -> SheetCell:

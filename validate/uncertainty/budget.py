@@ -137,10 +137,10 @@ class Budget:
         It is the band of single stations, widened by one factor: the 95 % quantile of the largest ratio (max-t, Montiel
         Olea & Plagborg-Møller 2019, J. Appl. Econom. 34:1).
         """
-        known = self.band_mm > 0
-        if not known.any():
+        positive = self.band_mm > 0
+        if not positive.any():
             return self.band_mm
-        worst = np.abs(self.at_stations_mm[:, known] / self.band_mm[known]).max(axis=1)
+        worst = np.abs(self.at_stations_mm[:, positive] / self.band_mm[positive]).max(axis=1)
         return self.band_mm * max(1.0, float(np.quantile(worst, SHARE)))
 
     @property
@@ -159,23 +159,23 @@ class Budget:
         """
         from scipy.optimize import root_scalar
 
-        x, found_mm = curve.x, float(mean_absolute(curve.x, curve.error_mm))
+        x, mean_mm = curve.x, float(mean_absolute(curve.x, curve.error_mm))
         off_mm = self.along_mm(curve)
-        # The bed between stations is taken for straight, as in the found mean.
+        # The bed between stations is assumed straight, as in the mean error.
         middle_mm = curve.hat @ np.median(self.at_stations_mm, axis=0)
         off_mm, likely = off_mm - middle_mm, curve.error_mm + middle_mm
         likely_mm = float(mean_absolute(x, likely))
         most_mm = float(np.quantile(mean_absolute(x, off_mm), (1 + SHARE) / 2))
-        if min(found_mm, likely_mm, most_mm) == 0:
-            return min(found_mm, likely_mm), max(found_mm, likely_mm) + most_mm
+        if min(mean_mm, likely_mm, most_mm) == 0:
+            return min(mean_mm, likely_mm), max(mean_mm, likely_mm) + most_mm
 
         def excess(times: float, share: float) -> float:
-            made_mm = mean_absolute(x, times * likely - off_mm)
-            return float(np.quantile(made_mm, share)) - likely_mm
+            drawn_mm = mean_absolute(x, times * likely - off_mm)
+            return float(np.quantile(drawn_mm, share)) - likely_mm
 
         low, high = (1 - SHARE) / 2, (1 + SHARE) / 2
         reach = most_mm / likely_mm
-        # Where even no error at all would give more than was found, there is nothing to search.
+        # If even an error of 0 would give a larger mean, there is nothing to search.
         bracket = max(0.0, 1 - reach), 1 + reach
         least, most = (
             float(root_scalar(excess, args=(share,), bracket=bracket, xtol=4e-3 * reach).root)
@@ -184,8 +184,8 @@ class Budget:
             for share in (high, low)
         )
         moved_mm = mean_absolute(x, curve.error_mm + self.only(lambda one: one.shared).along_mm(curve))
-        upper_mm = max(found_mm, most * likely_mm, float(np.quantile(moved_mm, high)))
-        return min(found_mm, least * likely_mm), upper_mm
+        upper_mm = max(mean_mm, most * likely_mm, float(np.quantile(moved_mm, high)))
+        return min(mean_mm, least * likely_mm), upper_mm
 
     def summary(self, curve: Curve) -> BudgetSummary:
         """Return each component's standard uncertainty of mean level, mean error and station, as in report.json."""
@@ -205,9 +205,8 @@ class Budget:
         times = f"{with_it / without:.1f}" if without else "many"
         narrower = "hardly narrower" if times == "1.0" else f"{times} times narrower"
         return (
-            f"So few repeats cannot tell passes that differ by {PASS_MM:g} mm from passes that agree. The intervals "
-            f"allow for it; that of the mean level would be {narrower} with repeats that are declared to be no passes "
-            f"({one.setting} = 0)."
+            f"So few repeats cannot exclude a shift of {PASS_MM:g} mm between passes; the intervals include one. If "
+            f"repeats are not separate passes, set {one.setting} = 0: that of the mean level is then {narrower}."
         )
 
     def _part(self, one: Component, curve: Curve, middle: Floats) -> BudgetPart:

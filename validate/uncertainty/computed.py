@@ -114,9 +114,9 @@ class InputDraws:
         """
         z = drawn_inputs(self.standards, len(self.moved_mm))
         terms = np.hstack([z, z**2])
-        found = np.linalg.lstsq(terms, self.moved_mm)[0]
-        straight_mm, curved_mm = np.array(np.split(found, 2), dtype=np.float64)
-        return Inputs(FAST, self.standards, straight_mm, curved_mm, self.moved_mm - terms @ found)
+        coefficients = np.linalg.lstsq(terms, self.moved_mm)[0]
+        straight_mm, curved_mm = np.array(np.split(coefficients, 2), dtype=np.float64)
+        return Inputs(FAST, self.standards, straight_mm, curved_mm, self.moved_mm - terms @ coefficients)
 
     def recorded(self, together: float) -> InputDrawsRecord:
         """Return the record of the runs for comparison.json."""

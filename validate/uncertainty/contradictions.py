@@ -45,12 +45,12 @@ def coefficients(residual_mm: Floats, shapes: Floats) -> Floats:
     for one in residual_mm.T:
         read = ~np.isnan(one)
         columns.append(np.linalg.lstsq(shapes[read], one[read])[0] if shapes.shape[1] else np.zeros(0))
-    found = np.array(columns).T
-    return found - found.mean(axis=1, keepdims=True)
+    by_repeat = np.array(columns).T
+    return by_repeat - by_repeat.mean(axis=1, keepdims=True)
 
 
 def passes_error(
-    declared_mm: float | None, found: Floats, noise_mm2: Floats, shapes: Floats, read: Floats
+    declared_mm: float | None, per_pass: Floats, noise_mm2: Floats, shapes: Floats, read: Floats
 ) -> Component:
     """Draw the error of the mean of the repeats that passes over all stations, or operators, leave in it.
 
@@ -64,7 +64,7 @@ def passes_error(
     draws = draws_for(len(read))
     total_mm = np.zeros((draws, len(read)))
     for number, (noise, shape) in enumerate(zip(noise_mm2, shapes.T, strict=True)):
-        squares = float((found[number] ** 2).sum())
+        squares = float((per_pass[number] ** 2).sum())
         t_mm = np.geomspace(1e-3 * scale_mm, 30 * (scale_mm + np.sqrt(squares)), 400)
         prior = -(FREEDOM_OF_PASSES + 1) / 2 * np.log1p((t_mm / scale_mm) ** 2 / FREEDOM_OF_PASSES)
         spread = noise + t_mm**2
@@ -167,9 +167,9 @@ def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -
     count = int(odd.sum(axis=1).min())
     if count > ODD_SHARE * len(read_mm):
         raise InputError(
-            f"{source}: readings.resolution_mm = {resolution_mm:g}: {count} of {len(read_mm)} readings are no "
-            "multiples of it, whatever height they count from. It is the last digit of the caliper: give that of the "
-            "readings; what else is uncertain has keys of its own in [uncertainty]."
+            f"{source}: readings.resolution_mm = {resolution_mm:g}: {count} of {len(read_mm)} readings are not "
+            "multiples of it, whatever height they count from. Set it to the last digit of the caliper; declare other "
+            "uncertainties by their keys in [uncertainty]."
         )
 
 
@@ -202,8 +202,8 @@ def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm
         return ()
     return (
         f"uncertainty.repeatability_mm = {declared_mm:g} is not used: the repeats show the scatter, "
-        f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), and so little in fewer than "
-        "1 of 100 sheets of normal readings with that repeatability.",
+        f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), and fewer than 1 of 100 sheets "
+        "of normal readings with that repeatability scatter so little.",
     )
 
 

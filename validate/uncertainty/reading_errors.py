@@ -54,7 +54,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     repeats_mm, residual_mm = repeats_of(measured)
     count = (~np.isnan(repeats_mm)).sum(axis=1).astype(np.float64)
     resolution_mm = max(settings.resolution_mm, resolution_of(repeats_mm))
-    seen: Source = "detected" if resolution_mm > settings.resolution_mm else "declared"
+    origin: Source = "detected" if resolution_mm > settings.resolution_mm else "declared"
     own_mm, shapes, per_pass = without_passes(residual_mm, s_mm, declared.pass_mm)
     far, robust_mm = _far(own_mm, count, resolution_mm)
     unused = unused_repeatability(measured, declared, resolution_mm)
@@ -66,43 +66,44 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     freedom = (count - 1) * (1 - shapes.shape[1] / stations)
     squares_mm2 = np.nansum((kept_mm - middle_mm[:, None]) ** 2, axis=1)
     components: list[Component] = []
-    known = bool(freedom.sum()) or declared.repeatability_mm is not None
+    has_scatter = bool(freedom.sum()) or declared.repeatability_mm is not None
     pooled_mm = declared.repeatability_mm or 0.0
     if freedom.sum():
         pooled_mm = float(np.sqrt(squares_mm2.sum() / freedom.sum()))
     last_digit = f"last digit, {resolution_mm:g} mm"
-    if known and resolution_mm > COARSE * pooled_mm and count.max() > 1:
+    if has_scatter and resolution_mm > COARSE * pooled_mm and count.max() > 1:
         draws_mm = rounded_errors_mm(np.where(alone, np.nan, repeats_mm), resolution_mm, draws) - middle_mm
-        components.append(Component(f"scatter and {last_digit}", seen, draws_mm))
+        components.append(Component(f"scatter and {last_digit}", origin, draws_mm))
     else:
         if freedom.sum():
             rounded_mm2 = squares_mm2 + freedom * resolution_mm**2 / 12
             sets_mm = possible_scatter_mm(rounded_mm2, freedom, draws) / np.sqrt(count)
             draws_mm = sets_mm * normals("scatter", stations, draws) - middle_mm
             components.append(Component("scatter of the repeats", "repeats", draws_mm))
-        elif known:
+        elif has_scatter:
             draws_mm = pooled_mm * normals("scatter", stations, draws)
             components.append(
                 Component("scatter of the readings", "declared", draws_mm, setting="uncertainty.repeatability_mm")
             )
         rounding_mm = resolution_mm * (uniforms("digit", stations, draws) - 0.5) / np.sqrt(count)
-        components.append(Component(last_digit, seen, rounding_mm, setting="readings.resolution_mm"))
+        components.append(Component(last_digit, origin, rounding_mm, setting="readings.resolution_mm"))
     if shapes.shape[1]:
         noise_mm2 = (pooled_mm**2 + resolution_mm**2 / 12) / (shapes**2).sum(axis=0)
         components.append(passes_error(declared.pass_mm, per_pass, noise_mm2, shapes, ~np.isnan(repeats_mm)))
     slope = _steeper_slope(s_mm, measured.level_mm)
-    told = {
+    sizes_mm = {
         "readings.datum_error_mm": settings.datum_error_mm,
         "readings.probe_mm": settings.probe_mm,
         **{f"uncertainty.{name}": getattr(declared, name) for name in ("station_mm", "station_each_mm", "common_mm")},
     }
     errors = {
-        name: _declared(name, UNDECLARED_MM if value is None else value, s_mm, slope) for name, value in told.items()
+        name: _declared(name, UNDECLARED_MM if value is None else value, s_mm, slope)
+        for name, value in sizes_mm.items()
     }
     limit_mm = settings.limit_mm * np.ones(stations) * (2 * uniforms("limit", 1, draws) - 1)
     components += [
         Component("limit of error of the caliper", "declared", limit_mm, shared=True, setting="readings.limit_mm"),
-        *(errors[name] for name, value in told.items() if value is not None),
+        *(errors[name] for name, value in sizes_mm.items() if value is not None),
         _arches(s_mm, measured.level_mm),
     ]
     if settings.probe_mm is not None:
@@ -110,8 +111,8 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     return Budget(
         stations=stations,
         components=tuple(components),
-        missing=tuple(errors[name] for name, value in told.items() if value is None),
-        scatter_known=known,
+        missing=tuple(errors[name] for name, value in sizes_mm.items() if value is None),
+        scatter_known=has_scatter,
         notes=tuple(notes),
         unused=unused,
     )
@@ -143,26 +144,26 @@ def _declared(name: str, size_mm: float, s_mm: Floats, slope: Floats) -> Compone
     stations, ones, draws = len(s_mm), np.ones(len(s_mm)), draws_for(len(s_mm))
     common, own = normals(name, 1, draws), normals(f"{name}, each", stations, draws)
     if name == "readings.datum_error_mm":
-        told, draws_mm, shared = "height of the datum", size_mm * common * ones, True
+        label, draws_mm, shared = "height of the datum", size_mm * common * ones, True
     elif name == "readings.probe_mm":
         # A probe reads the highest point that it covers: by up to the slope times half its width too high.
-        told, shared = "width of the probe on a slope", True
+        label, shared = "width of the probe on a slope", True
         draws_mm = np.abs(slope) * size_mm / 2 * uniforms(name, 1, draws)
     elif name == "uncertainty.station_mm":
-        told, draws_mm, shared = "common shift of the stations", slope * size_mm * common, True
+        label, draws_mm, shared = "common shift of the stations", slope * size_mm * common, True
     elif name == "uncertainty.station_each_mm":
         # The slope itself is known from stations that are off.
-        told, shared = "place of each station", False
+        label, shared = "place of each station", False
         unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations, draws)
         draws_mm = slope * unsure * size_mm * own
     else:
-        told, shared = "error that all repeats of a station share", False
+        label, shared = "error that all repeats of a station share", False
         # A scan's stations are so close that the error is straight between some of them.
         place_mm = s_mm if stations <= FEW_STATIONS else np.linspace(s_mm[0], s_mm[-1], FEW_STATIONS)
         alike = np.exp(-(((place_mm[:, None] - place_mm) / ALIKE_MM) ** 2) / 2)
         root = np.linalg.cholesky(alike + 1e-9 * np.eye(len(place_mm)))
         draws_mm = size_mm * own[:, : len(place_mm)] @ root.T @ hats(s_mm, place_mm).T
-    return Component(told, "declared", draws_mm, shared=shared, setting=name)
+    return Component(label, "declared", draws_mm, shared=shared, setting=name)
 
 
 def _arches(s_mm: Floats, level_mm: Floats) -> Component:
@@ -197,16 +198,16 @@ def _outliers(places: list[float], robust_mm: float) -> Iterator[str]:
     if places:
         yield (
             f"At {counted(len(places), 'station')} (s = {_listed(places)} mm) a reading is more than {OUTLIER:g} "
-            f"robust standard deviations ({robust_mm:.2g} mm) away from the others. The mean includes it; where there "
-            "are three readings or more, the intervals take the true level for that of the others."
+            f"robust standard deviations ({robust_mm:.2g} mm) away from the others. The mean includes it; if a station "
+            "has three readings or more, the intervals are based on the others."
         )
 
 
 def _touching(places: list[float], probe_mm: float) -> Iterator[str]:
     if places:
         yield (
-            f"The probe, {probe_mm:g} mm wide, is no narrower than the crack at {counted(len(places), 'station')} "
-            f"(s = {_listed(places)} mm): there it touches the walls, and reads too high by an unknown amount."
+            f"The probe, {probe_mm:g} mm wide, is as wide as the crack or wider at {counted(len(places), 'station')} "
+            f"(s = {_listed(places)} mm): it touches the walls there and reads too high by an unknown amount."
         )
 
 
@@ -303,8 +304,8 @@ def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int = DRAWS) ->
     error = reach * np.linspace(-1, 1, STEPS)
     away = (off[:, None, None, :] + error[:, None, :, None]) / SPREADS_OF_STEP[:, None, None]
     half = 0.5 / SPREADS_OF_STEP[:, None, None]
-    held = np.where(np.isnan(away), 1.0, ndtr(away + half) - ndtr(away - half))
-    chance = held.prod(axis=-1)
+    likelihood = np.where(np.isnan(away), 1.0, ndtr(away + half) - ndtr(away - half))
+    chance = likelihood.prod(axis=-1)
     by_spread = np.log(chance.sum(axis=-1) * reach + 1e-300).sum(axis=0)
     share = np.cumsum(np.exp(by_spread - by_spread.max()))
     which = np.searchsorted(share / share[-1], uniforms("spread of rounded", 1, draws)[:, 0])

@@ -60,22 +60,22 @@ def level_sentences(
     """
     if screening:
         return "ASME V&V 20: not assessed: the level is the fast model's.", _station_sentence(
-            stations, parts, _known(mean)
+            stations, parts, _included(mean)
         )
     if mean.resolved is None:
         no_input = mean.numerics_mm is not None and mean.inputs_mm is None and not mean.inputs_waiting
         text = NO_INPUT if no_input else f"{NOT_ASSESSED}."
-        return text, _station_sentence(stations, parts, _known(mean))
+        return text, _station_sentence(stations, parts, _included(mean))
     half_mm = COVERAGE * mean.validation_mm
     span = f"{signed(mean.error_mm - half_mm, 2)} and {signed(mean.error_mm + half_mm, 2)} mm"
     figures = f"ASME V&V 20: E = {signed(mean.error_mm, 2)} mm, {COVERAGE:g} u_val = {half_mm:.2f} mm"
     if mean.resolved:
         way = "high" if mean.error_mm > 0 else "low"
-        text = f"The model's mean level is too {way} ({figures}): its error lies between {span}."
+        text = f"The model's mean level is too {way} ({figures}): its error is between {span}."
     else:
         text = (
-            f"The mean level is consistent with the readings ({figures}): the model's error in it lies between {span}. "
-            "This does not say that the model is right."
+            f"The mean level is consistent with the readings ({figures}): the model's error in it is between {span}. "
+            "This does not show that the model is right."
         )
     if calibrated:
         text += " The model was calibrated on these readings, which makes E smaller than that of a prediction."
@@ -90,13 +90,13 @@ def with_time(comparison: Comparison, extra_runs: str) -> Comparison:
     return comparison.model_copy(update={"findings": tuple(timed.get(one, one) for one in comparison.findings)})
 
 
-def _known(mean: MeanLevelBudget) -> str:
+def _included(mean: MeanLevelBudget) -> str:
     """Return the names of the included uncertainties if some are missing."""
     parts = ["readings"] if mean.numerics_mm is None else ["readings", "numerics"]
     return " and ".join(parts if mean.inputs_mm is None else [*parts, "some inputs"]) + " alone"
 
 
-def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], known: str) -> str:
+def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], included: str) -> str:
     """Return the sentence on the stations. The bands are by the uncertainties ``included``, of which ``parts`` are all.
 
     Many stations are many tests, so a station counts as off if its error is outside the band of all stations together.
@@ -107,18 +107,18 @@ def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], know
     where = f" ({high} too high, {int(off.sum()) - high} too low)" if off.any() else ""
     chance = f"about {stations.by_chance:.0f}" if stations.by_chance >= 0.5 else "fewer than 1"
     largest = max(parts, key=lambda one: one.station_mm).name
-    verb, whose = ("lies", "its") if above == 1 else ("lie", "their")
+    verb, whose = ("is", "its") if above == 1 else ("are", "their")
     return (
-        f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the level leaves the 95 % band of the whole "
-        f"profile{where}, by {known}. {above or 'None'} {verb} outside {whose} own band; {chance} would by chance, if "
-        f"the budget of errors (mostly {largest}) is complete."
+        f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the level is outside the 95 % band of the whole "
+        f"profile{where}; the bands are by {included}. {above or 'None'} of {count} {verb} outside {whose} own 95 % "
+        f"band; {chance} would by chance, if the budget of errors (mostly {largest}) is complete."
     )
 
 
 def missing_sentence(missing: Sequence[BudgetPart]) -> str:
     """Return the sentence on errors of the readings that no interval includes."""
     names = ", ".join(one.name for one in missing)
-    return f"In no interval (declare it to include it): {names}."
+    return f"Not covered by any interval (declare it to include it): {names}."
 
 
 PLACES = 101  # At which the band is told; more get fewer draws

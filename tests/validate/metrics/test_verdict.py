@@ -138,23 +138,21 @@ def test_the_headline_holds_the_run_against_its_baseline(flat_mm, loses):
     """Of two equal errors the baseline's is the better one: it needs no simulation."""
     baseline = Baseline(name="the dispensed volume lying flat", numbers=0, mean_error_mm=flat_mm)
     sentence = judgement_of(mean_error_mm=0.5, baselines=(baseline,)).headline[1]
-    assert sentence.startswith(
-        f"The dispensed volume lying flat is {flat_mm:.2f} mm off; the simulation, which has not"
-    )
-    assert ("no better than a baseline" in sentence) is loses
+    assert sentence.startswith(f"The dispensed volume lying flat is {flat_mm:.2f} mm off; the simulation, made without")
+    assert ("no closer to these readings than a baseline" in sentence) is loses
 
 
 def test_what_was_fitted_is_named():
     names = "fluid.U", "fluid.freeze_after_s", "crack.wall_angle_deg"
     fitted = judgement_of(role="calibrated-on", fitted=names, stations_compared=16)
     assert "(fitted at 16 stations: U, age at freezing, wall angle)" in fitted.verdict
-    assert "(what was fitted is not declared)" in judgement_of(role="calibrated-on").verdict
-    assert "(no setting was fitted, as was declared): no test." in judgement_of(role="calibrated-on", fitted=()).verdict
+    assert "(the fitted settings are not declared)" in judgement_of(role="calibrated-on").verdict
+    assert "(declared: no setting was fitted): not a test." in judgement_of(role="calibrated-on", fitted=()).verdict
 
 
 def test_held_out_by_word_and_by_the_catalogue_are_told_apart():
-    assert "as was declared" in judgement_of().verdict
-    assert "as was declared" not in judgement_of(lab_searched=True).verdict
+    assert "Held out, as declared" in judgement_of().verdict
+    assert "as declared" not in judgement_of(lab_searched=True).verdict
 
 
 def test_a_leak_speaks_before_thin_readings():
@@ -182,7 +180,7 @@ def test_what_the_readings_cannot_tell_is_neither_passed_nor_failed(found_mm, in
 
 def test_an_interval_without_the_readings_scatter_says_so():
     judgement = judgement_of(mean_error_mm=1.0, interval_mm=(0.98, 1.02), scatter_known=False)
-    assert "(0.98 to 1.02 mm, 95 % by the readings, their scatter not known)" in judgement.verdict
+    assert "(0.98 to 1.02 mm, 95 % by the readings, their scatter unknown)" in judgement.verdict
 
 
 @pytest.mark.parametrize("gate", [GATE, None])

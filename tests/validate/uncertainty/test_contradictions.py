@@ -128,7 +128,7 @@ def test_readings_finer_than_the_declared_last_digit_contradict_it():
     """Readings between two marks by eye may be some; the caliper's own digit, which is the default, is not asked."""
     random = np.random.default_rng(11)
     fine_mm = np.round(BED_MM[:, None] + noise_mm(random, "normal"), 2) - BED_MM[:, None]
-    with pytest.raises(InputError, match=r"readings\.resolution_mm = 0\.5: \d+ of 51 readings are no multiples"):
+    with pytest.raises(InputError, match=r"readings\.resolution_mm = 0\.5: \d+ of 51 readings are not multiples"):
         check(fine_mm, Uncertainty(), resolution_mm=0.5)
     coarse_mm = 0.37 + np.round((BED_MM[:, None] + noise_mm(random, "normal")) * 2) / 2 - BED_MM[:, None]
     check(coarse_mm, Uncertainty(), resolution_mm=0.5)
