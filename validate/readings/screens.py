@@ -16,19 +16,42 @@ Ints = NDArray[np.int64]
 OfCell = Literal["zero", "sign slip", "code"]
 Kind = OfCell | Literal["scatter", "mean row", "mean column", "copy", "sign", "unit", "datum", "direction"]
 
-MEDIAN_OF_SPREADS = {2: 0.674, 3: 0.833, 4: 0.888, 5: 0.916}
-"""Median of the standard deviation of so many normal readings, over that of one."""
-LEAST_SPREAD_MM = 0.02  # Limit of a digital caliper's error, below which no hand repeats a reading
-ZERO_FAR, ZERO_FAR_MM = 4.2, 1.0
-"""Distance from its peers at which 0.00 is no reading of theirs: in standard deviations, and at least in mm."""
 NINES = re.compile(r"9{2,}(\.9+)?|9\.9{2,}")  # A number that programs write for a missing reading, without its sign
-DEEP_MM, DEEP_AT_END_MM = 1.5, 4.0  # Level among which a station of zeros, or of the other sign, stands out
-SLIP_FAR, SLIP_NEAR = 8.0, 4.0
-"""A slip is so many standard deviations from its peers, and its opposite within so many."""
-SLIP_SHARE, NEIGHBOUR_SHARE = 0.35, 0.15
-"""Shares of a level by which its repeats and its neighbours may differ from it where they scatter."""
-SCATTER = 9.0  # Ratio of a station's spread to that of its neighbours; about ten, as their own is not well known
-STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Usual last digits, by size
+STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Common last digits, the largest first
+MEDIAN_OF_SPREADS = {2: 0.674, 3: 0.833, 4: 0.888, 5: 0.916}
+"""Median of the standard deviation of so many normal readings, relative to the true one."""
+
+
+@dataclass(frozen=True)
+class CellLimits:
+    """Limits of the checks of cells, rows and columns; "sd" is the standard deviation of a single reading.
+
+    They were set on synthetic sheets of other seeds than those that ``benchmarks/ingest.py`` judges, so that planted
+    mistakes are found and at most 5 % of sound sheets are questioned. A stricter limit (smaller distance or ratio,
+    larger probability) finds smaller mistakes and questions more sound sheets.
+    """
+
+    least_spread_mm: float = 0.02  # Smallest sd: the limit of error of a digital caliper, which no hand repeats better
+    zero_sd: float = 4.2  # Distance from its peers, in sd, above which 0.00 is suspicious
+    zero_mm: float = 1.0  # The same distance, at least in mm
+    deep_mm: float = 1.5  # Depth of the neighbours above which a station of zeros, or of the other sign, is suspicious
+    deep_at_end_mm: float = 4.0  # The same depth at an end of the sheet
+    slip_sd: float = 8.0  # Distance from its peers, in sd, above which a reading of the other sign is suspicious
+    opposite_sd: float = 4.0  # Distance of its opposite from its peers, in sd, below which it has a wrong sign
+    slip_share: float = 0.35  # Share of a level by which scattered repeats may differ from it
+    neighbour_share: float = 0.15  # Share of a level by which scattered neighbours may differ from it
+    scatter: float = 9.0  # Ratio of a station's spread to that of its neighbours; about ten, since theirs is uncertain
+    mean_row_chance: float = 3e-3  # Probability of chance agreement below which a row is the mean of others
+    mean_column_chance: float = 1e-2  # Probability of chance agreement below which a column is the mean of others
+    copy_chance: float = 1e-3  # Probability of chance agreement below which a column is a copy
+    at_mean: float = 0.02  # Probability that a row's position is the mean of the others' by chance
+    rounding_mm: float = 1e-6  # Margin for two equal means, above the error of binary fractions
+    hand_mm: float = 0.05  # Smallest sd of a reading by hand
+    copied: float = 0.35
+    """Probability of equal columns by rounding below which they are copies; few sheets are so coarse."""
+
+
+LIMITS = CellLimits()
 
 
 @dataclass(frozen=True)
@@ -95,7 +118,7 @@ def spread_mm(readings_mm: Floats) -> float:
     """Return the typical standard deviation of a single reading; without repeats, from the scatter along s."""
     count = (~np.isnan(readings_mm)).sum(axis=1)
     several = count > 1
-    least_mm = max(LEAST_SPREAD_MM, 0.4 * last_digit_mm(readings_mm))
+    least_mm = max(LIMITS.least_spread_mm, 0.4 * last_digit_mm(readings_mm))
     if several.sum() >= 3:
         spreads_mm = np.nanstd(readings_mm[several], axis=1, ddof=1)
         usual = MEDIAN_OF_SPREADS.get(int(np.median(count[several])), 1.0)
@@ -153,15 +176,16 @@ def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
             value, middle = row_mm[j], float(np.median(peers_mm))
             if value == 0 and peers_mm.any():
                 # Another 0 is no peer of a 0; of few others that are none, one may be wrong itself.
-                others_mm, far_mm = peers_mm[peers_mm != 0], max(ZERO_FAR_MM, ZERO_FAR * one_mm)
+                others_mm, far_mm = peers_mm[peers_mm != 0], max(LIMITS.zero_mm, LIMITS.zero_sd * one_mm)
                 alone = 2 * len(others_mm) <= len(peers_mm)
                 beside_mm = expected_mm(stations_mm, i, 0.0) if alone else np.inf
                 if min(abs(float(np.median(others_mm))), abs(beside_mm)) > far_mm:
                     odd[i, int(j)] = "zero"
-            slipped = value * middle < 0 and abs(value - middle) > max(ZERO_FAR_MM, SLIP_FAR * one_mm)
+            slipped = value * middle < 0 and abs(value - middle) > max(LIMITS.zero_mm, LIMITS.slip_sd * one_mm)
             # Of two readings alone, that one has slipped whose neighbours are of the other sign.
             slipped &= len(peers_mm) > 1 or value * expected_mm(stations_mm, i, middle) < 0
-            near_mm = max(SLIP_NEAR * one_mm, min(SLIP_SHARE * abs(middle), 2 * SLIP_NEAR * one_mm))
+            opposite_mm = LIMITS.opposite_sd * one_mm
+            near_mm = max(opposite_mm, min(LIMITS.slip_share * abs(middle), 2 * opposite_mm))
             if slipped and abs(value + middle) < near_mm:
                 odd[i, int(j)] = "sign slip"
     return odd
@@ -175,7 +199,7 @@ def _codes(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
     if not len(others_mm):
         return {}
     low_mm, high_mm = others_mm.min(), others_mm.max()
-    far = np.maximum(low_mm - values_mm, values_mm - high_mm) > max(ZERO_FAR_MM, high_mm - low_mm)
+    far = np.maximum(low_mm - values_mm, values_mm - high_mm) > max(LIMITS.zero_mm, high_mm - low_mm)
     return {(int(i), int(j)): "code" for i, j in np.argwhere(nines & far)}
 
 
@@ -206,20 +230,22 @@ def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, OfCell]]:
         if (row_mm == 0).all():
             # The crack may be filled at an end, to which the level then rises.
             flat_mm = max(0.1 * farther, one_mm)
-            deep = nearer > DEEP_AT_END_MM and abs(abs(a) - abs(b)) < flat_mm if at_end else nearer > 0.2 * farther
-            if deep and nearer > DEEP_MM and nearer > 3 * min(one_mm, 1.0):
+            even = nearer > LIMITS.deep_at_end_mm and abs(abs(a) - abs(b)) < flat_mm
+            deep = nearer > LIMITS.deep_mm and nearer > 3 * min(one_mm, 1.0)
+            if deep and (even if at_end else nearer > 0.2 * farther):
                 yield int(i), "zero"
             continue
         value = float(middle_mm[i])
         # One of several is a slip of its own.
         if value * a >= 0 or not (row_mm * value > 0).all():
             continue
-        slack_mm = max(0.2, NEIGHBOUR_SHARE * abs(value), min(SLIP_NEAR * one_mm, 3 * NEIGHBOUR_SHARE * abs(value)))
+        scattered_mm = min(LIMITS.opposite_sd * one_mm, 3 * LIMITS.neighbour_share * abs(value))
+        slack_mm = max(0.2, LIMITS.neighbour_share * abs(value), scattered_mm)
         low, high = nearer - slack_mm, farther + slack_mm
         if at_end:
             ahead = abs(2 * a - b)
             low, high = min(abs(a), ahead) - slack_mm, max(abs(a), ahead) + slack_mm
-        if abs(value) > (2 * DEEP_MM if at_end else DEEP_MM) and low <= abs(value) <= high:
+        if abs(value) > (2 * LIMITS.deep_mm if at_end else LIMITS.deep_mm) and low <= abs(value) <= high:
             yield int(i), "sign slip"
 
 
@@ -231,15 +257,15 @@ def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
         return
     where = np.flatnonzero(several)
     spreads_mm = np.nanstd(values_mm[where], axis=1, ddof=1)
-    least_mm = max(LEAST_SPREAD_MM, 0.4 * last_digit_mm(values_mm))
-    far = spreads_mm > SCATTER * least_mm
+    least_mm = max(LIMITS.least_spread_mm, 0.4 * last_digit_mm(values_mm))
+    far = spreads_mm > LIMITS.scatter * least_mm
     for place, i in zip(np.flatnonzero(far).tolist(), where[far].tolist(), strict=True):
         # Four at each place, at an end those on one side: fewer leave their own spread open.
         first_near = min(max(place - 2, 0), max(len(where) - 5, 0))
         near = [k for k in range(first_near, min(first_near + 5, len(where))) if k != place]
         others_mm = float(np.median(np.delete(spreads_mm, place)))
         usual_mm = max(least_mm, others_mm, 0.5 * float(np.median(spreads_mm[near])))
-        if spreads_mm[place] > SCATTER * usual_mm:
+        if spreads_mm[place] > LIMITS.scatter * usual_mm:
             first = int(np.flatnonzero(~np.isnan(values_mm[i]))[0])
             row = int(cells.rows[i, first])
             finding = (
@@ -247,14 +273,6 @@ def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
                 f"{spreads_mm[place] / usual_mm:.0f} times the scatter of their neighbours ({usual_mm:.2g} mm)."
             )
             yield Doubt("scatter", row, cells.station_column, (f"{row}",), finding, "Correct the row")
-
-
-MEAN_ROW_BY_CHANCE, MEAN_COLUMN_BY_CHANCE, COPY_BY_CHANCE = 3e-3, 1e-2, 1e-3
-"""Probabilities below which digits that agree do not do so by chance."""
-AT_MEAN = 0.02  # Probability that a row's place is the mean of the others'
-ROUNDING_MM = 1e-6  # Least distance of two means, more than binary fractions leave
-HAND_MM = 0.05  # Least standard deviation of a reading by hand
-COPIED = 0.35  # Probability of equal columns by rounding below which they are copies; few sheets are so coarse
 
 
 def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
@@ -275,14 +293,15 @@ def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
             scales_mm = np.full(here.sum(), spread_mm(values_mm[others]))
             # In its place among its neighbours the mean may be a level like theirs.
             bent_mm = abs(cells.stations_mm[i] - expected_mm(cells.stations_mm, i, np.inf))
-            expected = bent_mm < SLIP_NEAR * scales_mm[0] and i in (first_row.argsort()[i], first_row.argsort()[~i])
+            in_order = i in (first_row.argsort()[i], first_row.argsort()[~i])
+            expected = in_order and bent_mm < LIMITS.opposite_sd * scales_mm[0]
             if not expected:
-                scales_mm[0] = max(float(np.nanstd(cells.stations_mm[others])), LEAST_SPREAD_MM)
+                scales_mm[0] = max(float(np.nanstd(cells.stations_mm[others])), LIMITS.least_spread_mm)
             place_mm = float(np.mean(s_mm[others]))
             at_mean = abs(s_mm[i] - place_mm) <= max(0.07, 0.005 * place_mm)
             chance = float(np.minimum(1.0, 0.8 * half_mm / scales_mm).prod())
-            chance *= len(s_mm) if not at_mean else 1.0 if expected else AT_MEAN
-            if chance < MEAN_ROW_BY_CHANCE:
+            chance *= len(s_mm) if not at_mean else 1.0 if expected else LIMITS.at_mean
+            if chance < LIMITS.mean_row_chance:
                 row = int(first_row[i])
                 finding = f"the row at s = {s_mm[i]:g} mm is the mean of {others.sum()} other rows in every column."
                 yield Doubt("mean row", row, cells.station_column, (f"{row}",), finding, "Remove it from the table")
@@ -291,7 +310,7 @@ def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
 
 def _half_digit_mm(digits_mm: Floats) -> float:
     """Return half the finest digit of a mean, its rounding error, plus a margin for binary fractions."""
-    return 0.5 * float(digits_mm.min()) + ROUNDING_MM
+    return 0.5 * float(digits_mm.min()) + LIMITS.rounding_mm
 
 
 def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
@@ -299,7 +318,7 @@ def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
     values_mm, copies = cells.readings_mm, set[int]()
     repeats = range(values_mm.shape[1])
     # Repeats that differ by a hand's scatter are rounded to one value as often as this.
-    rounded = max(0.1, 1 - 1.13 * HAND_MM / max(last_digit_mm(values_mm), HAND_MM))
+    rounded = max(0.1, 1 - 1.13 * LIMITS.hand_mm / max(last_digit_mm(values_mm), LIMITS.hand_mm))
     pairs = {(a, b): ~np.isnan(values_mm[:, [a, b]]).any(axis=1) for a, b in combinations(repeats, 2)}
     shares = {
         (a, b): float((values_mm[both, a] == values_mm[both, b]).mean())
@@ -308,7 +327,7 @@ def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
     }
     usual = [share for share in shares.values() if share < 1]
     for (a, b), share in shares.items():
-        limit = COPY_BY_CHANCE if usual else COPIED
+        limit = LIMITS.copy_chance if usual else LIMITS.copied
         if share == 1 and b not in copies and max(rounded, *usual, 0.0) ** int(pairs[a, b].sum()) < limit:
             copies.add(b)
             what = f"a copy of the one in {_named(cells, a)[1]}, reading by reading"
@@ -321,7 +340,7 @@ def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
         half_mm = _half_digit_mm(cells.digits_mm[compared, j])
         off_mm = np.abs(values_mm[compared, j] - np.nanmean(values_mm[compared][:, others], axis=1))
         by_chance = min(1.0, 0.8 * half_mm / spread_mm(values_mm[:, others])) ** int(compared.sum())
-        if (off_mm <= half_mm).all() and by_chance < MEAN_COLUMN_BY_CHANCE:
+        if (off_mm <= half_mm).all() and by_chance < LIMITS.mean_column_chance:
             yield _on_column(cells, "mean column", j, f"the mean of the other {len(others)} at every station")
             return
 
