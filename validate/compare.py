@@ -37,7 +37,7 @@ from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import COVERAGE
 from validate.wording.where_off import worst_at_a_station
 
-AREAS_AGREE = 1e-9  # Largest relative difference, by rounding, of the two computations of one area
+AREAS_AGREE = 1e-9  # Largest relative difference of the two computations of the area, by rounding
 
 
 def compare(
@@ -73,7 +73,7 @@ def compare(
     bins = error_bins(simulated, measured, outline.length_mm)
     errors = error_figures(error, measured)
     count = None if fitted is None else len(fitted)
-    # With no setting fitted the simulation has seen no more than they have.
+    # Without fitted settings the simulation uses no more of the readings than they do.
     baselines = () if role == "calibrated-on" and count != 0 else tuple(unseen)
     if role != "held-out":
         baselines += best_curves(measured, from_mm, to_mm, (*ALWAYS, *([count] if count else [])))

@@ -114,7 +114,7 @@ class Declared(Settings):
         for key, value in given.items():
             if key in self.model_fields_set and getattr(self, key) != value:
                 raise ValueError(f"{key} is {getattr(self, key)!r:.40}, but columns gives {value!r:.40}; keep one")
-        # The settings are frozen for all others.
+        # The model is frozen; its own validator may set fields.
         rest = columns.model_copy(update=dict.fromkeys((*OF_THE_SHEET, "sign")))
         for key, value in {**given, "columns": rest}.items():
             object.__setattr__(self, key, value)

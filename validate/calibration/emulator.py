@@ -17,12 +17,12 @@ LENGTH, AMPLITUDE, NUGGET = (0.05, 20.0), (0.05, 50.0), (1e-5, 2.0)
 USUAL_LENGTH, FACTOR = 1.0, 3.0
 """Median of the lengths' prior and its standard deviation as a factor: the likelihood of 16 runs without a prior has
 maxima at lengths of 0 and of infinity."""
-STARTS = (0.4, 1.5)  # Lengths from which the likelihood is climbed
+STARTS = (0.4, 1.5)  # Initial lengths of the optimisation
 ROOT5 = np.sqrt(5.0)
 SLOPE, OF_A_RUN = 1.5, 0.5
 """Prior standard deviations of the slopes of ln variance over a range, and of a single run's ln variance about the
 slope."""
-LEAST_MM2 = 1e-6  # Added to the variance of a run, which may be 0 in a closed form
+LEAST_MM2 = 1e-6  # Added to the variance of a run, which is 0 for a closed form
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Processes:
         size = scores.var(axis=0)
         length, variance, nugget = np.exp(logs[:, :dimensions]), *(np.exp(logs[:, dimensions:]).T * size)
         fitted = cls.given(points, scores, length, variance, nugget, relative)
-        # Runs that are left out may miss by more than the process says, which then is less sure by that factor.
+        # If left-out runs miss by more than the process predicts, its variance is increased by that factor.
         precision = np.einsum("kii->ki", fitted.inverse)
         missed = np.maximum(1.0, (fitted.weights**2 / precision).mean(axis=1))
         return cls.given(points, scores, length, variance * missed, nugget * missed, relative)
@@ -126,7 +126,7 @@ def _most_likely(points: Floats, score: Floats, relative: Floats) -> Floats:
 class Scatter:
     """Covariance of the residual of the components, and the slopes of the scatter of runs over the settings."""
 
-    rest_mm2: Floats  # (n, n) covariance of what components leave, in the middle
+    rest_mm2: Floats  # (n, n) covariance of the residual of the components, at the middle
     middle: Floats  # (d,) of the runs' points
     slopes: Floats  # (d,) of ln variance
 

@@ -9,8 +9,8 @@ import numpy as np
 from sealtwin.core.records import Floats
 from validate.units import setting_name, words
 
-WIDE = 5.0  # Ratio of the ends of a range from which equal steps are equal ratios
-INTERVAL = 0.9  # Share of a distribution between the ends that are stated of a free setting
+WIDE = 5.0  # Ratio of the ends of a range from which on it is sampled on a log scale
+INTERVAL = 0.9  # Probability of the stated interval of a free setting
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Free:
     name: str  # Dotted name, as "fluid.yield_stress_pa"
     low: float
     high: float
-    measured: tuple[float, float] | None = None  # Value and standard uncertainty where it was measured
+    measured: tuple[float, float] | None = None  # Value and standard uncertainty if it was measured
 
     @property
     def label(self) -> str:
@@ -42,7 +42,7 @@ class Free:
         if self.measured is None:
             return np.zeros_like(shares)
         values, (middle, standard) = self.values(shares), self.measured
-        # Equal steps of the share are steps of the value in proportion to it where the range is logarithmic.
+        # On a log scale, equal steps of the share are steps in proportion to the value.
         return -(((values - middle) / standard) ** 2) / 2 + (np.log(values) if self.logarithmic else 0.0)
 
     @cached_property
@@ -57,9 +57,9 @@ class Free:
         return float(high - low), float(np.sqrt(weight @ (shares - middle) ** 2))
 
 
-LIMIT = 0.5  # Width of an interval over that beforehand, above which a setting counts as not identified
-CONFOUNDED = 0.8  # Correlation from which two settings stand for each other
-NAMED = 0.2  # Least share of a setting in a combination that is named
+LIMIT = 0.5  # Width of an interval over that of the prior, above which a setting is not identified
+CONFOUNDED = 0.8  # Correlation from which on two settings are confounded
+NAMED = 0.2  # Smallest listed share of a setting in a combination
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Combination:
     """A direction in the space of the settings, in units of their prior standard deviations."""
 
     parts: tuple[float, ...]  # Unit vector
-    deviation: float  # Standard deviation along it; 1 where the readings say nothing
+    deviation: float  # Standard deviation along it; 1 if the readings contain no information
 
     def said(self, frees: Sequence[Free]) -> str:
         """Return it as "0.8 ln viscosity - 0.6 yield stress"."""

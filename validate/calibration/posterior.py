@@ -13,13 +13,13 @@ from validate.calibration.free import Free
 INFLATED = 1.2
 """Factor on all standard uncertainties. Lengths and nugget are used as if exact, so that without it the 90 % intervals
 of a prototype contained 81 to 88 % of the truths. Chosen on that prototype, not on this repository's benchmark."""
-POSSIBLE = 0.995  # Share of true settings that a bound of the misfit keeps
+POSSIBLE = 0.995  # Probability that true settings satisfy a bound of the misfit
 DISCREPANCIES_MM = np.array([0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
-DISCREPANCY_MM = 0.3  # Scale of the half-normal prior of the model's own error, which one trial cannot tell from paste
-ALIKE_MM = 15.0  # Length along the crack over which that error is alike, as of a bed that rises and falls
+DISCREPANCY_MM = 0.3  # Scale of the half-normal prior of the discrepancy; one trial cannot separate it from paste
+ALIKE_MM = 15.0  # Correlation length of the discrepancy along the crack, as of a bed that rises and falls
 MOST_COMPONENTS = 10
 WALKERS, STRETCH = 64, 2.0
-CANDIDATES = 4096  # Points of a Sobol sequence among which walkers start
+CANDIDATES = 4096  # Sobol points from which walkers start
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class ReadLevels:
 class BasisReach:
     """Residual of the readings from all sums of the shapes of runs, whatever the settings."""
 
-    residual_mm: float  # Root mean square of what is left at the stations
+    residual_mm: float  # Root mean square residual at the stations
     noise_mm: float  # Root mean square of the standard uncertainty of a reading against a run
     possible: bool
     components: int
@@ -78,7 +78,7 @@ class _Misfit:
         apart = (evidence.s_mm[:, None] - evidence.s_mm) / ALIKE_MM
         own_mm2 = discrepancy_mm**2 * np.exp(-(apart**2) / 2)
         root = np.linalg.cholesky(INFLATED**2 * evidence.covariance_mm2 + own_mm2 + 1e-8 * np.eye(len(apart)))
-        # In the coordinates in which this is the unit matrix and the scatter of runs, whatever its size, a diagonal.
+        # In these coordinates this covariance is the unit matrix, and the scatter of runs, of any size, is diagonal.
         scattered = np.linalg.solve(root, np.linalg.solve(root, INFLATED**2 * emulator.run_noise_mm2).T)
         self.scatter, turned = np.linalg.eigh((scattered + scattered.T) / 2)
         self.shapes = turned.T @ np.linalg.solve(root, emulator.basis_mm.T)

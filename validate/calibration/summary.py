@@ -19,9 +19,9 @@ from validate.calibration.free import (
 from validate.calibration.posterior import BasisReach, ReadLevels
 from validate.units import percent, setting_name
 
-MIXED = 1.1  # Gelman and Rubin's ratio above which draws are no posterior
+MIXED = 1.1  # Gelman-Rubin ratio above which the draws have not converged
 SHARE = 0.95
-HELD = 0.8  # Least share of the stations in the 95 % band of a trial that is held out
+HELD = 0.8  # Smallest share of the stations in the 95 % band of a held-out trial
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Prediction:
     read_mm: Floats
     error_mm: Floats  # Half the 95 % interval of a reading
     mean_mm: Floats
-    half_mm: Floats  # Half the 95 % band of a reading, with the scatter of runs and the errors of readings in it
+    half_mm: Floats  # Half the 95 % band of a reading, including the scatter of runs and the errors of readings
 
     @property
     def rms_mm(self) -> float:
@@ -77,12 +77,12 @@ class Calibrated:
     """A calibration of one trial or several."""
 
     name: str
-    emulated: bool  # Readings that nobody measured are among them
+    emulated: bool  # True if some readings were computed, not measured
     frees: tuple[Free, ...]
-    draws: Floats | None  # (500, d) in the unit cube; None where no setting makes the readings
+    draws: Floats | None  # (500, d) in the unit cube; None if no setting reproduces the readings
     best: Floats  # (d,)
-    runs: int  # Of each trial
-    unused: tuple[tuple[str, int, str], ...]  # Trial, run and reason of those without a result to trust
+    runs: int  # Number of runs of each trial
+    unused: tuple[tuple[str, int, str], ...]  # Trial, run and reason of runs without a valid result
     reaches: tuple[tuple[str, BasisReach], ...]
     least_implausibility: float
     mixing: float

@@ -20,8 +20,8 @@ from validate.result import EarlierTrial
 from validate.settings import Role
 from validate.units import counted
 
-ALWAYS = (1, 3)  # Numbers of the curves that every calibrated level is held against: a bed falls, rests and rises
-FINEST, IN_A_GAP = 400, 8  # Points at most, and in a gap between two stations, on which a curve is fitted
+ALWAYS = (1, 3)  # Numbers of coefficients of the curves for every calibrated level: a bed falls, rests and rises
+FINEST, IN_A_GAP = 400, 8  # Largest number of fit points, and of those in a gap between stations
 NAMES = {1: "a flat line", 2: "a straight line", 3: "a parabola"}
 POOL = "the dispensed volume lying flat"
 
@@ -48,7 +48,7 @@ def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterab
     )
 
 
-@lru_cache(maxsize=256)  # The runs of a study are held against the same readings.
+@lru_cache(maxsize=256)  # The runs of a study are compared with the same readings.
 def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count: int) -> float:
     """Return the mean error of the best polynomial of ``count`` coefficients, exact between its points."""
     x, readings = np.array(s_mm), Profile(np.array(s_mm), np.array(level_mm))

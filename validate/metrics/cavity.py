@@ -16,12 +16,12 @@ from skimage.segmentation import watershed
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 
-ACROSS, LARGEST_MM = 8, 0.125  # Cells across the crack's mean width, and their largest size if they are not too many
+ACROSS, LARGEST_MM = 8, 0.125  # Cells across the crack's mean width, and their largest size within the limits below
 MOST_IN_MOUTH, MOST_CELLS = 40_000, 1_000_000  # Most cells between the walls, and in all
-LEAST_SHARE = 1e-9  # Share of a cell below which an area is rounding
+LEAST_SHARE = 1e-9  # Share of a cell below which an area is a rounding error
 LEVELS = 49  # Levels from the deepest floor to the face: a third of a millimetre apart at 16 mm
-BESIDE_MM = 1e-3  # Distance of a cut from the face and from a level facet, where the area jumps
-FINER = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # Levels within the lowest layer: a modelled floor is not quite level
+BESIDE_MM = 1e-3  # Distance of a cut from the face and from level facets, at which the area jumps
+FINER = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # Levels in the lowest layer: a modelled floor is not quite level
 LEVEL_MM, LEAST_OF_MOUTH, MOST_FLATS = 0.02, 1 / 200, 12
 """Height within which facets count as level; smallest area at one height, as a share of the mouth's area, that gets its
 own levels; and the largest number of such heights. Floors, shelves and roofs are level: without their own levels the
@@ -130,7 +130,7 @@ def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
     s_mm = _arc_lengths_mm(outline, raster, inside)
     count = max(int(np.ceil(outline.length_mm / raster.cell_mm)), 2)
     ends_mm = np.linspace(0.0, outline.length_mm, count + 1)
-    # Each cell is as long as a bin, and shared between the two that it lies in; bin ``count`` is that of no crack.
+    # A cell is as long as a bin and is divided between the two bins that it overlaps; bin ``count`` is for no crack.
     place = s_mm / ends_mm[1] - 0.5
     first = np.floor(place)
     later = place - first
@@ -243,7 +243,7 @@ def _cuts(solid: Solid, levels_mm: Floats, noise_mm: float) -> list[CrossSection
     """Return the cuts of the cavity (block minus mesh), from just above the deepest floor to just below the face."""
     x_min, y_min, x_max, y_max = solid.block_mm
     block = CrossSection.square((x_max - x_min, y_max - y_min)).translate((x_min, y_min))
-    # Copies, since it takes no array that is read-only or a view.
+    # Mesh64 needs writable arrays that are no views: copy.
     body = Manifold(Mesh64(np.array(solid.vertices_mm, float), np.array(solid.faces, np.uint64)))
     inside_mm = levels_mm.clip(levels_mm[0] + BESIDE_MM, levels_mm[-1] - max(noise_mm, BESIDE_MM))
     return [block - body.slice(level_mm) for level_mm in inside_mm.tolist()]

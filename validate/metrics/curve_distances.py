@@ -16,9 +16,9 @@ from validate.comparison import Alignment, ErrorBin, ErrorFigures, ShiftedError
 
 BIN_MM = 10.0
 """Length of an error bin along the crack, as in the paper's Fig. 9b; the outer bins are its start and end zones."""
-CLOSE_MM = 1.0  # Error for which the paper states the share of the crack's length that stays below it
-FRECHET_MM = 0.5  # Distance of the points for Frechet's distance; always the same, since the distance depends on it
-MOST_FRECHET = 400  # Limit on those points: the time grows with their square
+CLOSE_MM = 1.0  # Error for which the paper states the share of the crack's length below it
+FRECHET_MM = 0.5  # Spacing of the points for Frechet's distance, which depends on it: always the same
+MOST_FRECHET = 400  # Limit on the number of points: the time grows with its square
 ROUNDING = 1e-14  # Rounding error of a difference, as a share of its largest value
 
 
@@ -68,7 +68,7 @@ class Difference(PiecewiseLinear):
         x = np.unique(np.concatenate([x_a, x_b]))
         x = x[(x >= low) & (x <= high)]
         value = np.interp(x, x_a, y_a) - np.interp(x, x_b, y_b)
-        # Rounding moves a crossing at a station beside it.
+        # Rounding would move a crossing at a station to the side.
         value[np.abs(value) < ROUNDING * np.abs(value).max()] = 0.0
         crosses = np.sign(value[:-1]) * np.sign(value[1:]) < 0
         first, last = value[:-1][crosses], value[1:][crosses]
@@ -97,7 +97,7 @@ class Difference(PiecewiseLinear):
         """
         import similaritymeasures
 
-        # At a crossing both curves have one value; a sliver left by rounding would drop a triangle.
+        # At a crossing both curves are equal; a rounding difference would lose a triangle.
         curves = (np.column_stack([self.x, level]) for level in (self.base.value + self.value, self.base.value))
         return float(similaritymeasures.area_between_two_curves(*curves))
 
@@ -185,7 +185,7 @@ def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]
 
 
 CHOICE = "s from the first end given, on both curves; neither is shifted to fit the other"
-SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)  # Shifts by which a station set by hand, or the end of a crack, may be off
+SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)  # Possible errors of a station placed by hand, or of the end of a crack
 
 
 def alignment(simulated: Profile, measured: Profile) -> Alignment:

@@ -76,7 +76,7 @@ def judged(
     or a model for ``screening`` there is no verdict. ``passed`` compares the mean error with the limit, ``outcome`` its
     95 % interval by the readings.
     """
-    # What is declared and not used is said whatever the verdict.
+    # Unused declarations are reported with any verdict.
     m, findings = metrics, () if uncertainty is None else uncertainty.unused
     covers = f"cover {math.floor(100 * m.coverage + ROUNDING)} % of the crack's length"
     passed, outcome = None if gate is None else False, "undecided"
@@ -104,7 +104,7 @@ def judged(
         first += f" The readings {covers}." if m.coverage < NEARLY_ALL else ""
         sentences = first, beside_baselines(m), _use_of_readings(m)
         findings = () if uncertainty is None else uncertainty.sentences
-    # The metrics are checked already.
+    # The metrics were validated before.
     return Comparison.model_construct(
         **dict(m),
         headline=sentences,

@@ -8,7 +8,7 @@ from validate.comparison import MassBalance
 from validate.metrics.cavity import cavity_by_level
 from validate.settings import Readings
 
-CELL_MM = 0.2  # Cell of the raster on which sealant beside the mouth is measured: half a particle of the paper's size
+CELL_MM = 0.2  # Raster cell for sealant on the face: half a particle of the paper's size
 
 
 def mass_balance(run: Run, solid: Solid, volume_ratio: float, readings_mm3: float, settings: Readings) -> MassBalance:
@@ -38,7 +38,7 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
     """Return the area of the face under the discs of the particles that rest on it."""
     x_min, y_min, x_max, y_max = solid.block_mm
     corner_mm = np.array([x_min, y_min])
-    # Cells of the block's upper side beside the mouth, rows along y.
+    # Cells of the block's upper side outside the mouth, rows along y.
     on_face = np.zeros([int((y_max - y_min) / CELL_MM) + 1, int((x_max - x_min) / CELL_MM) + 1], np.uint8)
     triangles_mm = solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.TOP]][:, :, :2]
     for triangle in np.rint((triangles_mm - corner_mm) / CELL_MM).astype(np.int32):
@@ -47,7 +47,7 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
     covered = np.zeros_like(on_face)
     rows, columns = on_face.shape
     for column, row in np.rint((above - corner_mm) / CELL_MM).astype(int):
-        # Sealant over the mouth is a heap, no spill, though its disc may reach over the edge.
+        # Sealant over the mouth is a heap, even if its disc reaches over the edge of the mouth.
         if 0 <= row < rows and 0 <= column < columns and on_face[row, column]:
             cv2.circle(covered, (int(column), int(row)), max(1, round(run.radius_mm / CELL_MM)), 1, thickness=-1)
     return float((covered & on_face).sum()) * CELL_MM**2
@@ -109,7 +109,7 @@ def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profil
         flat = Profile(outline.s_mm, np.maximum(floor_mm, level_mm))
         return fill_volumes(flat, outline, solid, first_mm, last_mm)
 
-    # Above the face each millimetre adds as much as the first, so that all of the volume there is an upper bound.
+    # Above the face each millimetre adds the same volume, so the level with all of the volume there is an upper bound.
     highest_mm = 1.0 + volume_mm3 / held(1.0)["overfill_mm3"]
     level_mm = root_scalar(
         lambda level_mm: held(level_mm)["sealant_mm3"] - volume_mm3, bracket=(-solid.depth_mm, highest_mm)

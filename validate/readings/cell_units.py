@@ -17,7 +17,7 @@ from validate.readings.table_rows import is_a_number
 from validate.readings.text_table import is_missing, plain_letters
 
 LONGEST_UNIT = 8  # Letters of a word in a row of units, as [°C] or Uhrzeit
-LETTERED = 2  # Least letters of units in a column that is not named as one: M and G are initials, too
+LETTERED = 2  # Fewest letters of units in a column that is not named as such: M and G are also initials
 
 
 class UnitCell(NamedTuple):
@@ -27,7 +27,7 @@ class UnitCell(NamedTuple):
     column: int  # Column of the reading
     at: int  # Column of the unit
     written: str
-    unit: ColumnUnit | None  # None for one that is not read, as µm or %
+    unit: ColumnUnit | None  # None for an unsupported one, as µm or %
 
 
 def units_row(row: SheetRow) -> tuple[dict[int, ColumnUnit], dict[int, str]]:

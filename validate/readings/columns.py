@@ -63,7 +63,7 @@ class Column(ColumnMeaning):
 @dataclass(frozen=True)
 class Header:
     row: SheetRow
-    above: int  # Number of lines above the header that hold anything
+    above: int  # Number of lines with content above the header
     body: tuple[SheetRow, ...]
     station: Column
     readings: tuple[Column, ...]
@@ -75,9 +75,9 @@ class Header:
     """Direction of the readings; None if it is missing. Like a missing unit of a column, that is a fault."""
     remarks: tuple[SheetRow, ...] = ()
     """Rows of text about the sheet: above the header, comments, rows between readings."""
-    passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and those that are declared
-    unmet: tuple[str, ...] = ()  # What is declared to be skipped, and is nowhere
-    of_units: tuple[int, ...] = ()  # Columns, from 0, that hold the units of rows
+    passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and declared ones
+    unmet: tuple[str, ...] = ()  # Declared rows to skip that do not exist
+    of_units: tuple[int, ...] = ()  # Columns, from 0, that contain the units of rows
 
     @property
     def read(self) -> list[Column]:
@@ -125,7 +125,7 @@ class _HeaderReader:
         columns = self._one_table(self._columns())
         by_role = {role: [column for column in columns if column.role == role] for role in get_args(Role)}
         stations, readings, counters = by_role["station"], by_role["reading"], by_role["repeat"]
-        # A bare "Messung" numbers the repeats if another column holds the readings, and holds them itself otherwise.
+        # A bare "Messung" numbers the repeats if another column contains the readings; else it contains them itself.
         repeat = counters[0] if readings and len(counters) == 1 else None
         if repeat is None:
             readings += [replace(column, role="reading") for column in counters]
@@ -221,12 +221,12 @@ class _HeaderReader:
                 what = replace(what, role=taken_as.get(what.role, what.role))
                 what = ColumnMeaning("skipped", what.unit) if what.role in others else what
             if what is None and ("reading" in declared or at not in numeric):
-                # Words are no readings, and if these are declared all else is none.
+                # A column of words has no readings, and if readings are declared, no other column has.
                 what = ColumnMeaning("skipped")
             column = Column(**vars(what or ColumnMeaning("skipped")), index=at, name=name or letters(at))
             (unknown if what is None else columns).append(column)
         if fill and len(unknown) == 1 and not any(column.role in ("reading", "repeat") for column in columns):
-            # What else is beside masses?
+            # The only unknown column next to masses contains the levels.
             column = unknown.pop()
             columns.append(replace(column, **vars(_by_parts(column.name))))
         self._check_unknown(columns, unknown)

@@ -39,7 +39,7 @@ FACTOR = re.compile(
 """A number next to a unit that multiplies it, or may do so; a bare 10 before mm is ``NUMBER_AT_UNIT``."""
 NUMBER_AT_UNIT = re.compile(rf"(?<![0-9.,])([0-9]+)[\s_]?{UNIT}")
 SCALED = re.compile(rf"[0-9][0-9.,]*\s?{TIMES}?\s?{UNIT}|{UNIT}\s?[/{TIMES[1:]}\s?[0-9]+")
-LONGEST_NAME = 200  # Limit on the letters of a name; a longer one is a text, in which a search for a unit takes long
+LONGEST_NAME = 200  # Limit on the letters of a name; in longer texts a search for a unit takes long
 WORD = re.compile(r"[^\W\d_]+|[0-9]+")
 NAME = re.compile(r"[^\W_]+")
 COLUMNS = {role: frozenset(words.split()) for role, words in WORDS["columns"].items()}
@@ -53,7 +53,7 @@ OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("besi
 TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\W_])".format(**WORDS["directions"]))
 """A direction in several words."""
 ZERO_OF_READINGS, FACE, OF_FACTOR = (frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face", "factor"))
-NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth, of which nobody knows which way it counts
+NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth: its direction is ambiguous
 OF_FACE = COLUMNS["beside_any"] | SAMPLE
 COMMENT = re.compile(r"(#(?!(?:[A-Z\u00c0-\u00dd/0\u00a1]+[!?]|N/?[AVD])$)|//|%%)")
 """Beginning of a comment; #DIV/0! is an error of a spreadsheet."""
@@ -63,9 +63,9 @@ COMMENT = re.compile(r"(#(?!(?:[A-Z\u00c0-\u00dd/0\u00a1]+[!?]|N/?[AVD])$)|//|%%
 class ColumnMeaning:
     role: Role
     unit: ColumnUnit | None = None
-    quantity: Quantity | None = None  # Direction in which a reading counts; None where the name leaves it open
-    number: str | None = None  # Number of a repeat; None where the name holds none
-    factor: str | None = None  # What may multiply the unit, as "0,1 mm"; None where no number does
+    quantity: Quantity | None = None  # Direction of a reading; None if the name leaves it open
+    number: str | None = None  # Number of a repeat; None if the name has none
+    factor: str | None = None  # Possible factor of the unit, as "0,1 mm"; None without one
 
 
 @lru_cache(maxsize=4096)
@@ -106,7 +106,7 @@ def meaning(name: str) -> ColumnMeaning | None:
     ):
         return None
     ways = words & (DEPTH | LEVEL)
-    # A height that counts downward is a depth; a level below something may count either way.
+    # A height that counts downward is a depth; a level below something is ambiguous.
     if words & DEPTH and words & LEVEL and not ways <= HEIGHT | DOWNWARD:
         return None
     quantity: Quantity | None = "depth" if words & DEPTH else "level" if words & LEVEL else None
@@ -175,11 +175,11 @@ def units_named(text: str) -> set[ColumnUnit | None]:
     if words & OF_UNITS and factor_in(text) is not None:
         return {None}
     parts = [part for part in re.split(r"[\s:;=,()\[\]]+", plain) if part]
-    # M and G are initials, and "in" is a preposition, unless a word for unit stands before them.
+    # Without a word for "unit" before them, M and G are initials, and "in" is a preposition.
     last = parts[-1:] if words & OF_UNITS else []
     candidates = [part for part in parts if len(part.strip(".")) > 1 and part != "in"] + last
     if not words & OF_UNITS:
-        # A unit behind a number is that of the number.
+        # A unit after a number belongs to the number.
         candidates = [
             part for before, part in pairwise(["", *parts]) if part in candidates and not before[-1:].isdigit()
         ]

@@ -27,7 +27,7 @@ ERROR_TYPE = "{urn:org:documentfoundation:names:experimental:calc:xmlns:calcext:
 NUMBERS = ("float", "percentage", "currency")
 HIDDEN = ("collapse", "filter")
 SIZES = ("row-height", "column-width")
-NO_SIZE = re.compile(r"0*(?:[.,]0*)?[a-z%]*")  # "0cm", of a row or a column that nobody sees
+NO_SIZE = re.compile(r"0*(?:[.,]0*)?[a-z%]*")  # "0cm", of an invisible row or column
 ERROR = re.compile(r"#.*[^\W\d_].*|(?:err|fehler|erreur|error)\s?:\s?[0-9]+", re.IGNORECASE)
 """Text of an error: #DIV/0!, #WERT!, Err:503. In contrast, ### is a number in a column that is too narrow."""
 BEHIND = re.compile(r"[-+]?[0-9][0-9.,' \u00a0\u202f]*(\D+)")

@@ -30,7 +30,7 @@ FACTORS = MM | GRAMS
 CLOSEST_MM = 0.01
 """Least distance of two stations: the last digit of a caliper. Closer ones are one station that was read twice."""
 SLACK_MM = 2.0
-LONGEST_MM = 10_000.0  # Limit on s for a crack whose length is not known: longer ones fit on no table of a lab
+LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
 
 
 def read_readings(
@@ -129,8 +129,8 @@ class CrackLimits:
     depth_mm: float
 
     def check_station(self, place: Place, written: str, s_mm: float, faults: FaultList) -> None:
-        # The length is known to about a millimetre, or to a share of it by the scale; the last station of a caliper is
-        # the crack's end. At the beginning the scale has no share.
+        # The length is uncertain by about a millimetre, or by a share of it through the scale, and the last station may
+        # be at the crack's end. At the beginning the scale has no effect.
         if self.length_mm is None:
             furthest_mm, extent = LONGEST_MM, f"0 to at most {LONGEST_MM:g} mm"
         else:
@@ -147,7 +147,7 @@ class CrackLimits:
 
     def check_level(self, place: Place, written: str, level_mm: float, faults: FaultList) -> None:
         """Add a fault for an impossible level, in mm upward from the sample's surface."""
-        # Hand-made floors are uneven by up to a quarter of the depth, and beads of paste stand a few millimetres high.
+        # Hand-made floors are uneven by up to a quarter of the depth, and beads of paste are a few millimetres high.
         lowest_mm, highest_mm = -1.25 * self.depth_mm - 1.0, max(5.0, self.depth_mm / 2)
         if not lowest_mm <= level_mm <= highest_mm:
             faults.add(
@@ -169,7 +169,7 @@ class Reading(NamedTuple):
     value_mm: float
     row: int  # From 1
     column: int  # From 0
-    digit_mm: float  # Unit of its last digit that is not 0
+    digit_mm: float  # Place value of its last digit that is not 0
 
 
 @dataclass
@@ -211,7 +211,7 @@ class TableReader:
     declared: Declared
     crack: CrackLimits | None
     faults: FaultList
-    missing: int = 0  # Number of readings that are marked as missing, known once the rows are read
+    missing: int = 0  # Number of readings that are marked as missing; set by ``read``
 
     def read(self) -> ReadCells:
         """Return the readable stations, sorted along s, and their repeats.
@@ -239,7 +239,7 @@ class TableReader:
         Any other merged range of readings is a fault: its value may be that of all cells, or of the first.
         """
         header, merged = self.header, dict[int, SheetCell]()
-        # A merged header is legible: its names are those of the line below, or of columns without a name.
+        # A merged header is no problem: its names apply to the line below, or to columns without a name.
         body = {row.number: row for row in header.body}
         used = {column.index for column in header.read}
         for row, column, last_row, last_column in self.grid.merged:

@@ -16,7 +16,7 @@ from validate.readings.table_rows import upright
 from validate.readings.text_table import read_delimited
 from validate.settings import Declared
 
-LARGEST_FILE_BYTES = 5_000_000  # Limit on a sheet, a workbook with its pictures included
+LARGEST_FILE_BYTES = 5_000_000  # Limit on the size of a sheet, or of a workbook with its pictures
 ZIP = b"PK\x03\x04"
 OTHER_FORMATS: tuple[tuple[bytes, str], ...] = (
     (b"<!doctype html", "a page in HTML"),
@@ -93,7 +93,7 @@ def named_cells(
 def _content(path: Path) -> bytes:
     """Return the bytes of a file. Raises SheetFaults for a large file or an old workbook."""
     try:
-        # Reading from a pipe waits, and may never end.
+        # Reading from a pipe may block forever.
         if not stat.S_ISREG(path.stat().st_mode):
             raise IsADirectoryError(0, "no file")
         with path.open("rb") as file:
@@ -117,9 +117,9 @@ def _content(path: Path) -> bytes:
 class SamplePart:
     """A part of a file that may contain the readings of one sample."""
 
-    sheet: str | None  # Name of the worksheet, where there are several
-    rows_of: str | None  # Sample of the rows, as the column of samples first spells it; None without such a column
-    sha256: str = field(compare=False)  # Hash of the part's cells without the sample's name: equal for equal readings
+    sheet: str | None  # Name of the worksheet, if there are several
+    rows_of: str | None  # Sample of the rows, as first spelt in the sample column; None without such a column
+    sha256: str = field(compare=False)  # Hash of the part's cells without the sample name: equal for equal readings
     headed: bool = field(default=True, compare=False)
     """False for a worksheet without a header of readings: a cover, or readings under unknown names."""
 
@@ -139,7 +139,7 @@ def parts_of(path: Path) -> tuple[SamplePart, ...]:
         else:
             grids = (read_delimited(path, content, None),)
     except InputError:
-        # Reading it as the sheet of a sample reports the fault.
+        # The fault is reported when it is read as the sheet of a sample.
         return ()
     return tuple(part for grid in grids for part in _parts(grid, grid.sheet if len(grids) > 1 else None))
 

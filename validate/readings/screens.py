@@ -59,15 +59,15 @@ class ReadCells:
     """Readings of a sheet as written, in mm, the levels that they mean, and their cells."""
 
     s_mm: Floats  # (n,), increasing
-    readings_mm: Floats  # (n, r), counted as the sheet counts; NaN for a missing one
+    readings_mm: Floats  # (n, r), in the direction of the sheet; NaN for a missing one
     levels_mm: Floats  # (n, r), upward from the face
     rows: Ints  # (n, r): row of each reading, from 1
     columns: Ints  # (r,): column of each repeat, from 0
-    digits_mm: Floats  # (n, r): unit of the last digit of each reading that is not 0
+    digits_mm: Floats  # (n, r): place value of each reading's last digit that is not 0
     is_depth: bool  # True if the sheet counts downward
     station_column: int = 0
     header_row: int = 1
-    declared_unit_mm: float | None = None  # Unit of s where the sheet itself names none, else None
+    declared_unit_mm: float | None = None  # Unit of s if the sheet itself names none, else None
 
     @property
     def stations_mm(self) -> Floats:
@@ -175,14 +175,14 @@ def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
                 continue
             value, middle = row_mm[j], float(np.median(peers_mm))
             if value == 0 and peers_mm.any():
-                # Another 0 is no peer of a 0; of few others that are none, one may be wrong itself.
+                # Another 0 does not confirm a 0; if few others are not 0, one of them may be wrong itself.
                 others_mm, far_mm = peers_mm[peers_mm != 0], max(LIMITS.zero_mm, LIMITS.zero_sd * one_mm)
                 alone = 2 * len(others_mm) <= len(peers_mm)
                 beside_mm = expected_mm(stations_mm, i, 0.0) if alone else np.inf
                 if min(abs(float(np.median(others_mm))), abs(beside_mm)) > far_mm:
                     odd[i, int(j)] = "zero"
             slipped = value * middle < 0 and abs(value - middle) > max(LIMITS.zero_mm, LIMITS.slip_sd * one_mm)
-            # Of two readings alone, that one has slipped whose neighbours are of the other sign.
+            # Of only two readings, the one that differs in sign from its neighbouring stations is wrong.
             slipped &= len(peers_mm) > 1 or value * expected_mm(stations_mm, i, middle) < 0
             opposite_mm = LIMITS.opposite_sd * one_mm
             near_mm = max(opposite_mm, min(LIMITS.slip_share * abs(middle), 2 * opposite_mm))
@@ -228,7 +228,7 @@ def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, OfCell]]:
             continue
         nearer, farther = sorted((abs(a), abs(b)))
         if (row_mm == 0).all():
-            # The crack may be filled at an end, to which the level then rises.
+            # At an end the crack may be filled: the level then rises towards it.
             flat_mm = max(0.1 * farther, one_mm)
             even = nearer > LIMITS.deep_at_end_mm and abs(abs(a) - abs(b)) < flat_mm
             deep = nearer > LIMITS.deep_mm and nearer > 3 * min(one_mm, 1.0)
@@ -236,7 +236,7 @@ def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, OfCell]]:
                 yield int(i), "zero"
             continue
         value = float(middle_mm[i])
-        # One of several is a slip of its own.
+        # If only one of several readings has the other sign, it is a doubt of its own.
         if value * a >= 0 or not (row_mm * value > 0).all():
             continue
         scattered_mm = min(LIMITS.opposite_sd * one_mm, 3 * LIMITS.neighbour_share * abs(value))
@@ -260,7 +260,7 @@ def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
     least_mm = max(LIMITS.least_spread_mm, 0.4 * last_digit_mm(values_mm))
     far = spreads_mm > LIMITS.scatter * least_mm
     for place, i in zip(np.flatnonzero(far).tolist(), where[far].tolist(), strict=True):
-        # Four at each place, at an end those on one side: fewer leave their own spread open.
+        # Four neighbours, at an end all on one side: the spread of fewer is too uncertain.
         first_near = min(max(place - 2, 0), max(len(where) - 5, 0))
         near = [k for k in range(first_near, min(first_near + 5, len(where))) if k != place]
         others_mm = float(np.median(np.delete(spreads_mm, place)))
@@ -288,10 +288,10 @@ def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
             means_mm = np.nanmean(values_mm[others][:, here], axis=0)
             if (np.abs(values_mm[i, here] - means_mm) > _half_digit_mm(cells.digits_mm[i, here])).any():
                 continue
-            # The first column agrees by chance as levels lie close, and the others as repeats do.
+            # The first column may agree by chance as close levels do, the others as repeats do.
             half_mm = max(_half_digit_mm(cells.digits_mm[i, here]), last_digit_mm(values_mm[others]) / 2)
             scales_mm = np.full(here.sum(), spread_mm(values_mm[others]))
-            # In its place among its neighbours the mean may be a level like theirs.
+            # Between its neighbours the row may simply have a level like theirs.
             bent_mm = abs(cells.stations_mm[i] - expected_mm(cells.stations_mm, i, np.inf))
             in_order = i in (first_row.argsort()[i], first_row.argsort()[~i])
             expected = in_order and bent_mm < LIMITS.opposite_sd * scales_mm[0]
@@ -317,7 +317,7 @@ def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
     """Yield repeats that are copies of another one, or the mean of all others."""
     values_mm, copies = cells.readings_mm, set[int]()
     repeats = range(values_mm.shape[1])
-    # Repeats that differ by a hand's scatter are rounded to one value as often as this.
+    # Probability that repeats with the scatter of a hand are rounded to the same value.
     rounded = max(0.1, 1 - 1.13 * LIMITS.hand_mm / max(last_digit_mm(values_mm), LIMITS.hand_mm))
     pairs = {(a, b): ~np.isnan(values_mm[:, [a, b]]).any(axis=1) for a, b in combinations(repeats, 2)}
     shares = {

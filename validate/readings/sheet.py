@@ -10,9 +10,9 @@ from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.records import ReadColumn
 
 MOST_KEPT = 1_000
-MOST_SHOWN = 20  # Limit on the sentences of a message; more faults than that have a common cause
+MOST_SHOWN = 20  # Limit on the sentences of a message; more faults have a common cause
 FIGURES = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")  # Numbers within a sentence
-MOST_ROWS_NAMED = 8  # Limit on the rows that are named for one mistake
+MOST_ROWS_NAMED = 8  # Limit on the rows that are listed for one mistake
 LONGEST_SHOWN = 60  # Limit on the letters of a cell that are quoted
 SAVE_AGAIN = "Open it in a spreadsheet program and save it as XLSX, or as CSV."
 
@@ -42,7 +42,7 @@ class Place:
 @dataclass(frozen=True)
 class SheetFault:
     place: Place
-    finding: str  # The value found and what is allowed: a sentence, or the end of one
+    finding: str  # The value and what is allowed: a sentence, or the end of one
     remedy: str
     value: str | None = None  # Text of the cell
 
@@ -78,7 +78,7 @@ class FaultList:
     """The faults of a sheet so far. At a thousand reading stops."""
 
     faults: list[SheetFault] = field(default_factory=list)
-    columns: tuple[ReadColumn, ...] = ()  # Columns that were understood, once the header is read
+    columns: tuple[ReadColumn, ...] = ()  # Recognised columns; set after the header is read
 
     def add(self, place: Place, finding: str, remedy: str, value: str | None = None) -> None:
         self.faults.append(SheetFault(place, finding, remedy, value))
@@ -143,11 +143,11 @@ Kind = Literal["text", "number", "date", "truth", "error", "formula"]
 """Kind of a cell. Cells of a text file are all "text"; a "formula" has no stored result."""
 
 MOST_ROWS = 10_000
-MOST_COLUMNS = 256  # Limit on the columns that hold anything; a table with more is no sheet of readings
+MOST_COLUMNS = 256  # Limit on the columns with content; a sheet of readings has fewer
 
 
 class SheetCell(NamedTuple):
-    text: str  # Content without blanks around it; a number of a workbook has a decimal point and 15 digits at most
+    text: str  # Content without surrounding blanks; numbers of a workbook have a decimal point and up to 15 digits
     kind: Kind = "text"
 
 

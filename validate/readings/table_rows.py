@@ -26,15 +26,15 @@ SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 class HeaderRows:
     """Rows that contain the column names."""
 
-    first: int  # Index of the first of them among the rows
+    first: int  # Index of the first header row
     count: int
     names: Mapping[int, str]  # Name of each column from 0, joined from its cells
 
 
 class TableRows(NamedTuple):
     kept: list[SheetRow]
-    left_out: list[SheetRow]  # Comments, and rows that are declared to be skipped
-    unmet: list[str]  # What is declared to be skipped, and is nowhere
+    left_out: list[SheetRow]  # Comments, and declared rows to skip
+    unmet: list[str]  # Declared rows to skip that do not exist
 
 
 def upright(grid: SheetGrid, declared: Declared) -> SheetGrid:
@@ -62,7 +62,7 @@ def _turned(grid: SheetGrid) -> SheetGrid:
         grid,
         rows=tuple(row for row in rows if row.width),
         written=(*grid.written, "stations in a row"),
-        # Fields are counted by rows of the file, and these are its columns.
+        # Numbers of fields are checked in the file's rows, which are columns here.
         separator=";" if grid.separator == "," else grid.separator,
         merged=(),
         struck=frozenset((column + 1, numbers[row]) for row, column in grid.struck),
@@ -88,7 +88,7 @@ def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
             row = SheetRow(row.number, tuple(BLANK if cell.text in given.missing else cell for cell in row.cells))
         named = {str(row.number), plain_name(first.text)} & skip.keys()
         unmet = {key: one for key, one in unmet.items() if key not in named}
-        # "#5" before numbers is the name of a row, or a row that somebody has taken out: which is not guessed.
+        # "#5" before numbers may be the name of a row, or a commented-out row: it stays, so that it is a fault.
         comment = first.kind == "text" and is_comment(first.text) and sum(map(is_a_number, row.cells)) < 2
         (left_out if named or comment else kept).append(row)
     return TableRows(kept, left_out, list(unmet.values()))
@@ -120,7 +120,7 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
         names = _joined(header, merged)
         written = {at: name for at, name in names.items() if any(row.cell(at).text for row in header)}
         hits = len(wanted & set(map(plain_name, written.values())))
-        # Of equals the first and shortest one, but for names of repeats below; a unit belongs to a row of units.
+        # Of equals, prefer names of repeats below, then fewer rows, then the first; units are in a row of their own.
         return hits, *_likeness(written), len(header) > 1 and _names_repeats(header[-1]), -len(header), -first
 
     best = max(_candidates(rows, merged, given), key=key, default=(0, ()))
@@ -128,7 +128,7 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
     if not hits and given.header_rows is not None:
         best = 0, rows[: given.header_rows]
     elif not hits and not any(likeness[:3]) and len(lettered := columns_named({}, given.s or "")) == 1:
-        # The letters say all: the readings begin where the stations do.
+        # All columns are given by letters: readings begin at the first number in the column of stations.
         first = next((at for at, row in enumerate(rows) if is_a_number(row.cell(lettered[0]))), 0)
         best = max(0, first - 1), rows[max(0, first - 1) : first]
     return HeaderRows(best[0], len(best[1]), _joined(best[1], merged))
@@ -159,11 +159,11 @@ def columns_named(names: Mapping[int, str], reference: str) -> list[int]:
 
     Returns none if a letter is also the name of another column, which would be ambiguous.
     """
-    # "Ort" is a name.
+    # "Ort" is a name, not letters.
     span = LETTERS.fullmatch(reference.upper() if reference.islower() else reference)
     columns = range(column_of(span[1]), column_of(span[2] or span[1]) + 1) if span else range(0)
     lettered = [column for column in columns if column < MOST_COLUMNS]
-    # A capital is a letter rather than a name in small ones.
+    # A capital means a letter of a column, unless a name has exactly that spelling.
     same = str.strip if lettered and reference.isupper() else plain_name
     matches = [column for column, name in names.items() if same(name) == same(reference)]
     return [] if matches and matches != lettered and names.keys() & set(lettered) else matches or lettered
@@ -234,7 +234,7 @@ def _joined(rows: Sequence[SheetRow], merged: Merged) -> dict[int, str]:
                     names[at] = f"{row.cell(start).text} {at - start + 1}"
             if last > start and not below and len(rows) == 1:
                 names[start] += " 1"
-            # A name that is merged over some columns, and not over all as a title is, is part of each of theirs.
+            # A name that is merged over some columns is part of their names; over all columns it is a title.
             own |= set(range(start, last + 1)) if last > start and last - start + 1 < width else set()
     return dict(sorted(names.items()))
 

@@ -119,7 +119,7 @@ def read_delimited(path: Path, content: bytes, separator: Separator | None) -> S
             "a quotation mark of an earlier line closes here, and the quoted text contains rows of numbers.",
             "Delete both marks, or the line breaks between them.",
         )
-    # Lines may end with a million separators, below which no column holds anything.
+    # Lines may end with a million separators of empty columns.
     width = max((_width(fields) for _, fields in lines), default=0)
     rows = tuple(SheetRow(skipped + number, tuple(map(SheetCell, fields[:width]))) for number, fields in lines)
     return SheetGrid(path, rows, ("CSV", encoding, NAMES[mark]), separator=mark)
@@ -155,7 +155,7 @@ def _likeliest(text: str) -> str:
         try:
             widths = Counter(len(row) for _, row in _fields(text, mark))
         except csv.Error:
-            # Quotes that close in the wrong place rule this separator out.
+            # Wrongly closed quotes exclude this separator.
             continue
         alike[mark] = max((count for width, count in widths.items() if width > 1), default=0)
     return max(alike, key=alike.__getitem__) if any(alike.values()) else ","

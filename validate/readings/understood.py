@@ -16,11 +16,11 @@ from validate.settings import Decimal, Declared
 from validate.units import LABELS, counted
 
 WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
-OR_ANSWER = "or answer readings.as_written"  # What a question on a sheet that can be read says
+OR_ANSWER = "or answer readings.as_written"  # End of a doubt about a readable sheet
 NO_SUCH = "skip: no such row"
 DIAL_UNITS = ("1/10 mm", "1/100 mm")
-FINEST_MM = 0.0075  # Between a caliper's last digit, 0.01 mm, and that of a dial that shows thousandths
-MOST_ROWS_SHOWN = 8  # Rows that are named as not read
+FINEST_MM = 0.0075  # Between the last digit of a caliper, 0.01 mm, and that of a dial with thousandths
+MOST_ROWS_SHOWN = 8  # Limit on the listed rows that are not read
 
 
 def dialect_of(
@@ -83,7 +83,7 @@ def doubts_of(
     of_header = (*_marked(grid, header), *_too_fine(header, cells), *counted_stations(cells, length_mm))
     for doubt in unanswered((*of_header, *screened(cells, depth_mm, filling)), declared):
         place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
-        # In a spreadsheet a text file has cells, too.
+        # A text file has cells when it is opened in a spreadsheet.
         cell = f", cell {letters(place.column)}{place.row}" if place.sheet is None and place.column is not None else ""
         yield in_words(doubt, f"{place}{cell}")
 

@@ -117,7 +117,7 @@ def _by_numbers(cells: ReadCells, level_mm: Floats, depth_mm: float | None) -> I
     rise_mm = float(level_mm[[0, -1]].min() - np.median(level_mm[middle]))
     least_rise_mm = max(LIMITS.hollow_rise_mm, 2 * spread_mm(cells.readings_mm))
     hollow = above_mm > LIMITS.hollow_mm + below_mm and rise_mm > least_rise_mm
-    # A mound falls to the face at both ends.
+    # A mound descends to the face at both ends.
     mound = rise_mm < -LIMITS.hollow_rise_mm and level_mm[[0, -1]].max() < LIMITS.hollow_rise_mm
     of_depths = cells.is_depth and above_mm > LIMITS.of_depths_mm + below_mm and not mound
     if everywhere or heaped or of_depths or hollow:
@@ -195,7 +195,7 @@ def _by_level(s_mm: Floats, level_mm: Floats, filling: Filling) -> Iterator[tupl
         return
     there_mm, mirrored_there_mm = (np.interp(at_mm[both], run.s_mm, run.level_mm) for at_mm in (s_mm, mirrored_mm))
     level_mm = level_mm[both]
-    # A level that is off as a whole tells nothing of the direction.
+    # A constant offset contains no information on the direction.
     shape_mm, mirrored_shape_mm = (
         _distance_mm(at_mm - level_mm, shape=True) for at_mm in (there_mm, mirrored_there_mm)
     )

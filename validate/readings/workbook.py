@@ -69,7 +69,7 @@ def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
     visible = [sheet for sheet in filled if not sheet.hidden]
     chosen = visible if wanted is None else [sheet for sheet in sheets if sheet.name == wanted]
     if len(chosen) > 1 and len(tables := [sheet for sheet in chosen if _has_table(sheet)]) == 1:
-        # A cover, or a diagram's texts, are none.
+        # Ignore sheets without a table: a cover, or texts of a diagram.
         chosen = tables
     if len(chosen) == 1:
         return chosen[0].grid(path, program, _remarks(chosen[0], sheets))
@@ -109,7 +109,7 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> tuple[list[Wo
     if "[Content_Types].xml" not in archive.namelist():
         raise refuse(Place(path), "a zip file, but not an XLSX.", SAVE_AGAIN)
     with _refused(path):
-        # The type stubs leave out what a read-only workbook keeps for its parser.
+        # The type stubs lack the attributes of a read-only workbook that its parser uses.
         book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True, keep_links=False)
         fonts = [book._fonts[style.fontId] for style in book._cell_styles]
         formats = [_format(style.numFmtId, book._number_formats) for style in book._cell_styles]
@@ -169,7 +169,7 @@ def _refused(path: Path) -> Iterator[None]:
     """Refuse a file that openpyxl or zipfile cannot read; damaged files raise errors of any class."""
     try:
         with warnings.catch_warnings():
-            # openpyxl warns about styles and extensions that it leaves out, which hold no readings.
+            # openpyxl warns about skipped styles and extensions, which contain no readings.
             warnings.simplefilter("ignore")
             yield
     except Exception as fault:

@@ -21,10 +21,10 @@ DRAWS = 4_000
 several gives a half-width to 1 %."""
 MOST = 1_000_000
 """Largest number of values in the draws of one error: a scan of more than 250 stations gets fewer draws."""
-CURVES = 1_000  # Number of them for the mean error, whose interval needs a search
+CURVES = 1_000  # Number of draws for the mean error, whose interval needs a search
 FEW_STATIONS = 200
 SHARE = 0.95
-UNDECLARED_MM = 0.2  # Size of an error that nobody declared, for the sentence on what it would do
+UNDECLARED_MM = 0.2  # Size of an undeclared error, for the table of its effect
 
 Kind = Literal["readings", "numerics", "inputs"]
 Source = Literal["repeats", "detected", "declared", "allowed for", "assumed", "computed"]
@@ -39,7 +39,7 @@ class Component:
     name: str
     source: Source
     draws_mm: Floats  # (draws, n), or (draws, n - 1) for an error between stations
-    shared: bool = False  # True for an error that many stations have alike, which does not average out along the crack
+    shared: bool = False  # True for an error common to many stations, which does not average out along the crack
     between: bool = False  # True for the straight line's height above the bed, in the middle between two stations
     kind: Kind = "readings"
     setting: str = ""  # Key of the trial file that declares it
@@ -81,8 +81,8 @@ class Budget:
     missing: tuple[Component, ...] = ()
     """Errors that are neither declared nor shown by the readings, each with a size of ``UNDECLARED_MM``."""
     scatter_known: bool = True
-    notes: tuple[str, ...] = ()  # Sentences on what was seen in the readings
-    unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict and that no interval has
+    notes: tuple[str, ...] = ()  # Sentences on features of the readings
+    unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict; no interval includes them
 
     def only(self, keep: Callable[[Component], bool]) -> "Budget":
         return replace(self, components=tuple(one for one in self.components if keep(one)))
@@ -281,7 +281,7 @@ def mean_absolute(x: Floats, value: Floats) -> Floats:
     """Return the exact mean of |value| over x, for curves (..., len(x)) that are linear between the x."""
     size = np.abs(value)
     together = size[..., :-1] + size[..., 1:]
-    # Where the value changes its sign, two triangles are left of the trapezium.
+    # If the value changes its sign, the trapezium becomes two triangles.
     crosses = value[..., :-1] * value[..., 1:] < 0
     cut = np.where(crosses, size[..., :-1] * size[..., 1:] / np.where(crosses, together, 1.0), 0.0)
     return (together / 2 - cut) @ np.diff(x) / (x[-1] - x[0])

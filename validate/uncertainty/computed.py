@@ -15,7 +15,7 @@ from validate.comparison import InputDrawsRecord, InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 
-RUNS = 1_000  # A standard deviation by so many is known to 2 %
+RUNS = 1_000  # They give a standard deviation to 2 %
 
 
 def drawn_inputs(names: Iterable[str], runs: int = RUNS) -> Floats:
@@ -44,8 +44,8 @@ class Inputs:
     model: Method
     standards: Mapping[str, float]  # Declared standard uncertainty of each input by its name in [uncertainty]
     straight_mm: Floats  # (n, k): change of the level for an input larger by that
-    curved_mm: Floats  # (n, k): change that adds to it for an input larger and for one smaller alike; 0 by particles
-    together_mm: Floats  # (draws, k): change by all inputs beyond the sum of each alone; no draws by particles
+    curved_mm: Floats  # (n, k): additional change, equal for a larger and a smaller input; 0 by particles
+    together_mm: Floats  # (draws, k): change by interactions of the inputs; no draws by particles
 
     def at(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
         """Return the effects at ``s_mm``, interpolated from ``known_mm``."""
@@ -61,7 +61,7 @@ class Inputs:
             draws_mm = z * straight_mm + z**2 * curved_mm
             components.append(self._component(LABELS["inputs"][name][0], draws_mm, f"uncertainty.{name}"))
         if runs := len(self.together_mm):
-            # Runs in another order than those of each input alone.
+            # Shuffled, so that these runs are independent of the draws of single inputs.
             order = np.random.default_rng(stations).permutation(np.arange(draws_for(stations)) % runs)
             components.append(self._component("inputs together", self.together_mm[order], ""))
         return components
@@ -102,7 +102,7 @@ class InputDraws:
 
     s_mm: Numbers  # (k,)
     standards: dict[str, float]  # Declared standard uncertainty of each input by its name in [uncertainty]
-    moved_mm: Numbers  # (runs, k): level less that of the inputs as they are
+    moved_mm: Numbers  # (runs, k): level minus that of the inputs as they are
     unfit: tuple[str, ...]  # Reasons why the case is outside the model's domain, a sentence each
 
     @cached_property
@@ -126,8 +126,8 @@ class InputDraws:
 ORDERS = np.linspace(0.5, 2.0, 61)
 """Allowed orders of convergence. Below the lowest, an error over so few sizes looks constant; the highest is that of
 the best part of the scheme (Oberkampf & Roy 2010, 8.6.4)."""
-LEAST_RUNS = 2  # Fewest runs of a size: one alone has no scatter
-ROUNDING_MM2 = 1e-12  # Square of a residual that is rounding alone
+LEAST_RUNS = 2  # Fewest runs of a size: a single one has no scatter
+ROUNDING_MM2 = 1e-12  # Square of a residual by rounding
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ class Replicates:
         slope = power - (power @ weight / weight.sum())[:, None]
         squares = slope**2 @ weight
         error = (slope * weight) @ self.means / squares[:, None]
-        # The one direction of three means that no f0 and a can follow.
+        # The direction in the space of the three means that f0 and a cannot fit.
         across = np.cross(root, root * power)
         across /= np.linalg.norm(across, axis=1, keepdims=True)
         return error, squares, across @ (root[:, None] * self.means)
@@ -286,7 +286,7 @@ class Spread:
     effect_scatter_mm: float | None
     """Standard deviation of an effect by the scatter of single runs; None if it was not computed."""
     design_radius_mm: float | None  # Particle radius in the runs of the effects; None without such runs
-    draws: InputDraws | None = None  # Runs of the fast model with moved inputs, in place of effects by particles
+    draws: InputDraws | None = None  # Runs of the fast model with varied inputs, instead of effects by particles
 
     def __post_init__(self) -> None:
         """Raise InputError if runs of one size are copies of each other."""

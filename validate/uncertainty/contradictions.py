@@ -7,10 +7,10 @@ from sealtwin.core.records import Floats, Profile
 from validate.settings import PASS_MM, Readings, Uncertainty
 from validate.uncertainty.budget import Component, Source, draws_for, normals, uniforms
 
-FREEDOM_OF_PASSES = 4.0  # Degrees of freedom of the half-t prior of that deviation, so that the repeats may show more
+FREEDOM_OF_PASSES = 4.0  # Degrees of freedom of the half-t prior of a pass; few, so that repeats may exceed it
 FALSE_ALARM = 0.01  # Probability that a true declaration is refused
-ORDERS = 2_000  # Random orders of each station's repeats, which know a share of 0.3 % to 0.12 %
-NUMBERS = 1_000_000  # Readings that are put into another order at a time
+ORDERS = 2_000  # Random orders of each station's repeats: they give a share of 0.3 % to 0.12 %
+NUMBERS = 1_000_000  # Readings that are permuted at a time
 WAYS = ("{off} off the mean of all", "tilted by {off} (rms along the crack)", "bent by {off} (rms along the crack)")
 
 
@@ -68,7 +68,7 @@ def passes_error(
         t_mm = np.geomspace(1e-3 * scale_mm, 30 * (scale_mm + np.sqrt(squares)), 400)
         prior = -(FREEDOM_OF_PASSES + 1) / 2 * np.log1p((t_mm / scale_mm) ** 2 / FREEDOM_OF_PASSES)
         spread = noise + t_mm**2
-        # Even steps of ln t: the density of t times t.
+        # Even steps of ln t: multiply the density of t by t.
         chance = prior - (passes - 1) / 2 * np.log(spread) - squares / (2 * spread) + np.log(t_mm)
         below = np.cumsum(np.exp(chance - chance.max()))
         drawn_mm = np.interp(uniforms(f"pass {number}", 1, draws)[:, 0], below / below[-1], t_mm)
@@ -100,7 +100,7 @@ def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: s
         return each_mm - each_mm.mean(axis=-1, keepdims=True)
 
     random = np.random.default_rng(stations)
-    # Readings that are there, before those that are missing.
+    # Existing readings first, missing ones last.
     places = np.argsort(~read, axis=1, kind="stable")
     columns_mm, draws = of_columns(residual_mm), list[Floats]()
     for _ in range(0, ORDERS, step := max(1, min(ORDERS, NUMBERS // residual_mm.size))):
@@ -117,7 +117,7 @@ def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: s
         return
     shape = int(more.argmin())
     column = int(np.abs(columns_mm[shape]).argmax())
-    # Upward at the crack's end: QR leaves the signs of the shapes open.
+    # Upward at the crack's end: the signs of the shapes by QR are arbitrary.
     off_mm = columns_mm[shape, column] * np.sign(shapes[-1, shape])
     off = f"{off_mm:+.2f} ± {1.96 * drawn[:, shape, column].std():.2f} mm"
     raise InputError(
@@ -131,7 +131,7 @@ COARSE = 1.2
 """Last digits larger than this many standard deviations hide the scatter, and are modelled as cut off. Below it they
 are as good as an error of their own (Sheppard)."""
 WRITTEN_MM = 0.006  # Distance from a multiple of an inch's fraction that is written in hundredths of a millimetre
-ODD_SHARE = 0.05  # Share of readings that may be no multiple of the last digit, as read between two marks
+ODD_SHARE = 0.05  # Share of readings that need not be multiples of the last digit, as those between two marks
 
 
 def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncertainty) -> None:

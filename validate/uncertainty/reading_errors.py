@@ -59,7 +59,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     far, robust_mm = _far(own_mm, count, resolution_mm)
     unused = unused_repeatability(measured, declared, resolution_mm)
     notes = list(_outliers(s_mm[far.any(axis=1)].tolist(), robust_mm))
-    # Of two readings nothing tells which one is far.
+    # Of two readings, either may be the outlier.
     alone = far & (count > 2)[:, None]
     kept_mm, count = np.where(alone, np.nan, own_mm), count - alone.sum(axis=1)
     middle_mm = np.nanmean(kept_mm, axis=1)
@@ -146,19 +146,19 @@ def _declared(name: str, size_mm: float, s_mm: Floats, slope: Floats) -> Compone
     if name == "readings.datum_error_mm":
         label, draws_mm, shared = "height of the datum", size_mm * common * ones, True
     elif name == "readings.probe_mm":
-        # A probe reads the highest point that it covers: by up to the slope times half its width too high.
+        # A probe reads the highest point below it: too high by up to the slope times half its width.
         label, shared = "width of the probe on a slope", True
         draws_mm = np.abs(slope) * size_mm / 2 * uniforms(name, 1, draws)
     elif name == "uncertainty.station_mm":
         label, draws_mm, shared = "common shift of the stations", slope * size_mm * common, True
     elif name == "uncertainty.station_each_mm":
-        # The slope itself is known from stations that are off.
+        # The slope itself is uncertain, by stations out of place.
         label, shared = "place of each station", False
         unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations, draws)
         draws_mm = slope * unsure * size_mm * own
     else:
         label, shared = "error that all repeats of a station share", False
-        # A scan's stations are so close that the error is straight between some of them.
+        # A scan has many stations: the error is interpolated between some of them.
         place_mm = s_mm if stations <= FEW_STATIONS else np.linspace(s_mm[0], s_mm[-1], FEW_STATIONS)
         alike = np.exp(-(((place_mm[:, None] - place_mm) / ALIKE_MM) ** 2) / 2)
         root = np.linalg.cholesky(alike + 1e-9 * np.eye(len(place_mm)))
@@ -265,7 +265,7 @@ def _likeliest(squares_mm2: Floats, freedom: Floats) -> tuple[Floats, Floats]:
         share = squares_mm2 / (behind * np.exp(log_level[:, None]) + squares_mm2)
         slope = ((behind + freedom) * share - freedom).sum(axis=1) / 2
         curve = ((behind + freedom) * share * (1 - share)).sum(axis=1) / 2
-        # Far from the peak the curve is flat, and a whole step of Newton's method leads beyond it.
+        # Far from the peak the curve is flat, and a full Newton step would overshoot.
         log_level = log_level + np.clip(slope / curve, -1.0, 1.0)
     return log_level, 1 / np.sqrt(curve)
 
@@ -285,7 +285,7 @@ def _freedoms_behind() -> Floats:
     )
 
 
-STEPS = 121  # Places of a station's true level within the reach of its rounded readings
+STEPS = 121  # Positions of a station's true level within the range of its rounded readings
 SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Standard deviations of a reading, in steps, from hidden to plain
 
 

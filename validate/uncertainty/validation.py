@@ -121,8 +121,8 @@ def missing_sentence(missing: Sequence[BudgetPart]) -> str:
     return f"Not covered by any interval (declare it to include it): {names}."
 
 
-PLACES = 101  # At which the band is told; more get fewer draws
-DIGITS = 4  # Of a millimetre
+PLACES = 101  # Number of positions of the band; more would get fewer draws
+DIGITS = 4  # Decimals of a level in mm
 
 
 def predict(
@@ -132,7 +132,7 @@ def predict(
 
     ``volume_level_mm`` is the change of level by volume that the numerics gained, if it is known.
     """
-    # The level is told at the very places that are written, since it may fall steeply between them.
+    # Evaluate the level at the rounded positions: it may fall steeply between two of them.
     s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)
     level_mm = np.interp(s_mm, simulated.s_mm, simulated.level_mm)
     sizes, moved = spread.at(s_mm), spread.inputs_at(s_mm)
