@@ -1,4 +1,4 @@
-"""The header of a sheet: its rows, and the columns with their sign and unit, as it names them or as declared."""
+"""The header of a sheet: its rows, and the columns with direction and unit, from the header or as declared."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -101,7 +101,7 @@ class _HeaderReader:
         self.grid, self.declared, self.faults = grid, declared, faults
         self.mass: Mass | None = mass
         self.given = declared.columns or Columns()
-        self.rows, self.left_out, self.unmet = table_rows(grid, self.given)
+        self.rows, self.skipped, self.unmet = table_rows(grid, self.given)
         if len(self.rows) < 2:
             remedy = "If it is the wrong sheet or range, set [readings] sheet or [readings.columns] range."
             raise refuse(grid.place(), "no rows of readings.", remedy)
@@ -152,7 +152,7 @@ class _HeaderReader:
         self._check_units_beside(used, beside)
         place, at = self.grid.place(self.number), [column.index for column in used]
         body, between, passed = sorted_rows(place, self.body, at[0], at[1:], self.faults)
-        remarks = [*self.rows[: self.first], *self.left_out, *between]
+        remarks = [*self.rows[: self.first], *self.skipped, *between]
         self._check_units_of_remarks(remarks, used)
         cells = tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=-1) + 1))
         return Header(
@@ -355,7 +355,7 @@ class _HeaderReader:
             column = by_index[one.column]
             if one.unit == column.unit and one.unit is not None:
                 continue
-            value, turned = one.row.cell(one.column).text, self.grid.turned
+            value = one.row.cell(one.column).text
             remedy = "Write the whole column in one unit, that of its header and of readings.unit."
             if one.written == "%":
                 finding = (
@@ -363,7 +363,7 @@ class _HeaderReader:
                 )
                 remedy = "Format the column as numbers, and check the readings."
             else:
-                at = f"column {letters(one.at)}" if turned is None else f"row {turned[one.at]}"
+                at = f"column {letters(one.at)}" if self.grid.turned is None else self.grid.name_of(one.at)
                 by = "the format of the number" if one.at == one.column else at
                 other = f"and the others are in {column.unit}" if column.unit else "and no other unit is given"
                 if one.unit is None:
@@ -399,6 +399,6 @@ def _line_by_blanks(rows: Sequence[SheetRow], separator: str | None) -> str | No
 
 
 def remarks_where(header: Header, says: Callable[[str], bool]) -> list[tuple[SheetRow, str]]:
-    """Return the rows and texts of remarks that satisfy ``says``."""
+    """Return the rows and texts of the remarks that satisfy a condition."""
     texts = ((row, cell.text) for row in header.remarks for cell in row.cells if cell.kind == "text" and cell.text)
     return [(row, text) for row, text in texts if says(text)]

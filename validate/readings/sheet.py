@@ -197,8 +197,17 @@ class SheetGrid:
 
     def place(self, row: int | None = None, column: int | None = None, name: str | None = None) -> Place:
         if self.turned is not None:
-            row, column = None if column is None else self.turned[column], None if row is None else row - 1
+            row, column = None if column is None else self._row_of(column), None if row is None else row - 1
         return Place(self.path, self.sheet, row, column, name)
+
+    def name_of(self, column: int) -> str:
+        """Return the name of a column in the file: its letters, or "row 5" in a turned sheet."""
+        return letters(column) if self.turned is None else f"row {self._row_of(column)}"
+
+    def _row_of(self, column: int) -> int:
+        """Return the row of the file, by number, that a column was; one beyond the last continues the count."""
+        rows = self.turned or ()
+        return rows[column] if column < len(rows) else rows[-1] + column - len(rows) + 1
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""How a sheet was interpreted: in a sentence, as a table of its columns, and the doubts about it."""
+"""Interpretation of a sheet: in a sentence, as a table of its columns, and the doubts about it."""
 
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
@@ -54,7 +54,7 @@ def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadC
     roles |= {one.index: what for one, what in others if one is not None} | dict.fromkeys(header.of_units, "unit")
     columns = [
         ReadColumn(
-            letters(column.index) if turned is None else f"row {turned[column.index]}",
+            grid.name_of(column.index),
             shown(column.name),
             roles.get(column.index, "not read"),
             column.unit or "",

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from sealtwin.core.errors import InputError
@@ -194,6 +194,9 @@ CELLS = st.sampled_from(
 
 
 @given(st.lists(st.lists(CELLS, min_size=1, max_size=5), min_size=1, max_size=9), st.sampled_from([None, *"ABC"]))
+@example(
+    [["s_mm"], ["depth_mm", "depth_mm"]], "A"
+)  # A letter beyond the rows of a turned sheet once ended in an IndexError
 @settings(max_examples=200, deadline=None)
 def test_any_table_is_read_or_asked_about(tmp_path_factory, rows, letter):
     """No arrangement of cells raises anything else, and every station that is read stands in the sheet."""
