@@ -19,9 +19,9 @@ COMPARISON, PREDICTION, EARLIER, RESULT = "comparison.json", "prediction.json", 
 Outcome = Literal["passed", "failed", "undecided", "open"]
 """The result of a comparison (decision 0079).
 
-passed: the gate is kept, and lies outside the interval of the mean error;
+passed: the gate is kept and is outside the interval of the mean error;
 failed: the gate is missed, or a particle escaped;
-undecided: the gate lies inside that interval, the readings are too few, or files were edited by hand;
+undecided: the gate is inside that interval, there are too few readings, or files were edited by hand;
 open: no gate was declared.
 """
 
@@ -188,7 +188,7 @@ class EarlierTrials(JsonRecord):
 
 
 class Comparison(LevelMetrics):
-    """A simulated level compared with a measured one, and the verdict on it."""
+    """A simulated level compared with a measured one, and the verdict."""
 
     headline: tuple[str, ...] = ()
     """Sentences on the gate, the baselines and the earlier use of the readings."""

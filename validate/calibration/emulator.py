@@ -13,7 +13,7 @@ from sealtwin.core.records import Floats
 
 COMPONENTS = 5
 LENGTH, AMPLITUDE, NUGGET = (0.05, 20.0), (0.05, 50.0), (1e-5, 2.0)
-"""Bounds of the lengths, as shares of a range, and of the two variances over that of the scores."""
+"""Bounds of the lengths, as shares of a range, and of the two variances, relative to that of the scores."""
 USUAL_LENGTH, FACTOR = 1.0, 3.0
 """Median of the lengths' prior and its standard deviation as a factor: the likelihood of 16 runs without a prior has
 maxima at lengths of 0 and of infinity."""

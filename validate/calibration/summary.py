@@ -21,7 +21,7 @@ from validate.units import percent, setting_name
 
 MIXED = 1.1  # Gelman-Rubin ratio above which the draws have not converged
 SHARE = 0.95
-HELD = 0.8  # Smallest share of the stations in the 95 % band of a held-out trial
+LEAST_IN_BAND = 0.8  # Smallest share of the stations in the 95 % band of a held-out trial
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class Calibrated:
             f"{one.trial}, held out: only {percent(one.held, 0)} of the stations are in the 95 % band. The "
             "calibrated material does not fit this trial."
             for one in self.predictions
-            if one.role == "held out" and one.held < HELD
+            if one.role == "held out" and one.held < LEAST_IN_BAND
         ]
         return sentences
 

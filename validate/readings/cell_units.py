@@ -95,9 +95,9 @@ def unit_cells(
     """
     before = -1
     for at in columns:
-        left = [column for column in sorted({*stations, *readings}) if before < column < at]
-        of_readings = [column for column in left if column in readings]
-        of = of_readings or [*left, *(column for column in without if column > at and len(columns) == 1)]
+        on_left = [column for column in sorted({*stations, *readings}) if before < column < at]
+        of_readings = [column for column in on_left if column in readings]
+        of = of_readings or [*on_left, *(column for column in without if column > at and len(columns) == 1)]
         before = at
         for row in body:
             written = row.cell(at).text
@@ -111,7 +111,7 @@ def unit_cells(
 def shown_cells(
     body: Sequence[SheetRow], shown: Mapping[tuple[int, int], str], columns: Sequence[int]
 ) -> Iterator[UnitCell]:
-    """Yield the unit, or a percent sign, that the format of a number shows behind it."""
+    """Yield the units, and percent signs, that number formats show behind numbers."""
     for row in body:
         for column in columns:
             written = shown.get((row.number, column))

@@ -79,12 +79,12 @@ class ReadCells:
         turned = {name: getattr(self, name)[::-1] for name in ("readings_mm", "levels_mm", "rows", "digits_mm")}
         return replace(self, s_mm=length_mm - self.s_mm[::-1], **turned)
 
-    def without(self, left_out: NDArray[np.bool_]) -> "ReadCells":
+    def without(self, masked: NDArray[np.bool_]) -> "ReadCells":
         """Return the readings with the masked ones set to missing."""
         return replace(
             self,
-            readings_mm=np.where(left_out, np.nan, self.readings_mm),
-            levels_mm=np.where(left_out, np.nan, self.levels_mm),
+            readings_mm=np.where(masked, np.nan, self.readings_mm),
+            levels_mm=np.where(masked, np.nan, self.levels_mm),
         )
 
 

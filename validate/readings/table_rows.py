@@ -32,8 +32,8 @@ class HeaderRows:
 
 
 class TableRows(NamedTuple):
-    kept: list[SheetRow]
-    left_out: list[SheetRow]  # Comments, and declared rows to skip
+    rows: list[SheetRow]
+    skipped: list[SheetRow]  # Comments, and declared rows to skip
     unmet: list[str]  # Declared rows to skip that do not exist
 
 
@@ -41,7 +41,7 @@ def upright(grid: SheetGrid, declared: Declared) -> SheetGrid:
     """Return a sheet with rows and columns swapped if that is declared, or if a table's names are in a column."""
     given = declared.columns or Columns()
     if given.transposed is None:
-        rows = table_rows(grid, given).kept
+        rows = table_rows(grid, given).rows
         if not 1 < len(rows) < MOST_TURNED or _is_table(find_header(rows, grid.merged, given).names):
             return grid
         turned = _turned(grid)
@@ -77,7 +77,7 @@ def _turned(grid: SheetGrid) -> SheetGrid:
 
 def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
     """Return the rows of a sheet within the declared range."""
-    kept, left_out = [], []
+    rows, skipped = [], []
     skip = {str(one) if isinstance(one, int) else plain_name(one): str(one) for one in given.skip}
     unmet = dict(skip)
     for row in _within(grid.rows, given.range):
@@ -90,8 +90,8 @@ def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
         unmet = {key: one for key, one in unmet.items() if key not in named}
         # "#5" before numbers may be the name of a row, or a commented-out row: it stays, so that it is a fault.
         comment = first.kind == "text" and is_comment(first.text) and sum(map(is_a_number, row.cells)) < 2
-        (left_out if named or comment else kept).append(row)
-    return TableRows(kept, left_out, list(unmet.values()))
+        (skipped if named or comment else rows).append(row)
+    return TableRows(rows, skipped, list(unmet.values()))
 
 
 def first_cell(row: SheetRow) -> SheetCell | None:
@@ -212,10 +212,10 @@ def _is_cut(header: Sequence[SheetRow], merged: Merged) -> bool:
 
 
 def _joined(rows: Sequence[SheetRow], merged: Merged) -> dict[int, str]:
-    """Join the names of each column: "Tiefe [mm]" over "Messung 1", "Messung 2" is part of both.
+    """Join the names of each column: "Tiefe [mm]" above "Messung 1" and "Messung 2" is part of both.
 
-    A name spans the cells that it is merged with, or blank ones up to the next name. A merged one without names below
-    is that of repeats, which get numbers.
+    A name spans the cells that it is merged with, or blank cells up to the next name. A merged name without names below
+    is that of repeats, which are numbered.
     """
     spans = {(row, column): min(last, MOST_COLUMNS) for row, column, last_row, last in merged if last_row == row}
     width = max((row.width for row in rows), default=0)
@@ -262,7 +262,7 @@ def sorted_rows(
 
     A second table below the first is a fault: the user must declare which one is meant.
     """
-    kept, remarks, passed = list[SheetRow](), list[SheetRow](), list[SheetRow]()
+    stations, remarks, passed = list[SheetRow](), list[SheetRow](), list[SheetRow]()
     words_between = None
     for row in body:
         first, station_cell = first_cell(row), row.cell(station)
@@ -275,16 +275,16 @@ def sorted_rows(
             break
         elif (words and (cells or not is_missing(station_cell.text))) or (is_text and station_cell.text and not cells):
             remarks.append(row)
-            words_between = row if kept else None
+            words_between = row if stations else None
         else:
-            s, s_before = (number(each.cell(station).text, None) for each in (row, (kept or [row])[-1]))
+            s, s_before = (number(each.cell(station).text, None) for each in (row, (stations or [row])[-1]))
             if words_between is not None and s is not None and s_before is not None and s < s_before:
                 break
-            kept.append(row)
+            stations.append(row)
             words_between = None
     else:
-        return kept, remarks, passed
+        return stations, remarks, passed
     spans = f'"{place.row}:{row.number - 1}" or "{row.number}:{body[-1].number}"'
     finding = f"a second table begins in row {row.number}, below the first."
     faults.add(replace(place, row=row.number), finding, f"Select one: [readings.columns] range = {spans}.")
-    return kept, remarks, passed
+    return stations, remarks, passed

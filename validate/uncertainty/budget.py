@@ -95,8 +95,8 @@ class Budget:
 
     def at(self, which: NDArray[np.bool_]) -> "Budget":
         """Return the budget of a selection of stations, without the bed's shape between them."""
-        kept = [replace(one, draws_mm=one.draws_mm[:, which]) for one in self.components if not one.between]
-        return replace(self, stations=int(which.sum()), components=tuple(kept))
+        components = [replace(one, draws_mm=one.draws_mm[:, which]) for one in self.components if not one.between]
+        return replace(self, stations=int(which.sum()), components=tuple(components))
 
     @property
     def draws(self) -> int:

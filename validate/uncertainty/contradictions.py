@@ -128,8 +128,8 @@ def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: s
 
 
 COARSE = 1.2
-"""Last digits larger than this many standard deviations hide the scatter, and are modelled as cut off. Below it they
-are as good as an error of their own (Sheppard)."""
+"""Resolution, in standard deviations, above which rounding hides the scatter and is modelled explicitly. Below it,
+rounding counts as an independent error (Sheppard)."""
 WRITTEN_MM = 0.006  # Distance from a multiple of an inch's fraction that is written in hundredths of a millimetre
 ODD_SHARE = 0.05  # Share of readings that need not be multiples of the last digit, as those between two marks
 
