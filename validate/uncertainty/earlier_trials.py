@@ -90,7 +90,7 @@ def expected_sentences(earlier: EarlierTrials) -> tuple[str, ...]:
         ends = " to ".join(percent(end, 0) for end in fill.expected_95)
         sentence += f", and {percent(fill.expected, 0)} of the room below the face filled ({ends})"
     assumed = (
-        f"The ranges, by Student's t of {len(earlier.trials)} trials, assume that all these trials are exchangeable "
+        f"The ranges, by Student t of {len(earlier.trials)} trials, assume that all these trials are exchangeable "
         "and their errors normal."
     )
     few = (f"So few trials make these ranges wide; {ENOUGH} would make them much narrower.",)
