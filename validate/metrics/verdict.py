@@ -100,7 +100,7 @@ def judged(
         )
         sentences = why, _use_of_readings(m)
     else:
-        passed, outcome, first = _held_against(m, gate, uncertainty)
+        passed, outcome, first = _against_gate(m, gate, uncertainty)
         first += f" The readings {covers}." if m.coverage < NEARLY_ALL else ""
         sentences = first, beside_baselines(m), _use_of_readings(m)
         findings = () if uncertainty is None else uncertainty.sentences
@@ -130,7 +130,7 @@ def _with_interval(m: LevelMetrics, uncertainty: ErrorUncertainty | None) -> str
     return f"{m.mean_error_mm:.2f} mm ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the readings{unknown})"
 
 
-def _held_against(
+def _against_gate(
     m: LevelMetrics, gate: Gate | None, uncertainty: ErrorUncertainty | None
 ) -> tuple[bool | None, Outcome, str]:
     """Return whether the mean error is within the gate, the outcome, and the sentence on both."""

@@ -42,12 +42,12 @@ from validate.readings.sheet import (
 from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, sorted_rows, table_rows
 from validate.settings import Columns, Declared, Quantity
 
-SAY = (
+ASSIGN = (
     "Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv; or [readings.columns] "
     's = "A", levels = ["B", "C"] in lab.toml or the trial.'
 )
-SAY_UNIT = 'Set it: [readings] unit = "mm", or in pairing.csv.'
-SAY_FILL_UNIT = 'Set it in pairing.csv: unit = mm for levels, mass = "A g" for masses.'
+SET_UNIT = 'Set it: [readings] unit = "mm", or in pairing.csv.'
+SET_FILL_UNIT = 'Set it in pairing.csv: unit = mm for levels, mass = "A g" for masses.'
 CORRECT = "Correct the wrong one."
 Mass = Literal["", "g", "kg"]
 MOST_SHOWN = 12
@@ -113,7 +113,7 @@ class _HeaderReader:
         self.body, in_cells = units_in_cells(body[1:] if below else body)
         self.units = in_cells | below
 
-    def _ask(self, finding: str, remedy: str, value: str | None = None, column: Column | None = None) -> None:
+    def _add_fault(self, finding: str, remedy: str, value: str | None = None, column: Column | None = None) -> None:
         """Add a fault of the header, or of one of its columns."""
         at, name = (None, None) if column is None else (column.index, column.name)
         self.faults.add(self.grid.place(self.number, at, name), finding, remedy, value)
@@ -133,17 +133,17 @@ class _HeaderReader:
             raise self._without(stations)
         for twice, what in ((stations, "station"), (by_role["sample"], "sample")):
             if len(twice) > 1:
-                self._ask(f"{_names(twice)} both name the {what}.", SAY)
+                self._add_fault(f"{_names(twice)} both name the {what}.", ASSIGN)
         if repeat is not None and len(readings) > 1:
             finding = f"column {_names([repeat])} numbers repeats, but there are several columns: {_names(readings)}."
-            self._ask(finding, "List the columns of readings: [readings.columns] levels, or correct repeat.")
+            self._add_fault(finding, "List the columns of readings: [readings.columns] levels, or correct repeat.")
         used = [stations[0], *readings]
         self._check_numbers(readings)
         self._check_factors(used)
         for column in used:
             if (word := self.other_units.get(column.index)) is not None:
                 finding = f"{quoted(word)}, below {quoted(column.name)}, is not a supported unit of length."
-                self._ask(finding, "List the columns of readings: [readings.columns] levels.", word)
+                self._add_fault(finding, "List the columns of readings: [readings.columns] levels.", word)
         skipped = by_role["skipped"]
         taken = {column.index for column in columns} - {column.index for column in skipped}
         of_units = columns_of_units(self.names, taken, self.body)
@@ -184,7 +184,7 @@ class _HeaderReader:
         for at in sorted({*self.names, *filled})[:MOST_SHOWN]:
             value = next((row.cell(at).text for row in self.body if row.cell(at).text), "")
             shown.append(f"{letters(at)} {quoted(self.names.get(at, ''))} ({clipped(value)})")
-        return self._refused(f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", SAY)
+        return self._refused(f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", ASSIGN)
 
     def _declared_roles(self) -> dict[int, ColumnMeaning]:
         """Return the roles of the declared columns. Raises SheetFaults for a declared column that does not exist."""
@@ -242,7 +242,7 @@ class _HeaderReader:
             if lettered or not own_block or own_block & set(span):
                 finding = f"column {quoted(column.name)} has an unknown name and contains numbers."
                 finding = f"column {column.name} contains numbers and has no name." if lettered else finding
-                self._ask(finding, SAY, column.name)
+                self._add_fault(finding, ASSIGN, column.name)
 
     def _one_table(self, columns: list[Column]) -> list[Column]:
         """Return the first of several tables side by side, each with stations and readings, and add a fault."""
@@ -252,7 +252,7 @@ class _HeaderReader:
             return columns
         spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
         remedy = f'Select one: [readings.columns] range = "{spans[0]}", or in pairing.csv.'
-        self._ask(f"{len(tables)} tables side by side, in columns {' and '.join(spans)}.", remedy)
+        self._add_fault(f"{len(tables)} tables side by side, in columns {' and '.join(spans)}.", remedy)
         return tables[0]
 
     def _check_numbers(self, readings: Sequence[Column]) -> None:
@@ -260,10 +260,12 @@ class _HeaderReader:
         for label in dict.fromkeys(column.number for column in readings):
             columns = [column for column in readings if column.number == label]
             if label is None and len(readings) > 1:
-                finding = f"{_names(columns)}: no number, and there are {len(readings)} columns of readings."
-                self._ask(finding, f"Is one of them a mean? {SAY}", columns[0].name)
+                finding = f"{_names(columns)}: no repeat number, but there are {len(readings)} columns of readings."
+                self._add_fault(
+                    finding, f"If all are repeats, list them in levels, without a mean. {ASSIGN}", columns[0].name
+                )
             elif len(columns) > 1:
-                self._ask(f"repeat {label} occurs twice: {_names(columns)}.", SAY, columns[1].name)
+                self._add_fault(f"repeat {label} occurs twice: {_names(columns)}.", ASSIGN, columns[1].name)
 
     def _check_factors(self, columns: Sequence[Column]) -> None:
         """Add a fault for each number next to a unit that may be a factor, or the resolution of the readings."""
@@ -294,11 +296,11 @@ class _HeaderReader:
         quantity: Quantity | None = next(iter(named)) if named else declared
         nameless = [column for column in readings if column.quantity is None]
         if len(named) > 1:
-            self._ask("level and depth columns in one sheet.", "List those to read: [readings.columns] levels.")
+            self._add_fault("level and depth columns in one sheet.", "List those to read: [readings.columns] levels.")
         elif declared not in (None, quantity):
-            self._ask(f'the header names {quantity}, but [readings] quantity = "{declared}".', CORRECT)
+            self._add_fault(f'the header names {quantity}, but [readings] quantity = "{declared}".', CORRECT)
         elif nameless and declared is None:
-            self._ask(
+            self._add_fault(
                 f"{_names(nameless)}: neither header nor trial file states whether readings count upward or downward.",
                 'Set [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or down.',
             )
@@ -323,7 +325,7 @@ class _HeaderReader:
             used = [*self._in_unit(used[:1], self.mass or None), *self._in_unit(used[1:], declared)]
         factors = [GRAMS if self.mass is not None else MM, *(MM for _ in used[1:])]
         if nameless := [column for column, units in zip(used, factors, strict=True) if column.unit not in units]:
-            self._ask(f"{_names(nameless)}: no unit.", SAY_UNIT if self.mass is None else SAY_FILL_UNIT)
+            self._add_fault(f"{_names(nameless)}: no unit.", SET_UNIT if self.mass is None else SET_FILL_UNIT)
         return used
 
     def _in_unit(self, columns: Sequence[Column], declared: ColumnUnit | None) -> list[Column]:
@@ -334,7 +336,7 @@ class _HeaderReader:
             units = [*own, declared] if declared is not None and (whole or not own) else own
             if len(set(units)) > 1:
                 finding = f"{' and '.join(units)}: the header, units below it and readings.unit differ."
-                self._ask(finding, CORRECT, column=column)
+                self._add_fault(finding, CORRECT, column=column)
             with_units.append(replace(column, unit=units[0] if units else None, unit_declared=bool(units) and not own))
         return with_units
 
@@ -398,7 +400,7 @@ def _line_by_blanks(rows: Sequence[SheetRow], separator: str | None) -> str | No
     return divided[0] if separator is not None and 1 < len(divided) > len(lines) / 2 else None
 
 
-def remarks_where(header: Header, says: Callable[[str], bool]) -> list[tuple[SheetRow, str]]:
+def remarks_where(header: Header, condition: Callable[[str], bool]) -> list[tuple[SheetRow, str]]:
     """Return the rows and texts of the remarks that satisfy a condition."""
     texts = ((row, cell.text) for row in header.remarks for cell in row.cells if cell.kind == "text" and cell.text)
-    return [(row, text) for row, text in texts if says(text)]
+    return [(row, text) for row, text in texts if condition(text)]

@@ -122,8 +122,8 @@ def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: s
     off = f"{off_mm:+.2f} ± {1.96 * drawn[:, shape, column].std():.2f} mm"
     raise InputError(
         f"{source}: uncertainty.pass_mm = {pass_mm:g}: the columns of repeats contradict it. Repeat {column + 1} is "
-        f"{WAYS[shape].format(off=off)} (95 % by chance), and columns differ so far in fewer than "
-        f"1 of 100 sheets with such passes. Leave pass_mm out, or declare by how much passes differ."
+        f"{WAYS[shape].format(off=off)} (95 % by chance), and columns differ so much in fewer than "
+        "1 of 100 sheets with such passes. Remove pass_mm, or set it to the difference between passes."
     )
 
 

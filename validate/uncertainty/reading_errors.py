@@ -37,8 +37,8 @@ FEWEST_LEVELS = 5
 """Smallest number of different levels that identifies a step: by chance as many end in a multiple of 0.05 mm once in
 600 sheets."""
 BENT = 2.4
-"""Largest arch between two stations, relative to that of the parabola with their curvature; the smallest is 0. With a
-corner, the arch is 0 at a station, twice the parabola's in the middle of a gap, and on average equal."""
+"""Largest arch between two stations, relative to that of the parabola with their curvature; the smallest is 0. For a
+bed with a corner it is 0 if the corner is at a station, 2 if it is in the middle of a gap, and 1 on average."""
 ALIKE_MM = 15.0
 """Correlation length of an error that all repeats share: that over which a bed rises and falls."""
 
@@ -61,10 +61,10 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     notes = list(_outliers(s_mm[far.any(axis=1)].tolist(), robust_mm))
     # Of two readings, either may be the outlier.
     alone = far & (count > 2)[:, None]
-    kept_mm, count = np.where(alone, np.nan, own_mm), count - alone.sum(axis=1)
-    middle_mm = np.nanmean(kept_mm, axis=1)
+    used_mm, count = np.where(alone, np.nan, own_mm), count - alone.sum(axis=1)
+    middle_mm = np.nanmean(used_mm, axis=1)
     freedom = (count - 1) * (1 - shapes.shape[1] / stations)
-    squares_mm2 = np.nansum((kept_mm - middle_mm[:, None]) ** 2, axis=1)
+    squares_mm2 = np.nansum((used_mm - middle_mm[:, None]) ** 2, axis=1)
     components: list[Component] = []
     has_scatter = bool(freedom.sum()) or declared.repeatability_mm is not None
     pooled_mm = declared.repeatability_mm or 0.0
@@ -230,7 +230,7 @@ def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS
 
     Input is each station's sum of squares about its mean and its degrees of freedom, (n,) each and not all 0; the seed
     is fixed. Variances are draws of an inverse chi-square (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3), so each
-    station borrows from all others, the more the more alike they are. Smyth fits that distribution; with a dozen
+    station borrows from all others, more strongly the more alike they are. Smyth fits that distribution; with a dozen
     stations the fit is uncertain and its bands are too narrow, so here it is averaged over its posterior.
     """
     behind = _freedoms_behind()[:, None]

@@ -62,7 +62,7 @@ def test_a_column_by_an_operator_who_reads_0_3_mm_higher_contradicts_no_passes()
         check(sheets[0], NO_PASSES)
     assert str(fault.value).startswith("caliper.csv: uncertainty.pass_mm = 0: the columns of repeats contradict it.")
     assert "Repeat 3 is +0.2" in str(fault.value)
-    assert "Leave pass_mm out, or declare" in str(fault.value)
+    assert "Remove pass_mm, or set it" in str(fault.value)
     # What is declared to differ by that much, may.
     assert not refused(sheets[0], Uncertainty(pass_mm=0.2))
     assert refused(sheets[0], Uncertainty(pass_mm=0.01))
