@@ -206,7 +206,7 @@ class SheetGrid:
 
     def _row_of(self, column: int) -> int:
         """Return the row of the file, by number, that a column was; one beyond the last continues the count."""
-        rows = self.turned or ()
+        rows = self.turned or (0,)
         return rows[column] if column < len(rows) else rows[-1] + column - len(rows) + 1
 
 
