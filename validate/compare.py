@@ -33,6 +33,7 @@ from validate.settings import Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
 from validate.uncertainty.computed import Spread, numerical_errors, size_series
+from validate.uncertainty.contradictions import repeats_of
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import COVERAGE
 from validate.wording.where_off import worst_at_a_station
@@ -77,7 +78,6 @@ def compare(
     baselines = () if role == "calibrated-on" and count != 0 else tuple(unseen)
     if role != "held-out":
         baselines += best_curves(measured, from_mm, to_mm, (*ALWAYS, *([count] if count else [])))
-    basis = basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)
     on_stretch = are_compared(measured, from_mm, to_mm)
     volumes: dict[str, Any] = {
         f"{name}_{key}": value
@@ -88,13 +88,9 @@ def compare(
         covered_from_mm=from_mm,
         covered_to_mm=to_mm,
         covered_length_mm=error.length_mm,
-        coverage=basis.coverage,
         length_mm=outline.length_mm,
         stations_compared=int(on_stretch.sum()),
         stations_beyond_mm=measured.s_mm[~on_stretch],
-        stations_used=basis.stations,
-        widest_gap_mm=basis.widest_gap * outline.length_mm,
-        enough_readings=basis.suffices,
         escaped_particles=escaped_particles,
         area_mm2=area_mm2,
         area_similaritymeasures_mm2=area_library_mm2,
@@ -116,6 +112,7 @@ def compare(
         readings_dialect=measured.dialect,
         photo_data=photo_data,
         **vars(errors),
+        **vars(basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)),
         **volumes,
     )
     return judged(metrics, gate, uncertainty, edited, screening=screening)
@@ -169,10 +166,10 @@ def assess(
 
 def repeatability(measured: Profile) -> ReadingsScatter:
     """Return the scatter of repeated readings, pooled over the stations."""
-    repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
+    repeats_mm, residual_mm = repeats_of(measured)
     count = (~np.isnan(repeats_mm)).sum(axis=1)
     freedom = int((count - 1).sum())
-    squares_mm2 = np.nansum((repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)) ** 2)
+    squares_mm2 = np.nansum(residual_mm**2)
     return ReadingsScatter(
         stations=len(count),
         readings=int(count.sum()),

@@ -51,6 +51,16 @@ class ErrorFigures:
     flat_level_error_mm: float
 
 
+@dataclass(frozen=True)
+class Basis:
+    """Stations and coverage of a set of readings, as ``LevelMetrics`` has them."""
+
+    stations_used: int
+    coverage: float
+    widest_gap_mm: float
+    enough_readings: bool
+
+
 class ReadingsScatter(JsonRecord):
     """Scatter of repeated readings, pooled over the stations."""
 

@@ -2,12 +2,11 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from sealtwin.core.records import Floats
-from validate.comparison import ErrorUncertainty, LevelMetrics
+from validate.comparison import Basis, ErrorUncertainty, LevelMetrics
 from validate.metrics.baselines import against_baselines
 from validate.result import Comparison, Outcome
 from validate.settings import Gate
@@ -34,32 +33,15 @@ def kept_volume(ratio: float) -> bool:
     return low <= round(ratio, 3) <= high
 
 
-@dataclass(frozen=True)
-class Basis:
-    """Stations and coverage of a set of readings, which decide whether they allow a verdict."""
-
-    stations: int
-    """Number of stations that define the measured line over the compared stretch, including the next one beyond each
-    end."""
-    coverage: float  # Share of the crack's length over which the readings and the simulation are compared
-    widest_gap: float  # Largest distance of neighbouring stations, as a share of the crack's length
-
-    @property
-    def suffices(self) -> bool:
-        return (
-            self.stations >= FEWEST_STATIONS
-            and self.coverage >= LEAST_COVERAGE - ROUNDING
-            and self.widest_gap <= WIDEST_GAP + ROUNDING
-        )
-
-
 def basis_of(s_mm: Floats, from_mm: float, to_mm: float, length_mm: float) -> Basis:
     """Return the basis of sorted stations that are compared from ``from_mm`` to ``to_mm`` of a crack."""
     first = max(0, int(np.searchsorted(s_mm, from_mm, side="right")) - 1)
     last = min(len(s_mm) - 1, int(np.searchsorted(s_mm, to_mm, side="left")))
     used_mm = s_mm[first : last + 1]
-    gap_mm = float(np.diff(np.clip(used_mm, from_mm, to_mm)).max())
-    return Basis(len(used_mm), (to_mm - from_mm) / length_mm, gap_mm / length_mm)
+    gap = float(np.diff(np.clip(used_mm, from_mm, to_mm)).max()) / length_mm
+    coverage = (to_mm - from_mm) / length_mm
+    enough = len(used_mm) >= FEWEST_STATIONS and coverage >= LEAST_COVERAGE - ROUNDING and gap <= WIDEST_GAP + ROUNDING
+    return Basis(len(used_mm), coverage, gap * length_mm, enough)
 
 
 def judged(
