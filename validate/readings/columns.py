@@ -177,7 +177,7 @@ class _HeaderReader:
         which = f"no column of {along}" if not stations else "no column of readings"
         beside = f" beside {_names(stations)}" if stations else ""
         if (line := _line_by_blanks(self.rows, self.grid.separator)) is not None:
-            finding = f"{which}{beside}: its columns are separated only by blanks, as in {quoted(line)}."
+            finding = f"{which}{beside}: its columns are separated by blanks only, as in {quoted(line)}."
             return self._refused(finding, "Save it with semicolons or tabs between the columns, or as XLSX.")
         filled = {at for row in self.body[:3] for at, cell in enumerate(row.cells) if cell != BLANK}
         shown = []
