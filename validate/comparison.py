@@ -149,8 +149,8 @@ class LevelMetrics(JsonRecord):
     beats_flat_level: bool
     """True if the mean error is smaller than that of the constant level."""
     baselines: tuple[Baseline, ...] = ()
-    """Levels without a simulation. Readings used for calibration: the best curves through them. Held-out readings:
-    levels made without them."""
+    """Levels without a simulation. For calibration readings: best curves; for held-out ones: levels made without them.
+    """
     beats_baseline: bool | None = None
     """True if the mean error is smaller than that of every baseline with no more numbers than fitted settings; None
     without such a baseline."""
@@ -283,8 +283,7 @@ class MeanLevelBudget(JsonRecord):
     data_mm: float
     """Standard uncertainty by the readings."""
     numerics_mm: float | None
-    """Standard uncertainty by the numerics: particle size, scatter of single runs, volume gained or lost. None without
-    runs at three particle sizes."""
+    """Standard uncertainty by particle size, scatter of runs and volume changes; None without runs of three sizes."""
     inputs_mm: float | None
     """Standard uncertainty by the declared inputs; None if no input was varied."""
     validation_mm: float
@@ -432,7 +431,7 @@ class ErrorUncertainty(JsonRecord):
     worst_at_a_station: StationError | None
     """Worst error at a station; None if the worst error overall is at a station."""
     sentences: tuple[str, ...]
-    """Conclusions that ASME V&V 20 allows, or that it is not assessed, and the errors that no interval includes."""
+    """Conclusions that ASME V&V 20 allows, or that it is not assessed; and errors that no interval includes."""
     unused: tuple[str, ...] = ()
     """Sentences on declared errors that the readings contradict; the intervals leave them out."""
     alignment: Alignment
@@ -441,8 +440,7 @@ class ErrorUncertainty(JsonRecord):
     inputs: tuple[InputEffect, ...]
     """Effects of the inputs that were varied."""
     input_draws: InputDrawsRecord | None
-    """Runs of the fast model with all inputs drawn at once; None if particles moved the inputs, or no input was moved.
-    """
+    """Runs of the fast model with all inputs drawn at once; None if particles or nothing moved the inputs."""
     inputs_left_out: tuple[str, ...]
     """Names of the inputs without a declared uncertainty."""
     effect_scatter_mm: float | None
