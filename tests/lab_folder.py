@@ -205,7 +205,7 @@ FAULTS = (
     ),
     Planted(
         "a reading a hundred times too large",
-        r"P01\.csv, line 5, column level_1_mm.*possible in a crack 8 mm deep",
+        r"P01\.csv, line 5, column level_1_mm.*in a crack 8 mm deep, ",
         _cell("P01.csv", 5, 2, "-155.0", HANDS["P01"][1]),
     ),
     Planted(

@@ -33,11 +33,12 @@ from validate.settings import Gate, Readings, Role, Uncertainty
 from validate.uncertainty import validation
 from validate.uncertainty.budget import Budget, Curve, Kind
 from validate.uncertainty.computed import Spread, numerical_errors, size_series
+from validate.uncertainty.contradictions import repeats_of
 from validate.uncertainty.reading_errors import budget_of
 from validate.uncertainty.validation import COVERAGE
 from validate.wording.comparison import worst_at_a_station
 
-AREAS_AGREE = 1e-9  # Largest relative difference, by rounding, of the two computations of one area
+AREAS_AGREE = 1e-9  # Largest relative difference of the two computations of the area, by rounding
 
 
 def compare(
@@ -59,11 +60,11 @@ def compare(
 ) -> Comparison:
     """Compare two levels over their common stretch of s and judge the error.
 
-    A positive error means that the simulated level is too high; between stations both are straight, so the integrals
-    are exact. With an escaped particle nothing passes, and without ``uncertainty`` the verdict has no interval. The
-    settings ``fitted`` to the readings, whether the lab's catalogue was searched for them, and ``unseen`` baselines,
-    which have not seen the readings, are for the headline; a level by a model for ``screening`` gets no verdict. Raises
-    InputError where the two curves do not overlap.
+    A positive error means that the simulated level is too high. Both levels are straight between stations, so the
+    integrals are exact. If a particle escaped, nothing passes; without ``uncertainty`` the verdict has no interval; a
+    level by a model for ``screening`` gets no verdict. The headline mentions the settings ``fitted`` to the readings,
+    whether the lab's catalogue was searched for them (``lab_searched``), and the ``unseen`` baselines, made without the
+    readings. Raises InputError if the two curves do not overlap.
     """
     error = level_difference(simulated, measured)
     area_mm2, area_library_mm2 = error.area, error.area_by_similaritymeasures()
@@ -73,12 +74,11 @@ def compare(
     bins = error_bins(simulated, measured, outline.length_mm)
     errors = error_figures(error, measured)
     count = None if fitted is None else len(fitted)
-    # With no setting fitted the simulation has seen no more than they have.
+    # Without fitted settings the simulation uses no more of the readings than they do.
     baselines = () if role == "calibrated-on" and count != 0 else tuple(unseen)
     if role != "held-out":
         baselines += best_curves(measured, from_mm, to_mm, (*ALWAYS, *([count] if count else [])))
-    basis = basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)
-    held = are_compared(measured, from_mm, to_mm)
+    on_stretch = are_compared(measured, from_mm, to_mm)
     volumes: dict[str, Any] = {
         f"{name}_{key}": value
         for name, profile in (("simulated", simulated), ("measured", measured))
@@ -88,13 +88,9 @@ def compare(
         covered_from_mm=from_mm,
         covered_to_mm=to_mm,
         covered_length_mm=error.length_mm,
-        coverage=basis.coverage,
         length_mm=outline.length_mm,
-        stations_compared=int(held.sum()),
-        stations_beyond_mm=measured.s_mm[~held],
-        stations_used=basis.stations,
-        widest_gap_mm=basis.widest_gap * outline.length_mm,
-        enough_readings=basis.suffices,
+        stations_compared=int(on_stretch.sum()),
+        stations_beyond_mm=measured.s_mm[~on_stretch],
         escaped_particles=escaped_particles,
         area_mm2=area_mm2,
         area_similaritymeasures_mm2=area_library_mm2,
@@ -116,6 +112,7 @@ def compare(
         readings_dialect=measured.dialect,
         photo_data=photo_data,
         **vars(errors),
+        **vars(basis_of(measured.s_mm, from_mm, to_mm, outline.length_mm)),
         **volumes,
     )
     return judged(metrics, gate, uncertainty, edited, screening=screening)
@@ -131,12 +128,12 @@ def assess(
 ) -> Comparison:
     """Compare the level of a trial with its readings, with intervals, baselines and the mass balance, and judge it.
 
-    The comparison that ``evidence`` holds is not used. ``spread`` holds the results of extra runs, if there were any,
-    and ``earlier`` the lab's earlier samples, whose filling is a baseline.
+    A comparison in ``evidence`` is ignored. ``spread`` are the results of extra runs, if there are any, and ``earlier``
+    the lab's earlier samples, whose fill is a baseline.
     """
     simulated, measured, outline, solid = evidence.profile, evidence.readings, evidence.outline, evidence.solid
     if measured is None:
-        raise ValueError(f"{evidence.name}: has no readings to compare with.")
+        raise ValueError(f"{evidence.name}: there are no readings to compare with.")
     gained_mm = gained_level_mm(evidence.run, simulated, outline, solid, evidence.volume_ratio)
     comparison = compare(
         simulated,
@@ -169,10 +166,10 @@ def assess(
 
 def repeatability(measured: Profile) -> ReadingsScatter:
     """Return the scatter of repeated readings, pooled over the stations."""
-    repeats_mm = measured.repeats_mm if measured.repeats_mm is not None else measured.level_mm[:, None]
+    repeats_mm, residual_mm = repeats_of(measured)
     count = (~np.isnan(repeats_mm)).sum(axis=1)
     freedom = int((count - 1).sum())
-    squares_mm2 = np.nansum((repeats_mm - np.nanmean(repeats_mm, axis=1, keepdims=True)) ** 2)
+    squares_mm2 = np.nansum(residual_mm**2)
     return ReadingsScatter(
         stations=len(count),
         readings=int(count.sum()),
@@ -193,7 +190,7 @@ def error_uncertainty(
 ) -> ErrorUncertainty:
     """Compute the intervals of the error by the readings, the numerics and the declared inputs.
 
-    ``volume_level_mm`` is the level that volume gained by the numerics makes, if it is known.
+    ``volume_level_mm`` is the change of level by volume that the numerics gained, if it is known.
     """
     readings = budget_of(measured, settings, declared, mouth_widths_mm(measured.s_mm, outline, solid))
     error = level_difference(simulated, measured)
@@ -249,14 +246,15 @@ def error_uncertainty(
 
 
 def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Floats) -> StationErrors:
-    """Error at each station on the covered stretch ``x``, and the standard uncertainties of it."""
-    held = are_compared(measured, x[0], x[-1])
-    covered = budget.at(held)
+    """Return the error at each station on the covered stretch ``x``, with its standard uncertainties."""
+    on_stretch = are_compared(measured, x[0], x[-1])
+    covered = budget.at(on_stretch)
     kinds: set[Kind] = {one.kind for one in budget.components}
     parts = {kind: covered.of(kind).band_mm / COVERAGE for kind in kinds}
     return StationErrors(
-        s_mm=measured.s_mm[held],
-        error_mm=np.interp(measured.s_mm[held], simulated.s_mm, simulated.level_mm) - measured.level_mm[held],
+        s_mm=measured.s_mm[on_stretch],
+        error_mm=np.interp(measured.s_mm[on_stretch], simulated.s_mm, simulated.level_mm)
+        - measured.level_mm[on_stretch],
         data_mm=parts["readings"],
         numerics_mm=parts.get("numerics"),
         inputs_mm=parts.get("inputs"),
@@ -267,7 +265,7 @@ def _station_errors(simulated: Profile, measured: Profile, budget: Budget, x: Fl
 
 
 def _numerics(spread: Spread, measured: Profile, x: Floats) -> SizeStudy | None:
-    """Mean level and mean error over the covered stretch at each particle size; None where none was run."""
+    """Return mean level and mean error over the covered stretch at each particle size; None without such runs."""
     replicates = spread.at(x)
     if spread.sizes is None or replicates is None:
         return None

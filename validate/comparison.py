@@ -33,9 +33,9 @@ class ErrorBin:
     to_mm: float
     """End of the stretch."""
     covered_mm: float
-    """Length of the stretch that both curves cover."""
+    """Length of the part that both curves cover."""
     mean_error_mm: float | None
-    """Mean absolute error over the covered length; None if nothing is covered."""
+    """Mean absolute error over the covered length; None without a covered length."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,16 @@ class ErrorFigures:
     share_under_1_mm: float
     flat_level_mm: float
     flat_level_error_mm: float
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Stations and coverage of a set of readings, as ``LevelMetrics`` has them."""
+
+    stations_used: int
+    coverage: float
+    widest_gap_mm: float
+    enough_readings: bool
 
 
 class ReadingsScatter(JsonRecord):
@@ -67,18 +77,18 @@ class ReadingsScatter(JsonRecord):
 @with_config(PART)
 @dataclass(frozen=True)
 class Baseline:
-    """A level along the crack that no simulation made, compared with the same readings over the same stretch."""
+    """A level along the crack without a simulation, compared with the same readings over the same stretch."""
 
     name: str
     """Name in words."""
     numbers: int
-    """Number of its coefficients that were fitted to these readings; 0 for a level that has not seen them."""
+    """Number of coefficients that were fitted to these readings; 0 for a level made without them."""
     mean_error_mm: float
-    """Mean error of that level."""
+    """Mean error of the level."""
 
 
 class LevelMetrics(JsonRecord):
-    """Figures of simulated minus measured level over the stretch that both curves cover, all exact integrals."""
+    """Figures of simulated minus measured level over the stretch that both curves cover; the integrals are exact."""
 
     model_config = ConfigDict(allow_inf_nan=False)
 
@@ -87,41 +97,41 @@ class LevelMetrics(JsonRecord):
     worst_error_mm: Amount
     """Largest absolute error."""
     worst_at_mm: float
-    """Place of the largest error along the crack."""
+    """Position of the largest error along the crack."""
     covered_from_mm: float
-    """Place along the crack where the comparison begins."""
+    """Position along the crack at which the comparison begins."""
     covered_to_mm: float
-    """Place along the crack where the comparison ends."""
+    """Position along the crack at which the comparison ends."""
     covered_length_mm: Positive
-    """Length that is compared."""
+    """Length of the compared stretch."""
     coverage: float
-    """Share of the crack's length that is compared."""
+    """Compared share of the crack's length."""
     length_mm: float
     """Length of the crack along its centreline."""
     stations_compared: int
     """Number of stations on the stretch that both curves cover."""
     stations_beyond_mm: Numbers
-    """Places of the stations beyond that stretch."""
+    """Positions of the stations outside that stretch."""
     stations_used: int
-    """Number of stations that shape the readings' line there, one just beyond either end included."""
+    """Number of stations that define the measured line there, including the next one beyond each end."""
     widest_gap_mm: float
     """Largest distance from one station to the next."""
     enough_readings: bool
     """True if the readings allow a verdict: enough stations, close enough, over enough of the crack."""
     escaped_particles: int
-    """Number of particles that went through a wall; with one, no figure counts."""
+    """Number of particles that passed through a wall. If it is not 0, the figures are invalid."""
     area_mm2: float
     """Area between the two levels, exact."""
     area_similaritymeasures_mm2: float
-    """Area between the two levels by the library that the paper used."""
+    """Area between the two levels, computed by the library that the paper used."""
     area_difference_mm2: float
-    """Exact area less the library's."""
+    """Exact area minus the library's."""
     bias_mm: float
     """Mean of simulated minus measured level."""
     rmse_mm: float
     """Root mean square error."""
     p95_error_mm: float
-    """Error that 95 % of the length stay below."""
+    """95th percentile of the absolute error over the length."""
     share_under_1_mm: float
     """Share of the covered length with an error below 1 mm."""
     frechet_mm: float
@@ -133,43 +143,43 @@ class LevelMetrics(JsonRecord):
     end_zone_error_mm: Known
     """Mean error over the last bin."""
     flat_level_mm: float
-    """Constant level that is nearest to the readings: a baseline."""
+    """Constant level with the smallest mean error against the readings: a baseline."""
     flat_level_error_mm: float
-    """Mean error of that constant level."""
+    """Mean error of the constant level."""
     beats_flat_level: bool
     """True if the mean error is smaller than that of the constant level."""
     baselines: tuple[Baseline, ...] = ()
-    """Levels without a simulation: of readings that were calibrated on, the best curves through them; of held-out ones,
-    levels that have not seen them."""
+    """Levels without a simulation. For calibration readings: best curves; for held-out ones: levels made without them.
+    """
     beats_baseline: bool | None = None
-    """True if the mean error is smaller than that of each baseline with no more numbers than settings were fitted; None
+    """True if the mean error is smaller than that of every baseline with no more numbers than fitted settings; None
     without such a baseline."""
     scatter: ReadingsScatter
     """Scatter of the repeated readings."""
     role: Role
-    """Use of the readings: the fluid was calibrated on them, or they were held out."""
+    """Use of the readings: calibration of the fluid, or held out."""
     fitted: tuple[str, ...] | None = None
-    """Settings that were fitted to these readings, by dotted name: empty if none was, None if nobody declared it."""
+    """Settings that were fitted to these readings, by dotted name; empty if none was, None if not declared."""
     lab_searched: bool = False
-    """True if a lab's catalogue was searched, and names no study or calibration with held-out readings."""
+    """True if a lab's catalogue was searched and lists no study or calibration with held-out readings."""
     readings_data: DataKind
     """Origin of the readings; only measured data can validate."""
     readings_dialect: str
-    """Format of the sheet as it was understood, in a sentence."""
+    """Format of the sheet as it was interpreted, in a sentence."""
     photo_data: DataKind
     """Origin of the photo or the mesh."""
     simulated_underfill_mm3: float
-    """Room between the simulated level and the mouth, over the covered length."""
+    """Unfilled volume between the simulated level and the mouth, over the covered length."""
     simulated_overfill_mm3: float
-    """Heap between the mouth and the simulated level, over the covered length."""
+    """Volume above the mouth and below the simulated level, over the covered length."""
     simulated_sealant_mm3: float
     """Sealant under the simulated level, over the covered length."""
     simulated_fill_ratio: float
     """Share of the cavity filled over the covered length, simulated."""
     measured_underfill_mm3: float
-    """Room between the measured level and the mouth, over the covered length."""
+    """Unfilled volume between the measured level and the mouth, over the covered length."""
     measured_overfill_mm3: float
-    """Heap between the mouth and the measured level, over the covered length."""
+    """Volume above the mouth and below the measured level, over the covered length."""
     measured_sealant_mm3: float
     """Sealant under the measured level, over the covered length."""
     measured_fill_ratio: float
@@ -177,72 +187,72 @@ class LevelMetrics(JsonRecord):
 
 
 class MassBalance(JsonRecord):
-    """Volumes of the settled sealant beside that of the readings."""
+    """Volumes of the settled sealant, and the volume below the measured level."""
 
     dispensed_mm3: float
     """Dispensed volume."""
     in_crack_mm3: float
-    """Space that the settled particles fill, the part with centres at or below the face's plane."""
+    """Volume of the settled particles whose centres are at or below the plane of the face."""
     above_mm3: float
-    """Space that the settled particles fill, the part with centres above the face's plane."""
+    """Volume of the settled particles whose centres are above the plane of the face."""
     spilled_mm3: float
-    """Dispensed sealant over the sample's edge."""
+    """Dispensed sealant that ran over the sample's edge."""
     lost_mm3: float
-    """Dispensed less filled space less spilled sealant: volume lost by the numerics; below 0, gained."""
+    """Dispensed minus settled minus spilled volume: volume lost by the numerics; negative if gained."""
     footprint_mm2: float
-    """Area of the face beside the mouth that is under sealant."""
+    """Area of the face outside the mouth that sealant covers."""
     readings_mm3: float
     """Sealant below the measured level, over the covered length."""
     readings_state: Literal["wet", "cured"] | None
-    """Declared state of the sealant when it was read; None if nobody declared it."""
+    """Declared state of the sealant at the reading; None if not declared."""
     shrinkage_percent: float | None = in_unit("%")
-    """Declared shrinkage until it was read; None if nobody declared it."""
+    """Declared shrinkage before the reading; None if not declared."""
     readings_when_dispensed_mm3: float
-    """The same before the sealant shrank, if that is declared."""
+    """The same volume before shrinkage, if shrinkage is declared."""
 
 
 class VolumeComparison(JsonRecord):
-    """The readings beside the volumes of the run: the level that its volume alone would have, and the mass balance."""
+    """Volumes of run and readings: the level that the volume predicts without a simulation, and the balance."""
 
     volume_balance_level_mm: float
-    """Level at which the dispensed volume would lie flat in the whole crack: a baseline that needs no readings."""
+    """Flat level of the dispensed volume in the whole crack: a baseline that needs no readings."""
     volume_balance_error_mm: float
-    """Mean error of that level."""
+    """Mean error of the level."""
     beats_volume_balance: bool
-    """True if the mean error is smaller than that of that level."""
+    """True if the mean error is smaller than that of the flat level."""
     mass_balance: MassBalance
-    """Volumes of the settled sealant beside that of the readings."""
+    """Volumes of the settled sealant, and the volume below the measured level."""
 
 
 class StationBands(JsonRecord):
     """Half-widths of 95 % bands of the stations' levels by the readings, (n,) each."""
 
     s_mm: Numbers
-    """Places of the stations along the crack."""
+    """Positions of the stations along the crack."""
     band_95_mm: Numbers
-    """Half-width for each station by itself; of twenty stations, one lies outside by chance."""
+    """Half-width for a single station; by chance, one of twenty stations is outside."""
     profile_band_95_mm: Numbers
-    """Half-width for all stations together, which holds at all of them at once in 95 %."""
+    """Half-width of the band that contains all stations at once in 95 % of cases."""
 
 
 @with_config(PART)
 @dataclass(frozen=True)
 class BudgetPart:
-    """One error of the budget, and its standard uncertainty of three figures: half the half-width of 95 % by it alone.
+    """One error of the budget and its standard uncertainties: half the half-width of its 95 % interval.
 
-    What is not declared has that of 0.2 mm of it.
+    An error without a declared size is entered as 0.2 mm.
     """
 
     name: str
     """Name in words."""
     setting: str
-    """Key of the trial file that declares it; empty for an error that none declares."""
+    """Key of the trial file that declares it; empty if there is no such key."""
     source: str
     """Origin of its size: repeats, detected, declared, allowed for, assumed or computed."""
     kind: str
     """readings, numerics or inputs."""
     mean_level_mm: float
-    """Standard uncertainty of the mean level, and so of the bias."""
+    """Standard uncertainty of the mean level, which is also that of the bias."""
     mean_error_mm: float
     """Standard uncertainty of the mean error, if the error keeps its sign."""
     station_mm: float
@@ -253,67 +263,66 @@ class BudgetSummary(JsonRecord):
     """All errors of a comparison, part by part."""
 
     parts: tuple[BudgetPart, ...]
-    """Errors that the intervals include, each alone."""
+    """Errors included in the intervals, one by one."""
     missing: tuple[BudgetPart, ...]
-    """Errors that no data can show and nobody declared: what 0.2 mm of each would do."""
+    """Undeclared errors that the data cannot show: the effect of 0.2 mm of each."""
     scatter_known: bool
-    """True if stations were read more than once, or the repeatability is declared."""
+    """True if stations were read repeatedly, or the repeatability is declared."""
     notes: tuple[str, ...]
-    """Sentences on outliers, and on stations that a probe cannot read."""
+    """Sentences on outliers, and on stations that the probe cannot read."""
 
 
 class MeanLevelBudget(JsonRecord):
-    """Error of the mean level and the standard uncertainties of it, after ASME V&V 20."""
+    """Error of the mean level and its standard uncertainties, after ASME V&V 20."""
 
     error_mm: float
     """E: simulated minus measured mean level."""
     volume_level_mm: float | None
-    """Level that volume gained by the numerics makes, or lost, below 0: that volume over the area of the fluid's
-    surface. It is in E. None if the particles are not known."""
+    """Change of level by volume that the numerics gained (negative: lost), over the fluid's surface area; E includes
+    it. None without particles."""
     data_mm: float
     """Standard uncertainty by the readings."""
     numerics_mm: float | None
-    """Standard uncertainty by the numerics: the particles' size, the scatter of single runs, and volume gained or lost;
-    None without runs of three sizes."""
+    """Standard uncertainty by particle size, scatter of runs and volume changes; None without runs of three sizes."""
     inputs_mm: float | None
-    """Standard uncertainty by the declared inputs; None if none was varied."""
+    """Standard uncertainty by the declared inputs; None if no input was varied."""
     validation_mm: float
-    """The standard uncertainty by all that are known together: u_val if numerics and inputs are."""
+    """Combined standard uncertainty of the available parts; equals u_val if numerics and inputs are included."""
     resolved: bool | None
-    """True if |E| is larger than twice u_val, False if the two are consistent; None until numerics and all declared
-    inputs are known."""
+    """True if |E| exceeds twice u_val, False if the two are consistent; None until numerics and all declared inputs are
+    evaluated."""
     inputs_waiting: bool
-    """True if inputs are declared that no run has varied yet."""
+    """True if a declared input has not been varied by any run yet."""
 
 
 class StationErrors(JsonRecord):
-    """Error of the level at each station and the standard uncertainties of it, (n,) each."""
+    """Error of the level at each station and its standard uncertainties, (n,) each."""
 
     s_mm: Numbers
-    """Places of the stations along the crack."""
+    """Positions of the stations along the crack."""
     error_mm: Numbers
     """Simulated minus measured level."""
     data_mm: Numbers
     """Standard uncertainty by the readings."""
     numerics_mm: Numbers | None
-    """Standard uncertainty by the numerics; None if it is not known."""
+    """Standard uncertainty by the numerics; None if it was not computed."""
     inputs_mm: Numbers | None
-    """Standard uncertainty by the declared inputs; None if none was varied."""
+    """Standard uncertainty by the declared inputs; None if no input was varied."""
     validation_mm: Numbers
-    """Standard uncertainty by all of them that are known."""
+    """Combined standard uncertainty of the available parts."""
     profile_mm: Numbers
-    """Half the 95 % band by all of them that holds at all stations together."""
+    """Half-width of the combined 95 % band that contains all stations at once."""
     by_chance: float
-    """Number of stations outside their own bands that a perfect model would have on average."""
+    """Expected number of stations outside their own bands for a perfect model."""
 
     @property
     def above(self) -> NDArray[np.bool_]:
-        """True where E lies outside the band of the station by itself."""
+        """True at stations where |E| exceeds the station's own 95 % band."""
         return np.abs(self.error_mm) > 2 * self.validation_mm
 
     @property
     def off(self) -> NDArray[np.bool_]:
-        """True where E lies outside the band that holds at all stations together."""
+        """True at stations where |E| exceeds the 95 % band of all stations together."""
         return np.abs(self.error_mm) > self.profile_mm
 
 
@@ -325,7 +334,7 @@ class StationError:
     error_mm: float
     """Absolute error."""
     s_mm: float
-    """Place of the station along the crack."""
+    """Position of the station along the crack."""
 
 
 @with_config(PART)
@@ -334,7 +343,7 @@ class ShiftedError:
     """The comparison with the readings shifted along the crack."""
 
     shift_mm: float
-    """Distance by which the readings are shifted."""
+    """Shift of the readings along the crack."""
     mean_error_mm: float
     """Mean error with the readings shifted by ``shift_mm``."""
     bias_mm: float
@@ -342,12 +351,12 @@ class ShiftedError:
 
 
 class Alignment(JsonRecord):
-    """The choice of s = 0, and the errors that other choices would give."""
+    """Convention for s = 0, and the errors that other conventions would give."""
 
     choice: str
-    """Choice of s = 0, in a sentence."""
+    """Convention for s = 0, in a sentence."""
     shifts: tuple[ShiftedError, ...]
-    """Errors with the readings moved along the crack, since s = 0 is a choice."""
+    """Errors with the readings shifted along the crack, since s = 0 is a convention."""
 
 
 class SizeSeries(JsonRecord):
@@ -356,13 +365,13 @@ class SizeSeries(JsonRecord):
     values: tuple[float, ...] = in_unit("mm")
     """Mean over the runs of each size."""
     runs: tuple[int, ...]
-    """Number of runs at each size, which differ in seed."""
+    """Number of runs at each size, with different seeds."""
     scatter: float = in_unit("mm")
     """Standard deviation of a single run."""
     order_95: tuple[float, float]
     """Ends of the 95 % range of the order of convergence, within 0.5 to 2."""
     band: float = in_unit("mm")
-    """Half-width of 95 % of the middle size's error, without the scatter of single runs."""
+    """Half-width of the 95 % interval of the middle size's error, without the scatter of single runs."""
 
 
 @with_config(PART)
@@ -379,7 +388,7 @@ class SizeStudy:
 
 
 class InputEffect(JsonRecord):
-    """Change of the simulated level for an input that is larger by its standard uncertainty."""
+    """Change of the simulated level if an input is larger by its standard uncertainty."""
 
     name: str
     """Key of the input in the table [uncertainty]."""
@@ -388,53 +397,53 @@ class InputEffect(JsonRecord):
     mean_level_mm: float
     """Change of the mean level."""
     largest_mm: float
-    """Largest change of the level anywhere, as an absolute value."""
+    """Largest absolute change of the level along the crack."""
     share: float
-    """Share of the mean level's variance by all inputs that this one makes alone: its first-order index."""
+    """First-order index: this input's own share of the mean level's variance by all inputs."""
     model: str
     """Model that moved the input: particles, or slot for the fast model."""
 
 
 class InputDrawsRecord(JsonRecord):
-    """Runs of the fast model with all inputs drawn together."""
+    """Runs of the fast model with all inputs drawn at once."""
 
     runs: int
-    """Number of runs, less that with the inputs as they are."""
+    """Number of runs, without the one with the inputs as they are."""
     together: float
-    """Share of the mean level's variance by these inputs that none makes alone."""
+    """Share of the mean level's variance that is due to interactions of the inputs."""
     unfit: tuple[str, ...]
     """Reasons why the case is outside the fast model's domain."""
 
 
 class ErrorUncertainty(JsonRecord):
-    """Intervals of the error, and the parts that they are made of."""
+    """Intervals of the error, and their parts."""
 
     mean_error_interval_mm: tuple[float, float]
     """Ends of the 95 % interval of the mean error by the readings."""
     bias_interval_mm: tuple[float, float]
     """Ends of the 95 % interval of the bias by the readings."""
     bias_systematic_mm: float
-    """Standard uncertainty of the bias that more stations would not reduce."""
+    """Systematic standard uncertainty of the bias: more stations would not reduce it."""
     levels: StationBands
     budget: BudgetSummary
     mean_level: MeanLevelBudget
     stations: StationErrors
     worst_at_a_station: StationError | None
-    """Worst error at a station; None if the worst error of all is at one."""
+    """Worst error at a station; None if the worst error overall is at a station."""
     sentences: tuple[str, ...]
-    """Conclusions that ASME V&V 20 allows, or that it is not assessed; and the names of the errors in none of them."""
+    """Conclusions that ASME V&V 20 allows, or that it is not assessed; and errors that no interval includes."""
     unused: tuple[str, ...] = ()
-    """Sentences on declared errors that the readings contradict and that no interval includes."""
+    """Sentences on declared errors that the readings contradict; the intervals leave them out."""
     alignment: Alignment
     numerics: SizeStudy | None
-    """Mean level and mean error at three particle sizes; None if no other particle sizes were run."""
+    """Mean level and mean error at three particle sizes; None if only one size was run."""
     inputs: tuple[InputEffect, ...]
     """Effects of the inputs that were varied."""
     input_draws: InputDrawsRecord | None
-    """Runs of the fast model with all inputs drawn together; None if particles moved the inputs, or none was moved."""
+    """Runs of the fast model with all inputs drawn at once; None if particles or nothing moved the inputs."""
     inputs_left_out: tuple[str, ...]
     """Names of the inputs without a declared uncertainty."""
     effect_scatter_mm: float | None
-    """Standard deviation of an effect by the scatter of single runs; None if it is not known."""
+    """Standard deviation of an effect by the scatter of single runs; None if it was not computed."""
     design_radius_mm: float | None
-    """Radius of the particles in the runs of the effects; None if there are none."""
+    """Particle radius in the runs of the effects; None without such runs."""

@@ -1,4 +1,4 @@
-"""The record of a trial's result: the keys of run.json, and of what a command answers.
+"""Record of a trial's result: the keys of run.json, and of the answer of a command.
 
 Report page, PDF, report.json, terminal and studies read these records. The docstring of a figure is its description in
 the published schema of report.json.
@@ -19,9 +19,9 @@ COMPARISON, PREDICTION, EARLIER, RESULT = "comparison.json", "prediction.json", 
 Outcome = Literal["passed", "failed", "undecided", "open"]
 """The result of a comparison (decision 0079).
 
-passed: the gate is kept, and lies outside the interval of the mean error;
+passed: the gate is kept and is outside the interval of the mean error;
 failed: the gate is missed, or a particle escaped;
-undecided: the gate lies inside that interval, the readings are too few, or files were edited by hand;
+undecided: the gate is inside that interval, there are too few readings, or files were edited by hand;
 open: no gate was declared.
 """
 
@@ -34,31 +34,31 @@ class SampleFigures(JsonRecord):
     length_mm: float
     """Length of the crack along its centreline."""
     mean_width_mm: float | None
-    """Mean width of the crack; None of a path alone, which has no walls."""
+    """Mean width of the crack; None for a path without walls."""
     width_source: WidthSource
     """Source of the width."""
     width_95_mm: Span | None
     """Ends of the 95 % interval of a fitted mean width."""
     cavity_volume_mm3: float | None
-    """Volume of the cavity below the face; None of a path alone."""
+    """Volume of the cavity below the face; None for a path without walls."""
     cavity_volume_95_mm3: Span | None
-    """Its ends at those of the mean width."""
+    """Cavity volumes at the ends of the mean width's interval."""
     weighed: WeighedCavity | None
-    """Cavity by a liquid that was weighed in, step by step; None if no liquid was weighed."""
+    """Cavity measured by weighing a liquid in it, step by step; None if no liquid was weighed."""
     sealant_mm3: float
-    """Sealant that the nozzle gives."""
+    """Volume of sealant that the nozzle dispenses."""
     path_source: PathSource
     """Source of the crack's path."""
     scale_source: str
     """Source of the scale, in words."""
     mm_per_px: float | None
-    """Scale at the middle of the crack; None of a mesh."""
+    """Scale at the middle of the crack; None for a mesh."""
     scale_uncertainty: float | None
-    """Standard uncertainty of the scale as a share of it; None if it is not known."""
+    """Relative standard uncertainty of the scale; None if it is unknown."""
     scale_residual_mm: float | None
-    """RMS misfit of the scale's control points; None if there are none."""
+    """RMS misfit of the scale's control points; None without control points."""
     camera_tilt_deg: float | None
-    """Angle between the camera's axis and the face's normal; None if it is not known."""
+    """Angle between the camera's axis and the face's normal; None if it is unknown."""
     warnings: tuple[str, ...]
     """Remarks on photo and solid."""
 
@@ -67,85 +67,85 @@ class FluidFigures(JsonRecord):
     """Figures of the fluid run."""
 
     particles: int | None
-    """Number of particles; None of the fast model, as are the next two."""
+    """Number of particles; None for the fast model, as are the next two."""
     escaped_particles: int | None
-    """Number of particles that went through a wall; anything but 0 is a fault."""
+    """Number of particles that passed through a wall; any number but 0 is a fault."""
     spilled_particles: int | None
-    """Number of particles over the sample's edge."""
+    """Number of particles that ran over the sample's edge."""
     unfit: tuple[str, ...] | None
-    """Reasons why the fast model is unfit for the case; None of particles."""
+    """Reasons why the case is outside the fast model's domain; None for particles."""
     volume_ratio: float
-    """Volume of the finished sealant over the volume given."""
+    """Volume of the settled sealant divided by the dispensed volume."""
     device: str
     """Device that computed the run."""
     warnings: tuple[str, ...]
-    """Sentences on what is not sound of the fluid."""
+    """Sentences on unsound features of the fluid."""
 
 
 class PredictedPart(JsonRecord):
-    """One error of a predicted level, and its standard uncertainty: half the half-width of 95 % by it alone."""
+    """One error of a predicted level, and its standard uncertainty: half the half-width of its 95 % interval."""
 
     name: str
     """Name in words."""
     kind: str
     """numerics or inputs."""
     setting: str
-    """Key of the trial file that declares it; empty for an error that none declares."""
+    """Key of the trial file that declares it; empty if there is no such key."""
     mean_level_mm: float
     """Standard uncertainty of the mean level."""
     place_mm: float
-    """Standard uncertainty of the level at a place, root mean square along the crack."""
+    """Standard uncertainty of the level at one place: root mean square along the crack."""
 
 
 class PredictedLevel(JsonRecord):
-    """The level of a run without readings, with its band by the numerics and by the declared inputs."""
+    """Level of a run without readings, with its band by the numerics and the declared inputs."""
 
     s_mm: Numbers
-    """Places along the crack; the next five are at them."""
+    """Positions along the crack, at which the next five are given."""
     level_mm: Numbers
     """Predicted level, from the face."""
     band_95_mm: Numbers
-    """Half-width of the 95 % band at each place by itself."""
+    """Half-width of the 95 % band of a single place."""
     profile_band_95_mm: Numbers
-    """Half-width of the band that holds the whole level in 95 %."""
+    """Half-width of the band that contains the whole level in 95 % of cases."""
     numerics_mm: Numbers | None
-    """Standard uncertainty by the numerics; None if they are not known."""
+    """Standard uncertainty by the numerics; None if it was not computed."""
     inputs_mm: Numbers | None
-    """Standard uncertainty by the inputs; None if none is declared."""
+    """Standard uncertainty by the inputs; None if no input is declared."""
     mean_level_mm: float
     """Mean level along the crack."""
     mean_level_95_mm: tuple[float, float]
-    """Ends of its 95 % interval."""
+    """Ends of the mean level's 95 % interval."""
     parts: tuple[PredictedPart, ...]
-    """All errors that the band is made of, each alone."""
+    """All errors included in the band, one by one."""
     inputs: tuple[InputEffect, ...]
-    """Effects of the inputs that were moved."""
+    """Effects of the varied inputs."""
     inputs_left_out: tuple[str, ...]
     """Names of the inputs without a declared uncertainty."""
     unfit: tuple[str, ...]
-    """Reasons why the case is outside the domain of the fast model that moved the inputs."""
+    """Reasons why the case is outside the domain of the fast model that varied the inputs."""
 
 
 Quantity = Literal["mean_level_mm", "fill_ratio", "heap_mm2"]
-"""Name of a quantity that is computed and read: mean level; share of the room below the face that is filled; heap above
-the face in mm³ on each mm of crack."""
+"""Quantity that is computed and measured: mean level; share of the room below the face that is filled; heap above the
+face in mm³ per mm of crack."""
 
 
 class EarlierTrial(JsonRecord):
-    """A trial whose readings were measured and held out: what was computed and what was read, over the same length."""
+    """A trial with measured, held-out readings: computed and measured figures over the same length."""
 
     name: str
     """Name of the sample."""
     level_error_mm: float
-    """Mean of computed minus read level."""
+    """Mean of computed minus measured level."""
     computed_fill_ratio: float
-    """Share of the room below the face that the computed level fills."""
+    """Share of the room below the face that is filled up to the computed level."""
     read_fill_ratio: float
-    """The same of the read level."""
+    """The same for the measured level."""
     computed_heap_mm2: float
-    """Heap above the face by the computed level, in mm³ on each mm of crack."""
+    """Heap above the face by the computed level, in mm³ per mm of crack."""
     read_heap_mm2: float
-    """The same by the read level."""
+    """The same for the measured level."""
 
 
 class Bias(JsonRecord):
@@ -154,11 +154,12 @@ class Bias(JsonRecord):
     quantity: Quantity
     """mean_level_mm, fill_ratio or heap_mm2."""
     relative: bool
-    """True if bias is a factor and scatter a share; else both are in the quantity's unit."""
+    """True if bias is a factor and scatter a share; False if both are in the quantity's unit."""
     bias: float = in_unit("that of the quantity; 1 if relative")
-    """Computed minus read, mean over the trials; if relative, computed over read, geometric mean."""
+    """Mean of computed minus measured value over the trials; if relative, geometric mean of their ratio."""
     scatter: float = in_unit("that of the quantity; 1 if relative")
-    """Standard deviation of that from trial to trial; if relative, of its logarithm. It includes errors of readings."""
+    """Standard deviation from trial to trial of the difference, or of the ratio's logarithm. It includes errors of the
+    readings."""
     trials: int
     """Number of trials."""
 
@@ -167,41 +168,41 @@ OF_QUANTITY = in_unit("that of the quantity")
 
 
 class Expectation(Bias):
-    """Value of a quantity that the readings of a new trial should find."""
+    """Expected value of a quantity in the readings of a new trial."""
 
     computed: float = OF_QUANTITY
-    """Value that was computed for this trial."""
+    """Computed value for this trial."""
     expected: float = OF_QUANTITY
-    """The same less the bias, or over it if it is a factor."""
+    """Computed value minus the bias, or divided by it if the bias is a factor."""
     expected_95: tuple[float, float] = OF_QUANTITY
-    """Ends of the 95 % interval for the next trial's readings, by Student's t."""
+    """Ends of the 95 % interval of the next trial's readings, by Student's t."""
 
 
 class EarlierTrials(JsonRecord):
-    """A lab's earlier trials, and what they make of this one."""
+    """A lab's earlier trials, and the readings expected from them."""
 
     trials: tuple[EarlierTrial, ...]
-    """Latest trial of each other sample of the lab that counts."""
+    """Latest valid trial of each other sample of the lab."""
     expectations: tuple[Expectation, ...]
-    """Value that each quantity should have by them."""
+    """Expected value of each quantity."""
 
 
 class Comparison(LevelMetrics):
-    """A simulated level compared with a measured one, and the verdict on it."""
+    """A simulated level compared with a measured one, and the verdict."""
 
     headline: tuple[str, ...] = ()
-    """Sentences on the gate, on the baselines, and on what the readings were used for before."""
+    """Sentences on the gate, the baselines and the earlier use of the readings."""
     outcome: Outcome = "open"
     """passed, failed, undecided or open: the gate against the mean error and its 95 % interval."""
     passed: bool | None = None
     """True if the mean error keeps the gate; None without a gate, False if a particle escaped."""
     gate: Gate | None = None
-    """The limit that was declared before the run; None if there is none."""
+    """Limit declared before the run; None without one."""
     findings: tuple[str, ...] = ()
-    """Conclusions that ASME V&V 20 allows, or that it is not assessed; without a verdict, declared errors that are not
-    used alone."""
+    """Conclusions that ASME V&V 20 allows, or that it is not assessed. Without a verdict: only the declared errors that
+    are not used."""
     volumes: VolumeComparison | None = None
-    """The readings beside the volumes of the run; None if the comparison was not assessed beside a run."""
+    """Volumes of the run and of the readings; None if no run was assessed."""
     uncertainty: ErrorUncertainty | None = None
     """Intervals and their parts; None if the comparison was not assessed."""
 
@@ -212,12 +213,12 @@ class Comparison(LevelMetrics):
 
     @property
     def interval_95_mm(self) -> tuple[float, float] | None:
-        """Ends of the mean error's 95 % interval by the readings in mm; None if it was not assessed."""
+        """Ends of the mean error's 95 % interval by the readings, in mm; None if it was not assessed."""
         return None if self.uncertainty is None else self.uncertainty.mean_error_interval_mm
 
     @property
     def worst_at_a_station(self) -> StationError | None:
-        """Worst error at a station; None if the worst error of all is at one, or was not assessed."""
+        """Worst error at a station; None if the worst error overall is at one, or was not assessed."""
         return None if self.uncertainty is None else self.uncertainty.worst_at_a_station
 
 
@@ -246,9 +247,9 @@ class TrialResult(JsonRecord):
     computed_by: dict[str, ComputedBy] = Field(default_factory=dict)
     """Version and numbers by finished stage."""
     other_versions: tuple[str, ...] = ()
-    """A sentence if other stage numbers than this version's computed a stage."""
+    """A sentence if a stage was computed with other stage numbers than this version's."""
     edited: tuple[str, ...] = ()
-    """Files that are not as their stage wrote them."""
+    """Files that were changed after their stage wrote them."""
     sample: SampleFigures | None = None
     """Figures of digitise."""
     fluid: FluidFigures | None = None
@@ -260,7 +261,7 @@ class TrialResult(JsonRecord):
     prediction: PredictedLevel | None = None
     """Level of a run without readings, as in prediction.json; None with readings, or without extra runs."""
     earlier_trials: EarlierTrials | None = None
-    """The lab's earlier trials, as in earlier_trials.json; None with fewer than two that count."""
+    """The lab's earlier trials, as in earlier_trials.json; None with fewer than two valid ones."""
 
     @property
     def numbers(self) -> dict[str, int]:

@@ -18,24 +18,24 @@ Quantity = Literal["level", "depth"]
 """level counts upward from the datum, depth downward."""
 Unit = Literal["mm", "cm", "m", "inch"]
 AS_WRITTEN = re.compile(r"[A-Z]{1,3}|[A-Z]{0,3}[1-9][0-9]{0,6}|sign|unit|datum|direction")
-"""Answer to a doubt about a sheet: a column, a row, a cell, or what the whole sheet has."""
+"""Answer to a doubt about a sheet: a column, a row or a cell that is right as it is, or a property of the whole sheet.
+"""
 
 
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 RANGE = r"^([A-Z]{1,3}([1-9][0-9]{0,6})?:[A-Z]{1,3}([1-9][0-9]{0,6})?|[1-9][0-9]{0,6}:[1-9][0-9]{0,6})$"
 OF_THE_SHEET = ("sheet", "unit", "datum", "datum_level_mm")
-"""Settings that [readings.columns] may hold too; they mean those of [readings]."""
+"""Settings that [readings.columns] accepts too, with the same meaning as in [readings]."""
 Sign = Literal["up", "down"]
 Datum = Literal["sample_surface", "sealant_top", "caliper_base"]
 Role = Literal["calibrated-on", "held-out", "undeclared"]
-"""Use of the readings: the fluid was tuned on them, so that the error is a residual and no test; it was not; or it is
-undeclared. Only held-out readings can validate.
-"""
+"""Use of the readings. calibrated-on: the fluid was tuned on them, so the error is a residual and no test. held-out: it
+was not; only such readings can validate."""
 SIGNS: dict[str, Quantity] = {"up": "level", "down": "depth"}
 
 
 class Columns(Settings):
-    """Columns of a sheet whose header does not name them, and other facts that it leaves open, as in [readings]."""
+    """Columns of a sheet without clear column names, and other facts that the sheet leaves open, as in [readings]."""
 
     s: Text | None = None
     """Column of the stations: its name in the header, or its letter in a spreadsheet, as "A"."""
@@ -44,19 +44,19 @@ class Columns(Settings):
     repeat: Text | None = None
     """Column that numbers the readings of a station, if each reading has a row."""
     header_rows: int | None = Field(default=None, ge=0, le=20)
-    """Number of rows of the header; 0 for a sheet that begins with its readings."""
+    """Number of header rows; 0 if the sheet begins with readings."""
     transposed: bool | None = None
-    """True if each station has a column: letters then count rows, "A" for the first. Left out, names decide."""
+    """True if each station has a column; letters then count rows, "A" for the first. Default: decided by the names."""
     s_from: Literal["first", "second"] | None = None
-    """End of the crack from which the sheet counts s, if it is the second: s = 0 of the overlay is at the first."""
+    """End of the crack at which the sheet's s is 0. s = 0 in the overlay is at the first end."""
     skip: tuple[Text | Annotated[int, Field(ge=1)], ...] = ()
-    """Rows that are not read: by number from 1, or by the text of their first cell, as ["Mittelwert", 9]."""
+    """Rows to ignore: by number from 1, or by the text of their first cell, as ["Mittelwert", 9]."""
     missing: tuple[Text, ...] = ()
-    """Words of this sheet for a missing reading, beside the usual ones, as ["n. lesbar"]."""
+    """Words of this sheet for a missing reading, in addition to the usual ones, as ["n. lesbar"]."""
     range: Annotated[str, Field(pattern=RANGE)] | None = None
-    """Part of the sheet that is read: cells, as "F2:I30", or columns, as "F:I", or rows, as "2:30"."""
+    """Part of the sheet to read: cells, as "F2:I30", columns, as "F:I", or rows, as "2:30"."""
     sign: Sign | None = None
-    """Direction in which readings count: "up" for levels, "down" for depths, as quantity of [readings]."""
+    """Direction of the readings: "up" for levels, "down" for depths, like quantity of [readings]."""
     sheet: Text | None = None
     """Worksheet, as in [readings]."""
     unit: Unit | None = None
@@ -64,20 +64,20 @@ class Columns(Settings):
     datum: Datum | None = None
     """Datum, as in [readings]."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
-    """Height of that datum above the sample's surface, as in [readings]."""
+    """Height of the datum above the sample's surface, as in [readings]."""
 
 
 class Declared(Settings):
-    """Facts that a sheet of readings leaves open. None is guessed: a missing one is asked for."""
+    """Facts that a sheet of readings leaves open. Nothing is guessed: a missing one is an error that names it."""
 
     sheet: Annotated[str, Field(min_length=1, max_length=200)] | None = None
     """Name of the worksheet, in a workbook with several."""
     sample: Annotated[str, Field(min_length=1, max_length=200)] | None = None
-    """Sample whose rows are read, if a column names the sample of each row; spelt as file names may spell it."""
+    """Sample to read, if a column names the sample of each row; spelt as in file names."""
     separator: Separator | None = None
-    """Separator between the fields of a text file, if its rows leave it open."""
+    """Separator between the fields of a text file, if it is ambiguous."""
     decimal: Decimal | None = None
-    """Decimal mark, if "1,234" may be one and a quarter, or more than a thousand."""
+    """Decimal mark, if "1,234" may mean one and a quarter or more than a thousand."""
     quantity: Quantity | None = None
     """level counts upward from the datum, depth downward; needed if the header names neither."""
     unit: Unit | None = None
@@ -85,13 +85,12 @@ class Declared(Settings):
     columns: Columns | None = None
     """Columns of the sheet, if its header does not name them."""
     as_written: tuple[str, ...] | None = None
-    """Answers to doubts about the sheet: cells ("E7"), columns ("E") or rows ("7") that are meant as they are, and
-    "sign", "unit", "datum" or "direction" of the whole sheet.
-    """
+    """Answers to doubts about the sheet: cells ("E7"), columns ("E") or rows ("7") that are right as they are, or
+    "sign", "unit", "datum" or "direction" for the whole sheet."""
     datum: Datum = "sample_surface"
-    """Datum that readings count from. The sample's surface, its face, is the datum of this format (decision 0071)."""
+    """Datum of the readings. The sample's surface, its face, is the datum of this format (decision 0071)."""
     datum_level_mm: float | None = Field(default=None, ge=-1000, le=1000)
-    """Height of that datum above the sample's surface; needed for the other two, since no sheet shows it."""
+    """Height of the datum above the sample's surface. Required for the other two datums: no sheet shows it."""
 
     @field_validator("as_written")
     @classmethod
@@ -99,87 +98,86 @@ class Declared(Settings):
         for answer in answers or ():
             if not AS_WRITTEN.fullmatch(answer):
                 raise ValueError(
-                    f'{answer!r:.40} is no cell ("E7"), column ("E"), row ("7"), sign, unit, datum or direction'
+                    'expected a cell ("E7"), a column ("E"), a row ("7"), or sign, unit, datum or direction; '
+                    f"found {answer!r:.40}"
                 )
         return answers
 
     @model_validator(mode="after")
     def _says_it_once(self) -> Self:
-        """Take what [readings.columns] says of the whole sheet as said of [readings]."""
+        """Copy the settings that [readings.columns] gives for the whole sheet to those of [readings]."""
         if (columns := self.columns) is None:
             return self
-        said: dict[str, Any] = {key: value for key in OF_THE_SHEET if (value := getattr(columns, key)) is not None}
+        given: dict[str, Any] = {key: value for key in OF_THE_SHEET if (value := getattr(columns, key)) is not None}
         if columns.sign is not None:
-            said["quantity"] = SIGNS[columns.sign]
-        for key, value in said.items():
+            given["quantity"] = SIGNS[columns.sign]
+        for key, value in given.items():
             if key in self.model_fields_set and getattr(self, key) != value:
-                raise ValueError(f"{key} is {getattr(self, key)!r:.40}, and columns says {value!r:.40}; keep one")
-        # The settings are frozen for all others.
+                raise ValueError(f"{key} is {getattr(self, key)!r:.40}, but columns gives {value!r:.40}; keep one")
+        # The model is frozen; its own validator may set fields.
         rest = columns.model_copy(update=dict.fromkeys((*OF_THE_SHEET, "sign")))
-        for key, value in {**said, "columns": rest}.items():
+        for key, value in {**given, "columns": rest}.items():
             object.__setattr__(self, key, value)
-        self.model_fields_set.update(said)
+        self.model_fields_set.update(given)
         return self
 
     @model_validator(mode="after")
     def _knows_its_datum(self) -> Self:
         if self.datum == "sample_surface" and self.datum_level_mm not in (None, 0.0):
             raise ValueError(
-                f"datum_level_mm = {self.datum_level_mm:g}: the sample's surface is at 0; name another datum, or leave "
-                "datum_level_mm out"
+                f"datum_level_mm = {self.datum_level_mm:g}: the sample's surface is at 0; set another datum, or remove "
+                "datum_level_mm"
             )
         if self.datum != "sample_surface" and self.datum_level_mm is None:
             raise ValueError(
-                f'datum = "{self.datum}": give datum_level_mm, the height of that datum above the sample\'s surface'
+                f'datum = "{self.datum}" needs datum_level_mm, the height of the datum above the sample\'s surface'
             )
         return self
 
 
 class Readings(Declared):
-    """A sheet of caliper readings: how it is written, and how it was measured."""
+    """A sheet of caliper readings: its format, and how it was measured."""
 
     file: Path
-    """Path of the sheet, CSV, XLSX or ODS, beside the trial file or absolute. Its columns are s_mm and level_1_mm,
-    level_2_mm, ... (upward from the face) or depth_1_mm, ... (downward from it), or as the lab writes them.
-    """
+    """Path of the sheet, CSV, XLSX or ODS, absolute or relative to the trial file. Its columns are s_mm and level_1_mm,
+    level_2_mm, ... (upward from the face) or depth_1_mm, ... (downward from it), or as the lab writes them."""
     data: DataKind
     """Origin of the readings; only "measured" ones can validate."""
     role: Role
-    """Use of the readings: "calibrated-on" if the fluid was tuned on them, "held-out" if not. Every report states one
-    that is "undeclared"."""
+    """Use of the readings: "calibrated-on" if the fluid was tuned on them, "held-out" if not. Every report mentions
+    "undeclared"."""
     fitted: tuple[str, ...] | None = None
     """Settings of the trial that were fitted to these readings, by dotted name, as "fluid.yield_stress_pa"; only with
-    the role "calibrated-on". An empty list declares that none was. Left out, it is undeclared, as reports state."""
+    the role "calibrated-on". An empty list declares that none was fitted. Default: undeclared, as reports state."""
     state: Literal["wet", "cured"] | None = None
-    """State of the sealant when it was read. Cured sealant has lost volume that was dispensed."""
+    """State of the sealant at the reading. Cured sealant has lost part of the dispensed volume."""
     shrinkage_percent: float | None = Field(default=None, ge=0, lt=100)
-    """Share of the volume lost from dispensing until it was read, if it had cured."""
+    """Loss of volume from dispensing to reading, if the sealant had cured."""
     resolution_mm: float = Field(default=0.01, gt=0, le=10)
-    """Last digit of the caliper; 0.01 on digital ones."""
+    """Resolution of the caliper: its last digit. Digital ones have 0.01."""
     limit_mm: float = Field(default=0.02, ge=0, le=10)
-    """Limit of the caliper's error; digital ones up to 150 mm state 0.02."""
+    """Limit of the caliper's error. Digital ones up to 150 mm have 0.02."""
     probe_mm: float | None = Field(default=None, gt=0, le=100)
-    """Width of the tip that touches the sealant: it reads the highest point that it covers."""
+    """Width of the tip that touches the sealant; it reads the highest point below it."""
     datum_error_mm: float | None = Field(default=None, ge=0, le=100)
-    """Standard uncertainty of the datum's own height, common to all readings."""
+    """Standard uncertainty of the datum's height, common to all readings."""
 
     @field_validator("fitted")
     @classmethod
     def _named_once(cls, fitted: tuple[str, ...] | None) -> tuple[str, ...] | None:
         if twice := [name for name, times in Counter(fitted or ()).items() if times > 1]:
-            raise ValueError(f"{twice[0]} is named twice; name each setting once, since their number counts")
+            raise ValueError(f"{twice[0]} is listed twice; list each setting once, since their number matters")
         return fitted
 
     @model_validator(mode="after")
     def _fits_its_role(self) -> Self:
         if self.fitted == () and self.role == "undeclared":
             raise ValueError(
-                'fitted is empty, and role is "undeclared": readings that nothing was fitted to are "held-out"'
+                'fitted is empty, but role is "undeclared": without fitted settings, readings are "held-out"'
             )
         if self.fitted and self.role != "calibrated-on":
             raise ValueError(
-                f'fitted names settings, and role is "{self.role}": readings that something was fitted to have the '
-                'role "calibrated-on"'
+                f'fitted lists settings, but role is "{self.role}": with fitted settings, the role is "calibrated-on"'
             )
         return self
 
@@ -196,66 +194,65 @@ class Gate(Settings):
     """Limits declared before the run."""
 
     mean_error_mm: float = Field(gt=0, le=500)
-    """Area between the simulated and the measured level over the covered length; 1.26 in the paper's best run. No crack
-    is deeper than 500, so that a larger limit declares nothing."""
+    """Largest mean error: area between the simulated and the measured level over the covered length. 1.26 in the
+    paper's best run. No crack is deeper than 500, so a larger limit is meaningless."""
     reason: Annotated[str, Field(max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")] = ""
-    """Reason for that limit, as what the sealant must do; a report prints it, or that there is none."""
+    """Reason for the limit, such as what the sealant must do; a report prints it, or that it is missing."""
 
 
 PASS_MM = 0.2
-"""Standard deviation of a pass that is allowed for if none is declared: three passes leave two degrees of freedom, and
-cannot tell it from none."""
+"""Standard deviation of a pass that is assumed if none is declared: three passes, with two degrees of freedom, cannot
+exclude it."""
 ANGLE = "wall_angle_deg"
 OF_THE_WALLS = ("width_mm", ANGLE, "depth_mm")
 """Settings of [uncertainty] that change the solid, in the order of a weighed fill."""
 NO_INPUTS = ("differences", "station_mm", "station_each_mm", "common_mm", "pass_mm", "repeatability_mm")
-"""Settings of [uncertainty] about the readings, or about how inputs are moved."""
+"""Settings of [uncertainty] that are no inputs of a run: errors of readings, and how inputs are varied."""
 Standard = Annotated[float, Field(gt=0, le=1000)]
 
 
 class Uncertainty(Settings):
-    """Standard uncertainties, one standard deviation each, of what was set, measured or assumed.
+    """Standard uncertainties (one standard deviation) of what was set, measured or assumed.
 
-    All are optional and none has a default: one that is not declared is not included, as the report states.
+    All are optional, without defaults: an undeclared one is not included, as the report states.
     """
 
     differences: Method | None = None
-    """Model of the runs with moved inputs. particles: each input up and down by a design, with the coarser particles.
-    slot: the fast model, 1,000 runs with all inputs drawn together; the level stays the particles'. Left out, slot
-    if the trial is within the fast model's domain, else particles; a report names it beside each input.
-    """
+    """Model of the runs with varied inputs. particles: each input up and down by a design, with the coarser particles.
+    slot: the fast model, 1,000 runs with all inputs drawn at once; the level is still that of the particles. Default:
+    slot if the trial is within the fast model's domain, else particles; a report names the model of each input."""
     speed_mm_s: Standard | None = None
-    """Uncertainty of the nozzle's speed. The volume stays the same, and the flow changes with the speed."""
+    """Uncertainty of the nozzle's speed. The volume is constant: the flow changes with the speed."""
     volume_ml: Standard | None = None
-    """Uncertainty of the volume of sealant, and so of the flow."""
+    """Uncertainty of the volume of sealant, and therefore of the flow."""
     start_mm: Standard | None = None
-    """Uncertainty of the start of the nozzle, which shifts the whole path along the crack."""
+    """Uncertainty of the nozzle's starting point, which shifts the whole path along the crack."""
     width_mm: Standard | None = None
-    """Uncertainty of the crack's mean width, which scales all its widths. Left out, that of a width fitted to a
-    thin crack's profile is a quarter of its 95 % interval."""
+    """Uncertainty of the crack's mean width, which scales all widths. Default: for a width fitted to a thin crack's
+    profile, a quarter of its 95 % interval; else not included."""
     wall_angle_deg: Standard | None = None
-    """Uncertainty of the tilt of the walls, the same for both."""
+    """Uncertainty of the walls' tilt, the same for both."""
     depth_mm: Standard | None = None
-    """Uncertainty of the crack's depth, the same over all of its length."""
+    """Uncertainty of the crack's depth, the same along its length."""
     viscosity_percent: Standard | None = None
     """Uncertainty of the viscosity, or of U."""
     yield_stress_pa: Standard | None = None
-    """Uncertainty of the yield stress. Left out, it is that of fluid.material, and so is viscosity_percent."""
+    """Uncertainty of the yield stress. Default, as for viscosity_percent: that of fluid.material."""
     station_mm: Standard | None = None
     """Uncertainty of the origin of the readings' s: all stations shift together."""
     station_each_mm: Standard | None = None
-    """Uncertainty of each station's own place along the crack, as of a caliper that is set by hand."""
+    """Uncertainty of each station's own position along the crack, as of a caliper that is placed by hand."""
     common_mm: Standard | None = None
-    """Uncertainty of a station's level that all its repeats share, as of a rough bed that is read at one place."""
+    """Uncertainty of a station's level that its repeats share, as of a rough bed that is read at one point."""
     pass_mm: float | None = Field(default=None, ge=0, le=1000)
-    """Standard deviation of a whole pass, or operator, along the crack, if each column of repeats is one. Without it,
-    0.2 mm are allowed for, which three passes cannot exclude; 0 declares that repeats are no passes."""
+    """Standard deviation of a whole pass, or operator, along the crack, if each column of repeats is one. Default: 0.2,
+    which three passes cannot exclude; 0 declares that repeats are not passes."""
     repeatability_mm: Standard | None = None
-    """Standard deviation of a single reading from earlier work, used only if no station was read twice."""
+    """Standard deviation of a single reading from earlier work; used only if no station was read twice."""
 
     @property
     def moved(self) -> dict[str, float]:
-        """Declared inputs, by name, whose effect is found by extra runs."""
+        """Declared inputs of a run, by name; extra runs determine their effects."""
         return {name: value for name, value in self if value is not None and name not in NO_INPUTS}
 
     @property
@@ -264,10 +261,10 @@ class Uncertainty(Settings):
         return tuple(sorted(name for name, value in self if value is None and name not in NO_INPUTS))
 
     def with_sample(self, width_mm: float | None, weighed: WeighedCavity | None) -> Self:
-        """Return them with what the sample itself says of its walls.
+        """Return them completed with the uncertainties of the sample's walls.
 
-        A weighed fill leaves each of width, angle and depth the uncertainty that it has where those before it are
-        given. Without one, a width fitted to a photo has the doubt ``width_mm``, unless one is declared.
+        A weighed fill gives width, angle and depth their uncertainties, each for the ones before it as given. Without a
+        weighed fill, the uncertainty ``width_mm`` of a width fitted to a photo applies unless one is declared.
         """
         if weighed is not None:
             return self.model_copy(update={name: weighed.steps[i][i] or None for i, name in enumerate(OF_THE_WALLS)})
@@ -276,6 +273,6 @@ class Uncertainty(Settings):
         return self.model_copy(update={"width_mm": width_mm})
 
     def with_paste(self, yield_stress_pa: float, viscosity_percent: float | None) -> Self:
-        """Return them with what the measurement of the paste leaves open, unless it is declared."""
+        """Return them completed with the uncertainties of the measured paste; declared ones take precedence."""
         measured = {"yield_stress_pa": yield_stress_pa or None, "viscosity_percent": viscosity_percent or None}
         return self.model_copy(update={key: value for key, value in measured.items() if getattr(self, key) is None})

@@ -26,12 +26,12 @@ class PageTable:
 
 
 def millimetres(value: float | None, decimals: int = 2, unknown: str = NOT_RECORDED) -> str:
-    """Return a length with its unit, or ``unknown`` where there is none."""
+    """Return a length with its unit, or ``unknown`` if it is None or NaN."""
     return unknown if value is None or np.isnan(value) else f"{value:.{decimals}f} mm"
 
 
 LABELS = tomllib.loads(resources("validate").joinpath("labels.toml").read_text(encoding="utf-8"))
-"""Words for names in the code: units, inputs, and the numbers that a run records about itself."""
+"""Words for names in the code: units, inputs, and the figures that a run records about itself."""
 UNITS: dict[str, str] = LABELS["units"]
 MODELS: dict[str, str] = LABELS["models"]
 
@@ -47,7 +47,7 @@ def signed(number: float, decimals: int) -> str:
 
 
 def span(values: Floats, decimals: int) -> str:
-    """Return one number where all are the same to the written digits, else the least and the most."""
+    """Return one number if all are equal at the written digits, else the least and the greatest."""
     least, most = (f"{value:.{decimals}f}" for value in (values.min(), values.max()))
     return least if least == most else f"{least} to {most}"
 

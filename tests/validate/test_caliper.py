@@ -125,7 +125,7 @@ def test_what_spreadsheets_add_changes_nothing(sheet, content):
         ("s_mm,level_1_mm\n0,1\n", ["1 station with a reading"]),
         (b"s_mm,level_1_mm\n0,\xff\x81\n", ["UTF-8"]),
         (b"s_mm,level_1_mm\n0,1\n\x00\x00,1\n", ["line 3", "column s_mm"]),
-        ('s_mm,level_1_mm\n0,"1\n5,2\n', ["no CSV"]),
+        ('s_mm,level_1_mm\n0,"1\n5,2\n', ["not a CSV"]),
     ],
 )
 def test_every_fault_is_named_with_its_remedy(sheet, content, words):
@@ -149,9 +149,9 @@ def test_a_depth_sheet_under_a_level_header_is_noticed(sheet):
 
 def test_sheets_without_bound_are_refused(sheet):
     rows = "".join(f"{i / 1000},-1\n" for i in range(MOST_ROWS + 1))
-    with pytest.raises(InputError, match="more than the 10000 rows"):
+    with pytest.raises(InputError, match="more than 10000 rows"):
         read(sheet("s_mm,level_1_mm\n" + rows))
-    with pytest.raises(InputError, match="no CSV"):
+    with pytest.raises(InputError, match="not a CSV"):
         read(sheet("s_mm,level_1_mm\n0," + "1" * 200_000 + "\n"))
 
 
@@ -209,7 +209,7 @@ def test_an_array_raises_the_doubts_of_the_same_file(tmp_path, change, answer):
     [
         (lambda table: table[:, 0], "shape"),
         (lambda table: table[:1], "1 stations"),
-        (lambda table: np.vstack([table, table[:1]]), "each place once"),
+        (lambda table: np.vstack([table, table[:1]]), "each position once"),
         (lambda table: np.vstack([table, [90, 1, 1, 1]]), "row 3: 90 mm"),
         (lambda table: np.vstack([table, [20, 160, 1, 1]]), "row 3: 160 mm"),
         (lambda table: np.vstack([table, [np.nan, 1, 1, 1]]), "row 3"),

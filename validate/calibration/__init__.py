@@ -1,1 +1,1 @@
-"""Statistics of a calibration: what levels that were read say of settings that were not measured. No run is made."""
+"""Statistics of a calibration: what measured levels determine about settings that were not measured. Makes no runs."""

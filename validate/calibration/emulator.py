@@ -1,8 +1,8 @@
 """An emulator of the level profile: a Gaussian process for each of its principal components.
 
 Higdon et al. 2008, J. Am. Stat. Assoc. 103:570. The covariance is Matern's with nu = 5/2, with a length for each
-setting and a nugget, which is the scatter of runs that differ in seed alone; both are fitted to the runs. The scatter
-is a log-linear function of the settings: stiff paste scatters two to three times more than runny paste.
+setting and a nugget for the scatter of runs that differ only in seed; both are fitted to the runs. The scatter is a
+log-linear function of the settings: stiff paste scatters two to three times more than runny paste.
 """
 
 from dataclasses import dataclass
@@ -13,15 +13,16 @@ from sealtwin.core.records import Floats
 
 COMPONENTS = 5
 LENGTH, AMPLITUDE, NUGGET = (0.05, 20.0), (0.05, 50.0), (1e-5, 2.0)
-"""Bounds of the lengths, as shares of a range, and of the two variances over that of the scores."""
+"""Bounds of the lengths, as shares of a range, and of the two variances, relative to that of the scores."""
 USUAL_LENGTH, FACTOR = 1.0, 3.0
-"""Middle of the lengths' prior and its standard deviation as a factor: a likelihood of 16 runs alone has maxima at
-lengths of 0 and of infinity."""
-STARTS = (0.4, 1.5)  # Lengths from which the likelihood is climbed
+"""Median of the lengths' prior and its standard deviation as a factor: the likelihood of 16 runs without a prior has
+maxima at lengths of 0 and of infinity."""
+STARTS = (0.4, 1.5)  # Initial lengths of the optimisation
 ROOT5 = np.sqrt(5.0)
 SLOPE, OF_A_RUN = 1.5, 0.5
-"""Standard deviations of the slopes of ln variance over a range beforehand, and of a single run's about the slope."""
-LEAST_MM2 = 1e-6  # Added to the variance of a run, which may be 0 in a closed form
+"""Prior standard deviations of the slopes of ln variance over a range, and of a single run's ln variance about the
+slope."""
+LEAST_MM2 = 1e-6  # Added to the variance of a run, which is 0 for a closed form
 
 
 @dataclass(frozen=True)
@@ -45,9 +46,9 @@ class Processes:
         size = scores.var(axis=0)
         length, variance, nugget = np.exp(logs[:, :dimensions]), *(np.exp(logs[:, dimensions:]).T * size)
         fitted = cls.given(points, scores, length, variance, nugget, relative)
-        # Runs that are left out may miss by more than the process says, which then is less sure by that factor.
-        known = np.einsum("kii->ki", fitted.inverse)
-        missed = np.maximum(1.0, (fitted.weights**2 / known).mean(axis=1))
+        # If left-out runs miss by more than the process predicts, its variance is increased by that factor.
+        precision = np.einsum("kii->ki", fitted.inverse)
+        missed = np.maximum(1.0, (fitted.weights**2 / precision).mean(axis=1))
         return cls.given(points, scores, length, variance * missed, nugget * missed, relative)
 
     @classmethod
@@ -63,17 +64,17 @@ class Processes:
         """Return mean and variance of the scores of a run's average over seeds, (m, k) each."""
         across = matern(points, self.points, self.length, self.variance)
         mean = np.einsum("kmn,kn->mk", across, self.weights)
-        known = np.einsum("kmn,kmn->mk", across @ self.inverse, across)
-        return mean, np.maximum(self.variance - known, 1e-12 * self.variance)
+        explained = np.einsum("kmn,kmn->mk", across @ self.inverse, across)
+        return mean, np.maximum(self.variance - explained, 1e-12 * self.variance)
 
     def with_points(self, points: Floats, relative: Floats) -> "Processes":
-        """Return them as if runs at ``points`` had given what is expected there: their variance is right, no more."""
+        """Return the processes as if runs at ``points`` had given the expected scores: only the variance is valid."""
         both = np.vstack([self.points, points]), np.vstack([self.scores, self.at(points)[0]])
         return Processes.given(*both, self.length, self.variance, self.nugget, np.append(self.relative, relative))
 
 
 def matern(a: Floats, b: Floats, length: Floats, variance: Floats) -> Floats:
-    """Covariance (k, m, n) between points (m, d) and (n, d), with nu = 5/2."""
+    """Return the covariance (k, m, n) between points (m, d) and (n, d), with nu = 5/2."""
     scaled = (a[:, None, :] - b) / length[:, None, None, :]
     far = ROOT5 * np.sqrt((scaled**2).sum(axis=-1))
     return variance[:, None, None] * (1 + far + far**2 / 3) * np.exp(-far)
@@ -123,36 +124,36 @@ def _most_likely(points: Floats, score: Floats, relative: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Scatter:
-    """Covariance of what components leave of a run, and the slopes of the scatter of runs over the settings."""
+    """Covariance of the residual of the components, and the slopes of the scatter of runs over the settings."""
 
-    rest_mm2: Floats  # (n, n) covariance of what components leave, in the middle
+    rest_mm2: Floats  # (n, n) covariance of the residual of the components, at the middle
     middle: Floats  # (d,) of the runs' points
     slopes: Floats  # (d,) of ln variance
 
     @classmethod
-    def fitted(cls, points: Floats, levels_mm: Floats, kept: int) -> "Scatter":
-        """Fit to what ``kept`` components of the other runs leave of each: components leave far less of their own."""
+    def fitted(cls, points: Floats, levels_mm: Floats, components: int) -> "Scatter":
+        """Fit to each run's residual from ``components`` components of the other runs; those of all fit too well."""
         rows = []
         for number, level_mm in enumerate(levels_mm):
             others = np.delete(levels_mm, number, axis=0)
-            basis = np.linalg.svd(others - others.mean(axis=0), full_matrices=False)[2][:kept]
+            basis = np.linalg.svd(others - others.mean(axis=0), full_matrices=False)[2][:components]
             off = level_mm - others.mean(axis=0)
             rows.append(off - (off @ basis.T) @ basis)
-        left, middle = np.array(rows), points.mean(axis=0)
-        logs, apart = np.log((left**2).mean(axis=1) + LEAST_MM2), points - middle
+        residual_mm, middle = np.array(rows), points.mean(axis=0)
+        logs, apart = np.log((residual_mm**2).mean(axis=1) + LEAST_MM2), points - middle
         prior = (OF_A_RUN / SLOPE) ** 2 * np.eye(points.shape[1])
         slopes = np.linalg.solve(apart.T @ apart + prior, apart.T @ (logs - logs.mean()))
-        evened = left / np.exp(apart @ slopes / 2)[:, None]
-        return cls(evened.T @ evened / len(left), middle, slopes)
+        evened = residual_mm / np.exp(apart @ slopes / 2)[:, None]
+        return cls(evened.T @ evened / len(residual_mm), middle, slopes)
 
     def relative(self, points: Floats) -> Floats:
-        """Variance at points, (m, d), over that in the middle, (m,)."""
+        """Return the variance at points, (m, d), relative to that at the middle, (m,)."""
         return np.exp((points - self.middle) @ self.slopes)
 
 
 @dataclass(frozen=True)
 class Emulator:
-    """Levels at a trial's stations over the free settings."""
+    """Levels at a trial's stations as a function of the free settings."""
 
     mean_mm: Floats  # (n,) of all runs
     basis_mm: Floats  # (k, n) of unit scores
@@ -164,21 +165,21 @@ class Emulator:
         """Fit to runs at ``points`` in the unit cube, (r, d), with their levels at the stations, (r, n)."""
         mean_mm = levels_mm.mean(axis=0)
         scores, size, basis = np.linalg.svd(levels_mm - mean_mm, full_matrices=False)
-        kept = min(components, most_components(*levels_mm.shape), int((size > 1e-9 * size[0]).sum()))
-        scatter = Scatter.fitted(points, levels_mm, kept)
-        processes = Processes.fitted(points, scores[:, :kept] * size[:kept], scatter.relative(points))
-        return cls(mean_mm, basis[:kept], processes, scatter)
+        components = min(components, most_components(*levels_mm.shape), int((size > 1e-9 * size[0]).sum()))
+        scatter = Scatter.fitted(points, levels_mm, components)
+        processes = Processes.fitted(points, scores[:, :components] * size[:components], scatter.relative(points))
+        return cls(mean_mm, basis[:components], processes, scatter)
 
     @property
     def run_noise_mm2(self) -> Floats:
-        """Covariance between stations, (n, n), of a single run about the average over seeds, in the middle."""
+        """Covariance between stations, (n, n), of a single run about the average over seeds, at the runs' middle."""
         return (self.basis_mm.T * self.processes.nugget) @ self.basis_mm + self.scatter.rest_mm2
 
     def levels_mm(self, points: Floats) -> Floats:
-        """Levels of a run's average over seeds, (m, n)."""
+        """Return the levels averaged over seeds, (m, n)."""
         return self.mean_mm + self.processes.at(points)[0] @ self.basis_mm
 
 
 def most_components(runs: int, stations: int) -> int:
-    """Return the largest number of components that leaves readings something to contradict."""
+    """Return the largest number of components with which readings can still contradict the model."""
     return max(1, min(runs - 2, stations // 2))

@@ -1,4 +1,4 @@
-"""Settings that a calibration leaves free: what was known of each beforehand, and what the readings determine."""
+"""Free settings of a calibration: the prior of each, and what the readings determine."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,18 +9,18 @@ import numpy as np
 from sealtwin.core.records import Floats
 from validate.units import setting_name, words
 
-WIDE = 5.0  # Ratio of the ends of a range from which equal steps are equal ratios
-INTERVAL = 0.9  # Share of a distribution between the ends that are stated of a free setting
+WIDE = 5.0  # Ratio of the ends of a range from which on it is sampled on a log scale
+INTERVAL = 0.9  # Probability of the stated interval of a free setting
 
 
 @dataclass(frozen=True)
 class Free:
-    """A free setting: all values of its range are equally likely beforehand, or those near a measured one."""
+    """A free setting. Its prior is uniform over the range, or centred on a measured value."""
 
     name: str  # Dotted name, as "fluid.yield_stress_pa"
     low: float
     high: float
-    measured: tuple[float, float] | None = None  # Value and standard uncertainty where it was measured
+    measured: tuple[float, float] | None = None  # Value and standard uncertainty if it was measured
 
     @property
     def label(self) -> str:
@@ -42,12 +42,12 @@ class Free:
         if self.measured is None:
             return np.zeros_like(shares)
         values, (middle, standard) = self.values(shares), self.measured
-        # Equal steps of the share are steps of the value in proportion to it where the range is logarithmic.
+        # On a log scale, equal steps of the share are steps in proportion to the value.
         return -(((values - middle) / standard) ** 2) / 2 + (np.log(values) if self.logarithmic else 0.0)
 
     @cached_property
     def prior(self) -> tuple[float, float]:
-        """Width of the central 90 % interval beforehand and standard deviation, both as shares of the range."""
+        """Width of the prior's central 90 % interval and its standard deviation, both as shares of the range."""
         shares = (np.arange(4000) + 0.5) / 4000
         log_density = self.log_prior(shares)
         weight = np.exp(log_density - log_density.max())
@@ -57,14 +57,14 @@ class Free:
         return float(high - low), float(np.sqrt(weight @ (shares - middle) ** 2))
 
 
-LIMIT = 0.5  # Width of an interval over that beforehand, above which a setting counts as not identified
-CONFOUNDED = 0.8  # Correlation from which two settings stand for each other
-NAMED = 0.2  # Least share of a setting in a combination that is named
+LIMIT = 0.5  # Width of an interval over that of the prior, above which a setting is not identified
+CONFOUNDED = 0.8  # Correlation from which on two settings are confounded
+NAMED = 0.2  # Smallest listed share of a setting in a combination
 
 
 @dataclass(frozen=True)
 class Marginal:
-    """A free setting after the readings."""
+    """A free setting given the readings."""
 
     free: Free
     best: float  # Value at the draw with the highest density
@@ -79,10 +79,10 @@ class Marginal:
 
 @dataclass(frozen=True)
 class Combination:
-    """A direction in the space of the settings, in units of their standard deviations beforehand."""
+    """A direction in the space of the settings, in units of their prior standard deviations."""
 
     parts: tuple[float, ...]  # Unit vector
-    deviation: float  # Standard deviation along it; 1 where the readings say nothing
+    deviation: float  # Standard deviation along it; 1 if the readings contain no information
 
     def said(self, frees: Sequence[Free]) -> str:
         """Return it as "0.8 ln viscosity - 0.6 yield stress"."""
@@ -117,7 +117,7 @@ def combinations_of(frees: Sequence[Free], draws: Floats) -> list[Combination]:
 
 
 def confounded_pairs(frees: Sequence[Free], draws: Floats) -> list[tuple[Free, Free, float]]:
-    """Return pairs of settings that the readings do not tell apart, with their correlation."""
+    """Return pairs of settings that the readings cannot separate, with their correlation."""
     together = np.atleast_2d(np.corrcoef(draws.T))
     pairs = zip(*np.nonzero(np.triu(np.abs(together) > CONFOUNDED, 1)), strict=True)
     return [(frees[int(a)], frees[int(b)], float(together[a, b])) for a, b in pairs]

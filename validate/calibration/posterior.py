@@ -1,4 +1,4 @@
-"""The posterior of free settings by the readings of one trial or several, and draws of it."""
+"""Posterior of free settings given the readings of one trial or several, and draws of it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,20 +11,20 @@ from validate.calibration.emulator import COMPONENTS, Emulator, Scatter, most_co
 from validate.calibration.free import Free
 
 INFLATED = 1.2
-"""Factor of all standard uncertainties: with lengths and nugget taken as known, 90 % intervals of a prototype held 81
-to 88 % of the truths without it. It was chosen there, on none of the truths of this repository's benchmark."""
-POSSIBLE = 0.995  # Share of true settings that a bound of the misfit keeps
+"""Factor on all standard uncertainties. Lengths and nugget are used as if exact, so that without it the 90 % intervals
+of a prototype contained 81 to 88 % of the truths. Chosen on that prototype, not on this repository's benchmark."""
+POSSIBLE = 0.995  # Probability that true settings satisfy a bound of the misfit
 DISCREPANCIES_MM = np.array([0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
-DISCREPANCY_MM = 0.3  # Scale of the half-normal prior of the model's own error, which one trial cannot tell from paste
-ALIKE_MM = 15.0  # Length along the crack over which that error is alike, as of a bed that rises and falls
+DISCREPANCY_MM = 0.3  # Scale of the half-normal prior of the discrepancy; one trial cannot separate it from paste
+ALIKE_MM = 15.0  # Correlation length of the discrepancy along the crack, as of a bed that rises and falls
 MOST_COMPONENTS = 10
 WALKERS, STRETCH = 64, 2.0
-CANDIDATES = 4096  # Points of a Sobol sequence among which walkers start
+CANDIDATES = 4096  # Sobol points from which walkers start
 
 
 @dataclass(frozen=True)
 class ReadLevels:
-    """The levels that were read in a trial."""
+    """Measured levels of a trial."""
 
     s_mm: Floats  # (n,)
     level_mm: Floats  # (n,)
@@ -33,20 +33,19 @@ class ReadLevels:
 
 @dataclass(frozen=True)
 class BasisReach:
-    """The part of the readings that no sum of the shapes of runs makes, whatever the settings."""
+    """Residual of the readings from all sums of the shapes of runs, whatever the settings."""
 
-    residual_mm: float  # Root mean square of what is left at the stations
+    residual_mm: float  # Root mean square residual at the stations
     noise_mm: float  # Root mean square of the standard uncertainty of a reading against a run
     possible: bool
     components: int
 
 
 def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisReach:
-    """Project the readings on the components of runs, (r, n), as many as are needed and at most ``MOST_COMPONENTS``.
+    """Project the readings on the components of runs, (r, n): as many as needed, at most ``MOST_COMPONENTS``.
 
-    A basis that is too small would otherwise pass for a model that is wrong (Salter et al. 2019, J. Am. Stat. Assoc.
-    114:1800). The limit is that of chi-square at ``POSSIBLE``, with the scatter of the run that scatters most: which
-    settings made the readings is not known here.
+    Too small a basis would look like a wrong model (Salter et al. 2019, J. Am. Stat. Assoc. 114:1800). The limit is
+    chi-square at ``POSSIBLE``, with the scatter of the run that scatters most, since the true settings are unknown.
     """
     from scipy.stats import chi2
 
@@ -56,30 +55,30 @@ def reach_of(points: Floats, levels_mm: Floats, evidence: ReadLevels) -> BasisRe
     most = most_components(len(levels_mm), stations)
     fewest = min(COMPONENTS, most)
     reach = BasisReach(np.inf, 0.0, False, fewest)
-    for kept in range(fewest, min(MOST_COMPONENTS, most) + 1):
-        scatter = Scatter.fitted(points, levels_mm, kept)
+    for components in range(fewest, min(MOST_COMPONENTS, most) + 1):
+        scatter = Scatter.fitted(points, levels_mm, components)
         rest_mm2 = scatter.rest_mm2 * scatter.relative(points).max()
         covariance = INFLATED**2 * (evidence.covariance_mm2 + rest_mm2)
         root = np.linalg.cholesky(covariance)
-        off, shapes = np.linalg.solve(root, evidence.level_mm - mean_mm), np.linalg.solve(root, basis[:kept].T)
-        left = off - shapes @ np.linalg.lstsq(shapes, off)[0]
-        residual_mm = float(np.sqrt(np.mean((root @ left) ** 2)))
+        off, shapes = np.linalg.solve(root, evidence.level_mm - mean_mm), np.linalg.solve(root, basis[:components].T)
+        residual = off - shapes @ np.linalg.lstsq(shapes, off)[0]
+        residual_mm = float(np.sqrt(np.mean((root @ residual) ** 2)))
         noise_mm = float(np.sqrt(covariance.trace() / stations))
-        possible = bool(left @ left <= chi2.ppf(POSSIBLE, stations - kept))
-        reach = BasisReach(residual_mm, noise_mm, possible, kept)
+        possible = bool(residual @ residual <= chi2.ppf(POSSIBLE, stations - components))
+        reach = BasisReach(residual_mm, noise_mm, possible, components)
         if possible:
             break
     return reach
 
 
-class _Held:
-    """An emulator held against readings, for one size of the model's own error."""
+class _Misfit:
+    """An emulator compared with readings, for one size of the model discrepancy."""
 
     def __init__(self, emulator: Emulator, evidence: ReadLevels, discrepancy_mm: float) -> None:
         apart = (evidence.s_mm[:, None] - evidence.s_mm) / ALIKE_MM
         own_mm2 = discrepancy_mm**2 * np.exp(-(apart**2) / 2)
         root = np.linalg.cholesky(INFLATED**2 * evidence.covariance_mm2 + own_mm2 + 1e-8 * np.eye(len(apart)))
-        # In the coordinates in which this is the unit matrix and the scatter of runs, whatever its size, a diagonal.
+        # In these coordinates this covariance is the unit matrix, and the scatter of runs, of any size, is diagonal.
         scattered = np.linalg.solve(root, np.linalg.solve(root, INFLATED**2 * emulator.run_noise_mm2).T)
         self.scatter, turned = np.linalg.eigh((scattered + scattered.T) / 2)
         self.shapes = turned.T @ np.linalg.solve(root, emulator.basis_mm.T)
@@ -89,19 +88,19 @@ class _Held:
     def misfit(self, mean: Floats, variance: Floats, relative: Floats) -> tuple[Floats, Floats]:
         """Return squared misfit and ln of the covariance's determinant, (m,), by the lemmas for low-rank updates."""
         size = 1 + relative[:, None] * np.maximum(self.scatter, 0.0)
-        left = self.off - mean @ self.shapes.T
+        residual = self.off - mean @ self.shapes.T
         spread = INFLATED * np.sqrt(variance)
         across = (self.shapes.T / size[:, None, :]) @ self.shapes
         inner = np.eye(len(self.shapes.T)) + spread[:, :, None] * across * spread[:, None, :]
-        seen = ((left / size) @ self.shapes) * spread
-        explained = np.einsum("mk,mk->m", seen, np.linalg.solve(inner, seen[:, :, None])[:, :, 0])
+        projected = ((residual / size) @ self.shapes) * spread
+        explained = np.einsum("mk,mk->m", projected, np.linalg.solve(inner, projected[:, :, None])[:, :, 0])
         log_size = self.log_size + np.log(size).sum(axis=1) + np.linalg.slogdet(inner)[1]
-        return (left**2 / size).sum(axis=1) - explained, log_size
+        return (residual**2 / size).sum(axis=1) - explained, log_size
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """The posterior in the unit cube of the free settings."""
+    """Posterior in the unit cube of the free settings."""
 
     frees: Sequence[Free]
     emulators: Sequence[Emulator]  # One for each trial
@@ -109,26 +108,26 @@ class Posterior:
 
     @cached_property
     def discrepancies_mm(self) -> Floats:
-        """Sizes of the model's own error that are weighed: only several trials tell it from the settings."""
+        """Sizes of the model discrepancy to average over: only several trials can separate it from the settings."""
         return DISCREPANCIES_MM if len(self.evidence) > 1 else DISCREPANCIES_MM[:1]
 
     @cached_property
-    def _held(self) -> list[list[_Held]]:
+    def _misfits(self) -> list[list[_Misfit]]:
         pairs = list(zip(self.emulators, self.evidence, strict=True))
-        return [[_Held(*pair, float(size)) for pair in pairs] for size in self.discrepancies_mm]
+        return [[_Misfit(*pair, float(size)) for pair in pairs] for size in self.discrepancies_mm]
 
     def _expected(self, points: Floats) -> list[tuple[Floats, Floats, Floats]]:
         return [(*one.processes.at(points), one.scatter.relative(points)) for one in self.emulators]
 
     def log_densities(self, points: Floats) -> Floats:
-        """Return ln of the density up to a constant for each size of the model's own error, (sizes, m)."""
+        """Return ln of the density up to a constant, for each size of the model discrepancy, (sizes, m)."""
         inside = ((points >= 0) & (points <= 1)).all(axis=1)
         prior = sum(free.log_prior(column) for free, column in zip(self.frees, np.clip(points, 0, 1).T, strict=True))
-        seen = self._expected(points)
+        expected = self._expected(points)
         rows = []
-        for size_mm, held in zip(self.discrepancies_mm, self._held, strict=True):
+        for size_mm, fits in zip(self.discrepancies_mm, self._misfits, strict=True):
             total = prior - (size_mm / DISCREPANCY_MM) ** 2 / 2
-            for one, predicted in zip(held, seen, strict=True):
+            for one, predicted in zip(fits, expected, strict=True):
                 square, log_size = one.misfit(*predicted)
                 total = total - (square + log_size) / 2
             rows.append(np.where(inside, total, -np.inf))
@@ -138,21 +137,21 @@ class Posterior:
         return np.logaddexp.reduce(self.log_densities(points), axis=0)
 
     def implausibility(self, points: Floats) -> Floats:
-        """Return the squared misfit of each point over the bound that ``POSSIBLE`` of true settings keep, (m,).
+        """Return the squared misfit of each point over the bound that ``POSSIBLE`` of true settings satisfy, (m,).
 
-        The largest over the trials, without an error of the model's own (Vernon et al. 2010, Bayesian Anal. 5:619).
+        It is the largest over the trials, without model discrepancy (Vernon et al. 2010, Bayesian Anal. 5:619).
         """
         from scipy.stats import chi2
 
         ratios = [
-            held.misfit(*one)[0] / chi2.ppf(POSSIBLE, len(held.off))
-            for held, one in zip(self._held[0], self._expected(points), strict=True)
+            fit.misfit(*one)[0] / chi2.ppf(POSSIBLE, len(fit.off))
+            for fit, one in zip(self._misfits[0], self._expected(points), strict=True)
         ]
         return np.max(ratios, axis=0)
 
     @cached_property
     def least_implausibility(self) -> float:
-        """The least of that over the range: above 1, no setting makes this profile."""
+        """Smallest implausibility over the range: above 1, no setting reproduces the readings."""
         return float(self.implausibility(self._candidates).min())
 
     @cached_property
@@ -163,10 +162,10 @@ class Posterior:
         return np.vstack([sobol, *(emulator.processes.points for emulator in self.emulators)])
 
     def draws(self, count: int, steps: int) -> tuple[Floats, float]:
-        """Return draws, (count, d), and the largest Gelman and Rubin's ratio of a setting between the walkers' halves.
+        """Return draws, (count, d), and the largest Gelman-Rubin ratio of a setting between halves of the chain.
 
-        Walkers stretch the way to each other (Goodman and Weare 2010, Commun. Appl. Math. Comput. Sci. 5:65); the
-        first half of ``steps`` is left out. Seeds are fixed.
+        Affine-invariant ensemble sampler (Goodman and Weare 2010, Commun. Appl. Math. Comput. Sci. 5:65); the first
+        half of ``steps`` is discarded. Seeds are fixed.
         """
         random = np.random.default_rng(0)
         log_density = self.log_density(self._candidates)
@@ -186,13 +185,13 @@ class Posterior:
                 walkers[moving] = np.where(taken[:, None], tried, walkers[moving])
                 here[moving] = np.where(taken, there, here[moving])
             chain.append(walkers.copy())
-        kept = np.array(chain[steps // 2 :])
-        flat = kept.reshape(-1, dimensions)
-        return flat[np.linspace(0, len(flat) - 1, count).astype(int)], _mixing(kept)
+        sampled = np.array(chain[steps // 2 :])
+        flat = sampled.reshape(-1, dimensions)
+        return flat[np.linspace(0, len(flat) - 1, count).astype(int)], _mixing(sampled)
 
 
 def _mixing(chain: Floats) -> float:
-    """Return the largest ratio of whole to within variance, of halves of the chain (steps, walkers, d)."""
+    """Return the largest Gelman-Rubin ratio of halves of the chain (steps, walkers, d)."""
     halves = np.array_split(chain, 2)
     means, variances = (
         np.array([function(half.reshape(-1, chain.shape[2]), axis=0) for half in halves])

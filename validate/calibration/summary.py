@@ -1,4 +1,4 @@
-"""A calibration in sentences, and the bands that its posterior has for readings."""
+"""A calibration in sentences, and the bands of its posterior for readings."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,14 +19,14 @@ from validate.calibration.free import (
 from validate.calibration.posterior import BasisReach, ReadLevels
 from validate.units import percent, setting_name
 
-MIXED = 1.1  # Gelman and Rubin's ratio above which draws are no posterior
+MIXED = 1.1  # Gelman-Rubin ratio above which the draws have not converged
 SHARE = 0.95
-HELD = 0.8  # Least share of the stations in the 95 % band of a trial that is held out
+LEAST_IN_BAND = 0.8  # Smallest share of the stations in the 95 % band of a held-out trial
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """A trial's readings beside the band that the posterior has for them; all heights are (n,)."""
+    """A trial's readings and the posterior's band for them; all heights are (n,)."""
 
     trial: str
     role: Literal["calibrated", "held out"]
@@ -35,7 +35,7 @@ class Prediction:
     read_mm: Floats
     error_mm: Floats  # Half the 95 % interval of a reading
     mean_mm: Floats
-    half_mm: Floats  # Half the 95 % band of a reading, with the scatter of runs and the errors of readings in it
+    half_mm: Floats  # Half the 95 % band of a reading, including the scatter of runs and the errors of readings
 
     @property
     def rms_mm(self) -> float:
@@ -43,17 +43,17 @@ class Prediction:
 
     @property
     def flat_rms_mm(self) -> float:
-        """Root mean square distance of the readings from their own mean, as a baseline."""
+        """Root mean square distance of the readings from their own mean: a baseline."""
         return float(self.read_mm.std())
 
     @property
     def held(self) -> float:
-        """Share of the stations whose reading lies in the band."""
+        """Share of the stations with the reading inside the band."""
         return float(np.mean(np.abs(self.mean_mm - self.read_mm) <= self.half_mm))
 
 
 def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Floats) -> tuple[Floats, Floats]:
-    """Return mean and half the band, (n,) each, of a trial whose runs the emulator was fitted to."""
+    """Return mean and half-width of the band, (n,) each, of a trial whose runs the emulator was fitted to."""
     from scipy.special import ndtri
 
     levels_mm = emulator.levels_mm(draws)
@@ -64,7 +64,7 @@ def predicted_by_emulator(emulator: Emulator, evidence: ReadLevels, draws: Float
 
 
 def predicted_by_runs(levels_mm: Floats, evidence: ReadLevels) -> tuple[Floats, Floats]:
-    """Return the same from runs of draws of the posterior with seeds of their own, (m, n)."""
+    """Return the same from runs, (m, n), of draws of the posterior, each with its own seed."""
     from scipy.special import stdtrit
 
     runs = len(levels_mm)
@@ -77,12 +77,12 @@ class Calibrated:
     """A calibration of one trial or several."""
 
     name: str
-    emulated: bool  # Readings that nobody measured are among them
+    emulated: bool  # True if some readings were computed, not measured
     frees: tuple[Free, ...]
-    draws: Floats | None  # (500, d) in the unit cube; None where no setting makes the readings
+    draws: Floats | None  # (500, d) in the unit cube; None if no setting reproduces the readings
     best: Floats  # (d,)
-    runs: int  # Of each trial
-    unused: tuple[tuple[str, int, str], ...]  # Trial, run and reason of those without a result to trust
+    runs: int  # Number of runs of each trial
+    unused: tuple[tuple[str, int, str], ...]  # Trial, run and reason of runs without a valid result
     reaches: tuple[tuple[str, BasisReach], ...]
     least_implausibility: float
     mixing: float
@@ -118,20 +118,20 @@ class Calibrated:
     def _impossible(self) -> list[str]:
         sentences = [
             f"{name}: residual {reach.residual_mm:.2g} mm, noise {reach.noise_mm:.2g}: the model cannot reproduce this "
-            "trial. No sum of the shapes of its runs makes these readings."
+            "trial. No combination of its runs reproduces these readings."
             for name, reach in self.reaches
             if not reach.possible
         ]
         if self.least_implausibility > 1:
             sentences.append(
-                f"No setting of the ranges makes these readings: the nearest misses by {self.least_implausibility:.2g} "
-                "times what readings, runs and emulator allow."
+                f"No setting within the ranges reproduces these readings: the closest misses by "
+                f"{self.least_implausibility:.2g} times what readings, runs and emulator allow."
             )
-        return [*sentences, "There is no posterior. Widen the ranges, free another setting, or question the readings."]
+        return [*sentences, "There is no posterior. Widen the ranges, free another setting, or check the readings."]
 
     @property
     def advice(self) -> list[str]:
-        """Sentences on what is not identified, and what would mend it."""
+        """Sentences on settings that are not identified, and on the remedy."""
         sentences = [
             f"{_capital(one.free.label)} is not identified ({one.low:.3g} to {one.high:.3g}): measure it and leave "
             "--free out, or calibrate on a second trial."
@@ -149,22 +149,22 @@ class Calibrated:
         sentences = [*self.warned]
         if self.emulated:
             sentences.append(
-                "EMULATED: readings that nobody measured are among those that were used. This shows how the method "
-                "finds what such readings were made from, and says nothing of a paste."
+                "EMULATED: some of these readings were computed, not measured. This shows how well the method recovers "
+                "the settings behind such readings; it is no evidence about a paste."
             )
         if self.mixing > MIXED:
             sentences.append(
                 f"The draws have not mixed (ratio of variances {self.mixing:.2f}, at most {MIXED:g} is sound): the "
-                "intervals are not to be trusted."
+                "intervals are unreliable."
             )
         if self.unused:
             reasons = "; ".join(sorted({reason for _, _, reason in self.unused})[:3])
-            sentences.append(f"{len(self.unused)} runs are in no emulator. {reasons}")
+            sentences.append(f"{len(self.unused)} runs are not used by the emulator. {reasons}")
         sentences += [
-            f"{one.trial}, held out: only {percent(one.held, 0)} of the stations lie in the 95 % band. The material "
-            "does not carry over to this trial."
+            f"{one.trial}, held out: only {percent(one.held, 0)} of the stations are in the 95 % band. The "
+            "calibrated material does not fit this trial."
             for one in self.predictions
-            if one.role == "held out" and one.held < HELD
+            if one.role == "held out" and one.held < LEAST_IN_BAND
         ]
         return sentences
 
@@ -174,7 +174,7 @@ def _capital(text: str) -> str:
 
 
 def _verdict(one: Marginal) -> str:
-    share = f"{percent(one.width_over_prior, 0)} of the width beforehand"
+    share = f"{percent(one.width_over_prior, 0)} of the prior width"
     return f"identified, {share}" if one.identified else f"not identified, {share}"
 
 

@@ -1,8 +1,8 @@
-"""Baselines of a comparison: levels that no simulation made, held against the same readings, and the sentence on them.
+"""Baselines of a comparison: levels without a simulation, compared with the same readings, in figures and sentences.
 
-A calibrated level has seen its readings, and so have its baselines: curves with one number, with three, and with as
-many as settings were fitted. Baselines of held-out readings have not seen them: the dispensed volume lying flat, and a
-flat level that fills the crack as earlier samples were filled.
+A calibrated level has used its readings, and so have its baselines: curves with one number, with three, and with as
+many as settings were fitted. Baselines for held-out readings are made without them: a flat level of the dispensed
+volume, and a flat level that fills the crack as earlier samples were filled.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,22 +20,22 @@ from validate.result import EarlierTrial
 from validate.settings import Role
 from validate.units import counted
 
-ALWAYS = (1, 3)  # Numbers of the curves that every calibrated level is held against: a bed falls, rests and rises
-FINEST, IN_A_GAP = 400, 8  # Points at most, and in a gap between two stations, on which a curve is fitted
+ALWAYS = (1, 3)  # Numbers of coefficients of the curves for every calibrated level: a bed falls, rests and rises
+FINEST, IN_A_GAP = 400, 8  # Largest number of fit points, and of those in a gap between stations
 NAMES = {1: "a flat line", 2: "a straight line", 3: "a parabola"}
 POOL = "the dispensed volume lying flat"
 
 
 def are_compared(measured: Profile, from_mm: float, to_mm: float) -> NDArray[np.bool_]:
-    """Return which stations are on the compared stretch, its ends included, (n,)."""
+    """Return which stations are on the compared stretch, including its ends, (n,)."""
     return (measured.s_mm >= from_mm) & (measured.s_mm <= to_mm)
 
 
 def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterable[int]) -> tuple[Baseline, ...]:
     """Return the best polynomial of each number of coefficients over a stretch of the readings, the smallest first.
 
-    Best is the least mean absolute error along the crack, which is what a simulation is judged by. A curve with as many
-    numbers as stations are compared would meet all of them, and is left out.
+    Best means the smallest mean absolute error along the crack, the measure of a simulation. A curve with as many
+    numbers as compared stations would fit all of them exactly, and is omitted.
     """
     compared = int(are_compared(measured, from_mm, to_mm).sum())
     stations_mm = measured.s_mm[(measured.s_mm > from_mm) & (measured.s_mm < to_mm)]
@@ -48,7 +48,7 @@ def best_curves(measured: Profile, from_mm: float, to_mm: float, numbers: Iterab
     )
 
 
-@lru_cache(maxsize=256)  # The runs of a study are held against the same readings.
+@lru_cache(maxsize=256)  # The runs of a study are compared with the same readings.
 def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count: int) -> float:
     """Return the mean error of the best polynomial of ``count`` coefficients, exact between its points."""
     x, readings = np.array(s_mm), Profile(np.array(s_mm), np.array(level_mm))
@@ -59,9 +59,9 @@ def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count:
 
 
 def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
-    """Return at each x the polynomial of ``count`` coefficients with the least mean absolute difference.
+    """Return the polynomial of ``count`` coefficients with the least mean absolute difference, at each x.
 
-    It is a linear programme: the least sum of w t with |P c - level| <= t at each x, in Legendre's polynomials P.
+    It is a linear programme: minimise the sum of w t with |P c - level| <= t at each x, in Legendre polynomials P.
     """
     from numpy.polynomial.legendre import legvander
     from scipy.optimize import linprog
@@ -86,9 +86,9 @@ def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
 def flat_levels(
     measured: Profile, outline: Outline, solid: Solid, dispensed_mm3: float, earlier: Sequence[EarlierTrial] = ()
 ) -> tuple[Baseline, ...]:
-    """Return the baselines that have not seen the readings: a volume that lies flat in the whole crack, as water would.
+    """Return the baselines made without the readings: volumes with a flat level in the whole crack, like water.
 
-    The volume is the dispensed one, and that by which ``earlier`` samples were filled on average, heaps included.
+    The volumes are the dispensed one, and the average by which ``earlier`` samples were filled, including heaps.
     """
     volumes_mm3 = {POOL: dispensed_mm3}
     if earlier:
@@ -105,10 +105,10 @@ def flat_levels(
 
 
 def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: int | None) -> bool | None:
-    """Return whether an error is smaller than those of the baselines that have seen no more of the readings.
+    """Return whether an error is smaller than that of each baseline that uses no more readings than the simulation.
 
-    None if there is none. With ``fitted`` settings a curve with as many numbers has, or with fewer if there is no such
-    curve; what was not declared is taken for one.
+    None without such a baseline. With ``fitted`` settings these are the curves with as many numbers or fewer. If
+    ``fitted`` is None (not declared), one setting is assumed.
     """
     most = 0 if role == "held-out" else 1 if fitted is None else fitted
     fair = [one.mean_error_mm for one in baselines if one.numbers <= most]
@@ -122,31 +122,31 @@ def against_baselines(
     fitted: int | None,
     stations: int | None = None,
 ) -> str:
-    """Return the sentences that hold a mean error against those of the baselines.
+    """Return the sentences that compare a mean error with those of the baselines.
 
-    ``fitted`` is the number of settings that were fitted to the readings, or None if nobody declared it, and
-    ``stations`` that of the stations that are compared, if it is known.
+    ``fitted`` is the number of settings that were fitted to the readings, None if it was not declared; ``stations`` is
+    the number of compared stations, None if it is unknown.
     """
     simulated = {
-        "held-out": "the simulation, which has not seen the readings,",
-        "calibrated-on": "the simulation, of which nobody declared what was fitted,",
+        "held-out": "the simulation, made without the readings,",
+        "calibrated-on": "the simulation, with undeclared fitted settings,",
         "undeclared": "the simulation",
     }[role]
     if role != "held-out" and fitted is not None:
         simulated = f"the simulation, with {counted(fitted, 'setting') if fitted else 'no setting'} fitted,"
     if not baselines:
-        return f"{simulated[0].upper()}{simulated[1:]} is {error_mm:.2f} mm off; no baseline is known."
+        return f"{simulated[0].upper()}{simulated[1:]} is {error_mm:.2f} mm off; there is no baseline."
     first, *others = baselines
     rest = "".join(f", {one.name} {one.mean_error_mm:.2f} mm" for one in others)
     text = f"{first.name[0].upper()}{first.name[1:]} is {first.mean_error_mm:.2f} mm off{rest}; {simulated} "
     text += f"{error_mm:.2f} mm."
     if role != "held-out" and fitted and stations is not None and fitted >= stations:
         text += (
-            f" So many settings can fit any readings exactly: a curve with {fitted} numbers would meet all {stations} "
-            "stations."
+            f" So many settings can fit any readings exactly: a curve with {fitted} numbers passes through all "
+            f"{stations} stations."
         )
     elif beaten(error_mm, baselines, role, fitted) is False:
         unseen = role == "held-out" or fitted == 0
-        peer = "a baseline that has not seen them" if unseen else "a curve with no more numbers"
-        text += f" The simulation meets these readings no better than {peer}."
+        peer = "a baseline made without them" if unseen else "a curve with no more numbers"
+        text += f" The simulation is no closer to these readings than {peer}."
     return text

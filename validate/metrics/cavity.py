@@ -1,7 +1,7 @@
 """Area of a sample's cavity at every level, bin by bin along the crack, cut from its mesh.
 
-Each place of the cavity belongs to the bin of the main crack that is nearest to it through the cavity: a side crack to
-that of its root, the room around a tip to the last one. So bins add up to the cavity, less its stones.
+Each point of the cavity belongs to the bin of the main crack that is nearest to it through the cavity: a side crack to
+the bin of its root, the room around a tip to the last bin. So the bins add up to the cavity, without its stones.
 """
 
 from collections.abc import Iterable
@@ -16,18 +16,19 @@ from skimage.segmentation import watershed
 from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 
-ACROSS, LARGEST_MM = 8, 0.125  # Cells across the crack's mean width, and their largest size if they are not too many
+ACROSS, LARGEST_MM = 8, 0.125  # Cells across the crack's mean width, and their largest size within the limits below
 MOST_IN_MOUTH, MOST_CELLS = 40_000, 1_000_000  # Most cells between the walls, and in all
-LEAST_SHARE = 1e-9  # Share of a cell below which an area is rounding
+LEAST_SHARE = 1e-9  # Share of a cell below which an area is a rounding error
 LEVELS = 49  # Levels from the deepest floor to the face: a third of a millimetre apart at 16 mm
-BESIDE_MM = 1e-3  # Distance of a cut from the face and from a level facet, where the area jumps
-FINER = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # Levels within the lowest layer: a modelled floor is not quite level
+BESIDE_MM = 1e-3  # Distance of a cut from the face and from level facets, at which the area jumps
+FINER = np.array([1 / 16, 1 / 8, 1 / 4, 1 / 2])  # Levels in the lowest layer: a modelled floor is not quite level
 LEVEL_MM, LEAST_OF_MOUTH, MOST_FLATS = 0.02, 1 / 200, 12
-"""Height of facets that are level, least area at one height that gets levels of its own, in areas of the mouth, and
-most such heights. Floors, shelves and roofs are level; between levels the area would slope where it jumps."""
+"""Height within which facets count as level; smallest area at one height, as a share of the mouth's area, that gets its
+own levels; and the largest number of such heights. Floors, shelves and roofs are level: without their own levels the
+area would slope where it jumps."""
 NOISE, MOST_NOISE = 2.5, 1 / 8
-"""Depth of the hollows in a scanned face, in standard deviations of its vertices' heights, and its largest share of the
-cavity's depth. 0.6 % of the vertices are deeper, too few to connect."""
+"""Depth of the hollows in a scanned face, in standard deviations of its vertices' heights, and its limit as a share of
+the cavity's depth. 0.6 % of the vertices are deeper, too few to connect."""
 NORMAL_MEDIAN = 0.6745  # Median distance from the mean, in standard deviations
 SMOOTHED_MM = 5.0  # Length along the crack over which the walls' slope under the face is averaged
 
@@ -46,21 +47,21 @@ class CavityByLevel:
         return (self.ends_mm[1:] + self.ends_mm[:-1]) / 2
 
     def between(self, from_mm: float, to_mm: float) -> tuple[Floats, Floats]:
-        """Return the share of each bin between two arc lengths, and the middle of that part, (k,) each."""
+        """Return the share of each bin between two arc lengths, and the middle of the included part, (k,) each."""
         inside_mm = np.clip(self.ends_mm, from_mm, to_mm)
         return np.diff(inside_mm) / np.diff(self.ends_mm), (inside_mm[1:] + inside_mm[:-1]) / 2
 
     def area_at_mm2(self, level_mm: Floats) -> Floats:
-        """Return the area of each bin at its level, (k,); that of the mouth over the face."""
+        """Return the area of each bin at its level, (k,); above the face, the area of the mouth."""
         before, share = self._places(level_mm)
         lower_mm2, upper_mm2 = self._beside(self.area_mm2, before)
         return lower_mm2 + share * (upper_mm2 - lower_mm2)
 
     def below_mm3(self, level_mm: Floats) -> Floats:
-        """Return the volume of each bin between its floor and its level or the face, whichever is lower, (k,).
+        """Return the volume of each bin from its floor up to its level or the face, whichever is lower, (k,).
 
-        In the layer of a bin's floor the volume is linear from the floor up: the area, which jumps at a floor, would
-        be linear from the layer's lower level, and a level on the floor would hold sealant.
+        In the layer of a bin's floor the volume is linear from the floor up. The area jumps at a floor; if it were
+        linear from the layer's lower level, a level on the floor would contain sealant.
         """
         before, share = self._places(level_mm)
         step_mm = np.diff(self.levels_mm)
@@ -75,7 +76,7 @@ class CavityByLevel:
         return np.where(with_floor, risen * layer_top_mm3, volume_mm3)
 
     def _places(self, level_mm: Floats) -> tuple[Integers, Floats]:
-        """Return the index of the level below each level, and the share of the layer up to it."""
+        """Return the index of the next lower level, and the share of the layer below each level."""
         before = np.searchsorted(self.levels_mm, level_mm, side="right") - 1
         before = np.clip(before, 0, len(self.levels_mm) - 2)
         step_mm = np.diff(self.levels_mm)[before]
@@ -91,7 +92,7 @@ _BY_SOLID: WeakKeyDictionary[Solid, tuple[Outline, CavityByLevel]] = WeakKeyDict
 
 
 def cavity_by_level(outline: Outline, solid: Solid) -> CavityByLevel:
-    """Return the level areas of the solid's cavity along its crack; those of the last outline are kept."""
+    """Return the level areas of the solid's cavity along its crack; the result for the last outline is cached."""
     of = _BY_SOLID.get(solid)
     if of is None or of[0] is not outline:
         of = outline, _cut(outline, solid)
@@ -129,7 +130,7 @@ def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
     s_mm = _arc_lengths_mm(outline, raster, inside)
     count = max(int(np.ceil(outline.length_mm / raster.cell_mm)), 2)
     ends_mm = np.linspace(0.0, outline.length_mm, count + 1)
-    # Each cell is as long as a bin, and shared between the two that it lies in; bin ``count`` is that of no crack.
+    # A cell is as long as a bin and is divided between the two bins that it overlaps; bin ``count`` is for no crack.
     place = s_mm / ends_mm[1] - 0.5
     first = np.floor(place)
     later = place - first
@@ -144,7 +145,7 @@ def _cut(outline: Outline, solid: Solid) -> CavityByLevel:
 
 
 def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
-    """Return a raster around the cuts and the walls."""
+    """Return a raster that covers the cuts and the walls."""
     walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm])
     corners_mm = np.vstack([walls_mm, *(np.reshape(cut.bounds(), (2, 2)) for cut in cuts if not cut.is_empty())])
     low_mm, high_mm = corners_mm.min(axis=0), corners_mm.max(axis=0)
@@ -156,9 +157,9 @@ def _raster(outline: Outline, cuts: list[CrossSection]) -> _Raster:
 
 
 def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Floats:
-    """Return the arc length of the place on the main crack nearest to each cell, row by row; -1 if it meets none.
+    """Return the arc length of the nearest place on the main crack for each cell, row by row; -1 for cells of no crack.
 
-    A cell that lies between the walls by any part of it is of the main crack: a gap beside a stone may have no other.
+    A cell that is partly between the walls belongs to the main crack: a gap next to a stone may have no other cells.
     """
     walls_mm = np.vstack([outline.left_wall_mm, outline.right_wall_mm[::-1]])
     main = np.flatnonzero((np.abs(raster.areas([walls_mm])) > LEAST_SHARE) & inside.ravel())
@@ -170,9 +171,9 @@ def _arc_lengths_mm(outline: Outline, raster: _Raster, inside: np.ndarray) -> Fl
 
 
 def _noise_mm(solid: Solid) -> float:
-    """Return the depth of the hollows in an imported sample's face, by the median height of its vertices; 0 if plane.
+    """Return the depth of the hollows in an imported sample's face, from the median height of its vertices; 0 if plane.
 
-    A rounded or chamfered mouth does not reach the median, and so is no noise.
+    A rounded or chamfered mouth does not affect the median, so it does not count as noise.
     """
     if solid.figures.mesh is None:
         return 0.0
@@ -186,16 +187,16 @@ def _noise_mm(solid: Solid) -> float:
 
 
 def _plan_areas_mm2(corners_mm: Floats) -> Floats:
-    """Return the area of each facet (n, 3, 3) as seen from above, (n,)."""
+    """Return the area of each facet (n, 3, 3) in plan view, (n,)."""
     (x1, y1), (x2, y2) = ((corners_mm[:, corner, :2] - corners_mm[:, 0, :2]).T for corner in (1, 2))
     return np.abs(x1 * y2 - x2 * y1) / 2
 
 
 def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats, noise_mm: float, bin_mm: float) -> Floats:
-    """Return areas up to the deepest floor and the face; the first cut is beside the floor, the last beside the face.
+    """Return areas extrapolated to the deepest floor and the face, from the first and the last cut just inside.
 
-    Hollows of a rough face meet the crack. Areas are continued from below them by the walls' slope, the lesser one of
-    two layers, since a ledge is no slope.
+    Hollows of a rough face meet the crack. There, areas are extrapolated from below the hollows by the walls' slope,
+    the lesser of two layers' slopes, since a ledge is not a slope.
     """
     share = BESIDE_MM / (levels_mm[1] - levels_mm[0] - BESIDE_MM)
     area_mm2[:, 0] += share * (area_mm2[:, 0] - area_mm2[:, 1])
@@ -212,9 +213,9 @@ def _up_to_the_ends(levels_mm: Floats, area_mm2: Floats, noise_mm: float, bin_mm
 
 
 def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
-    """Return levels from the deepest floor to the face, increasing; two beside each height at which facets are level.
+    """Return levels from the deepest floor to the face, increasing, with a level on both sides of level facets.
 
-    None is in the hollows of a rough face.
+    No level is within the hollows of a rough face.
     """
     even_mm = np.linspace(-solid.depth_mm, 0.0, LEVELS)
     finer_mm = even_mm[0] + (even_mm[1] - even_mm[0]) * FINER
@@ -225,7 +226,7 @@ def _levels_mm(outline: Outline, solid: Solid, noise_mm: float) -> Floats:
 
 
 def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
-    """Return the levels just below and above the level facets of each height, of the heights with most of them."""
+    """Return the levels just below and above level facets, for the heights with the largest area of them."""
     corners_mm = solid.vertices_mm[solid.faces]
     low_mm, high_mm = corners_mm[:, :, 2].min(axis=1), corners_mm[:, :, 2].max(axis=1)
     flat = (high_mm - low_mm < LEVEL_MM) & (low_mm > -solid.depth_mm - BESIDE_MM) & (high_mm < -BESIDE_MM)
@@ -239,10 +240,10 @@ def _beside_flats_mm(outline: Outline, solid: Solid) -> Floats:
 
 
 def _cuts(solid: Solid, levels_mm: Floats, noise_mm: float) -> list[CrossSection]:
-    """Return the level cuts of what the mesh leaves of its block, just above the deepest floor and below the face."""
+    """Return the cuts of the cavity (block minus mesh), from just above the deepest floor to just below the face."""
     x_min, y_min, x_max, y_max = solid.block_mm
     block = CrossSection.square((x_max - x_min, y_max - y_min)).translate((x_min, y_min))
-    # Copies, since it takes no array that is read-only or a view.
+    # Mesh64 needs writable arrays that are no views: copy.
     body = Manifold(Mesh64(np.array(solid.vertices_mm, float), np.array(solid.faces, np.uint64)))
     inside_mm = levels_mm.clip(levels_mm[0] + BESIDE_MM, levels_mm[-1] - max(noise_mm, BESIDE_MM))
     return [block - body.slice(level_mm) for level_mm in inside_mm.tolist()]
@@ -251,11 +252,11 @@ def _cuts(solid: Solid, levels_mm: Floats, noise_mm: float) -> list[CrossSection
 def cell_areas(rings: Iterable[Floats], shape: tuple[int, int]) -> Floats:
     """Return the area of a region in each cell of (rows, columns), in cells.
 
-    Cell (row, column) spans the unit square from (column, row). Rings run counter-clockwise around the region and
+    Cell (row, column) is the unit square from (column, row). Rings run counter-clockwise around the region and
     clockwise around its islands, all within the raster.
 
-    Edges are cut at the cells' borders. A piece adds the area between it and the right border of its cell, and its
-    height to all cells to the right: Green's theorem, row by row.
+    Edges are cut at the borders of cells. A piece adds the area between it and the right border of its cell, and its
+    height to all cells on its right: Green's theorem, row by row.
     """
     edges = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
     if not edges:

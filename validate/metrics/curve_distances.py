@@ -1,7 +1,7 @@
-"""Distances between two levels along a crack: the area between them, in all and in bins, and Frechet's distance.
+"""Distances between two levels along a crack: the area between them, in total and in bins, and Frechet's distance.
 
-Both are piecewise linear, so that integrals and quantiles are exact; no library has them for curves whose stations
-differ. The area is checked against similaritymeasures in every comparison.
+Both are piecewise linear, so integrals and quantiles are exact; no library supports curves with different stations.
+Every comparison checks the area against similaritymeasures.
 """
 
 from dataclasses import replace
@@ -15,15 +15,15 @@ from sealtwin.core.records import Floats, Profile
 from validate.comparison import Alignment, ErrorBin, ErrorFigures, ShiftedError
 
 BIN_MM = 10.0
-"""Length of a bin of errors along the crack, as in the paper's Fig. 9b; the outer ones are its start and end."""
-CLOSE_MM = 1.0  # Error for which the paper states the share of the crack's length that stays below it
-FRECHET_MM = 0.5  # Distance of the points for Frechet's distance; always the same, since the distance depends on it
-MOST_FRECHET = 400  # Limit on those points: the time grows with their square
+"""Length of an error bin along the crack, as in the paper's Fig. 9b; the outer bins are its start and end zones."""
+CLOSE_MM = 1.0  # Error for which the paper states the share of the crack's length below it
+FRECHET_MM = 0.5  # Spacing of the points for Frechet's distance, which depends on it: always the same
+MOST_FRECHET = 400  # Limit on the number of points: the time grows with its square
 ROUNDING = 1e-14  # Rounding error of a difference, as a share of its largest value
 
 
 class PiecewiseLinear:
-    """A continuous, piecewise linear function: values at increasing x and straight lines between them."""
+    """A continuous, piecewise linear function: values at increasing x, straight lines between them."""
 
     def __init__(self, x: Floats, value: Floats) -> None:
         self.x, self.value = x, value
@@ -37,14 +37,14 @@ class PiecewiseLinear:
         return float(np.sqrt(np.sum(np.diff(self.x) * (first**2 + first * last + last**2) / 3) / self.length_mm))
 
     def share_below(self, limit: float) -> float:
-        """Return the share of the length on which the value is below a limit."""
+        """Return the share of the length with values below a limit."""
         low, high = np.sort([self.value[:-1], self.value[1:]], axis=0)
         rise = high - low
         part = np.where(rise > 0, (limit - low) / np.where(rise > 0, rise, 1.0), limit > low)
         return float(np.sum(np.diff(self.x) * np.clip(part, 0.0, 1.0)) / self.length_mm)
 
     def quantile(self, share: float) -> float:
-        """Return the limit below which the value lies on this share of the length."""
+        """Return the quantile: the value that this share of the length stays below."""
         low, high = float(self.value.min()), float(self.value.max())
         for _ in range(100):
             middle = (low + high) / 2
@@ -53,7 +53,7 @@ class PiecewiseLinear:
 
 
 class Difference(PiecewiseLinear):
-    """The difference a - b over the common support of two curves, at the stations of both and every crossing."""
+    """The difference a - b over the common support of two curves, at the stations of both and at each crossing."""
 
     def __init__(self, x_a: ArrayLike, y_a: ArrayLike, x_b: ArrayLike, y_b: ArrayLike) -> None:
         """Take points in any order. Raises InputError for NaN, repeated x, fewer than two points or no overlap."""
@@ -68,7 +68,7 @@ class Difference(PiecewiseLinear):
         x = np.unique(np.concatenate([x_a, x_b]))
         x = x[(x >= low) & (x <= high)]
         value = np.interp(x, x_a, y_a) - np.interp(x, x_b, y_b)
-        # Rounding moves a crossing at a station beside it.
+        # Rounding would move a crossing at a station to the side.
         value[np.abs(value) < ROUNDING * np.abs(value).max()] = 0.0
         crosses = np.sign(value[:-1]) * np.sign(value[1:]) < 0
         first, last = value[:-1][crosses], value[1:][crosses]
@@ -90,14 +90,14 @@ class Difference(PiecewiseLinear):
         return self.area / self.length_mm
 
     def area_by_similaritymeasures(self) -> float:
-        """Return the area by the library that the paper used, fed with one grid that holds every crossing.
+        """Return the area by the library that the paper used, on one grid with every crossing.
 
-        Its ``area_between_two_curves`` pairs points by index, not by x, and misses a crossing inside a pair: for 17
+        Its ``area_between_two_curves`` pairs points by index, not by x, and ignores a crossing inside a pair: for 17
         against 801 stations it is off by a factor of 3. On the common grid it is exact.
         """
         import similaritymeasures
 
-        # At a crossing both curves have one value; a sliver left by rounding would drop a triangle.
+        # At a crossing both curves are equal; a rounding difference would lose a triangle.
         curves = (np.column_stack([self.x, level]) for level in (self.base.value + self.value, self.base.value))
         return float(similaritymeasures.area_between_two_curves(*curves))
 
@@ -108,17 +108,17 @@ class Difference(PiecewiseLinear):
 
 
 def level_difference(simulated: Profile, measured: Profile) -> Difference:
-    """Return simulated minus measured level. Raises InputError where the two do not overlap."""
+    """Return simulated minus measured level. Raises InputError if the two do not overlap."""
     return Difference(simulated.s_mm, simulated.level_mm, measured.s_mm, measured.level_mm)
 
 
 def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
-    """Return points in the order of x. Raises InputError where they make no function of x."""
+    """Return points sorted by x. Raises InputError if they are not a function of x."""
     x, y = np.array(x, dtype=float), np.array(y, dtype=float)
     if x.ndim != 1 or x.shape != y.shape or len(x) < 2:
         raise InputError(f"A curve needs two or more points, as many x as y; found {x.shape} and {y.shape}.")
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
-        raise InputError("A curve holds NaN or infinity. Leave missing stations out.")
+        raise InputError("A curve contains NaN or infinity. Leave out missing stations.")
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
     if (np.diff(x) == 0).any():
@@ -128,7 +128,7 @@ def _polyline(x: ArrayLike, y: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def error_figures(error: Difference, measured: Profile) -> ErrorFigures:
-    """Return the errors of the level whose difference from the readings is ``error``."""
+    """Return the errors of a level from its difference to the readings, ``error``."""
     size = error.size
     worst = int(np.argmax(size.value))
     # The nearest constant level is the readings' median over the length.
@@ -167,8 +167,7 @@ def error_bins(simulated: Profile, measured: Profile, length_mm: float) -> tuple
 def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: float) -> float:
     """Return the discrete Frechet distance of two curves over a stretch of s, both sampled at the same even points.
 
-    Unlike an area it counts a step that comes early by its shift along the crack: millimetres of s and of level weigh
-    the same.
+    Unlike an area, it measures a step that comes early by its shift along the crack: s and level have equal weight.
     """
     import similaritymeasures
 
@@ -179,18 +178,18 @@ def frechet_mm(simulated: Profile, measured: Profile, from_mm: float, to_mm: flo
 
 
 def _clipped(profile: Profile, low: float, high: float) -> tuple[Floats, Floats]:
-    """Return stations and levels of a part of a profile, its ends interpolated."""
+    """Return stations and levels of part of a profile, with interpolated ends."""
     inner = profile.s_mm[(profile.s_mm > low) & (profile.s_mm < high)]
     s_mm = np.concatenate([[low], inner, [high]])
     return s_mm, np.interp(s_mm, profile.s_mm, profile.level_mm)
 
 
 CHOICE = "s from the first end given, on both curves; neither is shifted to fit the other"
-SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)  # Shifts by which a station set by hand, or the end of a crack, may be off
+SHIFTS_MM = (-2.0, -1.0, 0.0, 1.0, 2.0)  # Possible errors of a station placed by hand, or of the end of a crack
 
 
 def alignment(simulated: Profile, measured: Profile) -> Alignment:
-    """Return mean error and bias with the readings moved along the crack by each of the shifts."""
+    """Return mean error and bias with the readings shifted along the crack, for each shift."""
     errors = [level_difference(simulated, replace(measured, s_mm=measured.s_mm + shift_mm)) for shift_mm in SHIFTS_MM]
     shifts = [
         ShiftedError(shift_mm, error.mean_error, error.mean())

@@ -1,55 +1,36 @@
-"""The verdict on a comparison, and the least readings that allow one."""
+"""The verdict on a comparison, and the minimum of readings that it needs."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from sealtwin.core.records import Floats
-from validate.comparison import ErrorUncertainty, LevelMetrics
+from validate.comparison import Basis, ErrorUncertainty, LevelMetrics
 from validate.metrics.baselines import against_baselines
 from validate.result import Comparison, Outcome
 from validate.settings import Gate
 from validate.units import counted, setting_name
 
 FEWEST_STATIONS = 5
-"""The paper's surface falls, rests, falls and rests again: a curve through fewer points cannot follow it."""
+"""The paper's surface falls, rests, falls and rests again: fewer points cannot describe it."""
 LEAST_COVERAGE = 0.8
-"""Least share of the crack's length: a tenth at each end may be out of a caliper's reach. The paper's worst errors are
-there."""
+"""Least covered share of the crack's length: a tenth at each end may be out of a caliper's reach. The paper's worst
+errors are there."""
 WIDEST_GAP = 0.3
 """Largest distance of neighbouring stations, as a share of the crack's length. Five even stations are a quarter apart,
-and stations set by hand are uneven; four close together and one far away leave the stretch between them open."""
+and stations placed by hand are uneven. A cluster of four and one far away leave a gap."""
 NEARLY_ALL = 0.95  # Coverage below which the verdict states it
 ROUNDING = 1e-9
 NO_VERDICT = "No verdict: this level is the fast model's, which is for screening."
 SOUND = (0.95, 1.05)
-"""Sound range of the volume on the sample over the volume dispensed on it, which preset "accurate" keeps."""
+"""Sound range of the volume ratio, settled over dispensed; the preset "accurate" stays within it."""
 
 
 def kept_volume(ratio: float) -> bool:
-    """Return True if the volume ratio, rounded as it is printed, is within ``SOUND``."""
+    """Return True if the volume ratio, rounded as printed, is within ``SOUND``."""
     low, high = SOUND
     return low <= round(ratio, 3) <= high
-
-
-@dataclass(frozen=True)
-class Basis:
-    """Stations and coverage of a set of readings, which decide whether they allow a verdict."""
-
-    stations: int
-    """Number of stations that shape the readings' line over the compared stretch, the next beyond each end included."""
-    coverage: float  # Share of the crack's length over which the readings and the simulation are compared
-    widest_gap: float  # Largest distance of neighbouring stations, as a share of the crack's length
-
-    @property
-    def suffices(self) -> bool:
-        return (
-            self.stations >= FEWEST_STATIONS
-            and self.coverage >= LEAST_COVERAGE - ROUNDING
-            and self.widest_gap <= WIDEST_GAP + ROUNDING
-        )
 
 
 def basis_of(s_mm: Floats, from_mm: float, to_mm: float, length_mm: float) -> Basis:
@@ -57,8 +38,10 @@ def basis_of(s_mm: Floats, from_mm: float, to_mm: float, length_mm: float) -> Ba
     first = max(0, int(np.searchsorted(s_mm, from_mm, side="right")) - 1)
     last = min(len(s_mm) - 1, int(np.searchsorted(s_mm, to_mm, side="left")))
     used_mm = s_mm[first : last + 1]
-    gap_mm = float(np.diff(np.clip(used_mm, from_mm, to_mm)).max())
-    return Basis(len(used_mm), (to_mm - from_mm) / length_mm, gap_mm / length_mm)
+    gap = float(np.diff(np.clip(used_mm, from_mm, to_mm)).max()) / length_mm
+    coverage = (to_mm - from_mm) / length_mm
+    enough = len(used_mm) >= FEWEST_STATIONS and coverage >= LEAST_COVERAGE - ROUNDING and gap <= WIDEST_GAP + ROUNDING
+    return Basis(len(used_mm), coverage, gap * length_mm, enough)
 
 
 def judged(
@@ -71,24 +54,24 @@ def judged(
 ) -> Comparison:
     """Return the metrics with their headline, which compares the mean error with the declared limit.
 
-    ``edited`` are the files of the run that are not as their stage wrote them; they, an escaped particle and a model
-    for ``screening`` leave nothing to judge. ``passed`` holds the mean error against the limit, ``outcome`` its 95 %
-    interval by the readings.
+    ``edited`` are files of the run that were changed after their stage wrote them. With such files, an escaped particle
+    or a model for ``screening`` there is no verdict. ``passed`` compares the mean error with the limit, ``outcome`` its
+    95 % interval by the readings.
     """
-    # What is declared and not used is said whatever the verdict.
+    # Unused declarations are reported with any verdict.
     m, findings = metrics, () if uncertainty is None else uncertainty.unused
     covers = f"cover {math.floor(100 * m.coverage + ROUNDING)} % of the crack's length"
     passed, outcome = None if gate is None else False, "undecided"
     if m.escaped_particles:
         passed, outcome = False, "failed"
-        sentences = (f"{leak(m.escaped_particles)}: a mean error of {m.mean_error_mm:.3f} mm means nothing.",)
+        sentences = (f"{leak(m.escaped_particles)}: the mean error of {m.mean_error_mm:.3f} mm is invalid.",)
     elif edited:
         sentences = (f"{edited_by_hand(edited)}: no verdict.",)
     elif screening:
         passed, outcome = None, "open"
         not_judged = "" if gate is None else f" The gate of {gate.mean_error_mm:g} mm is not judged."
-        found = f"Mean error {_with_interval(m, uncertainty)}."
-        sentences = NO_VERDICT + not_judged, found, beside_baselines(m), _use_of_readings(m)
+        figures = f"Mean error {_with_interval(m, uncertainty)}."
+        sentences = NO_VERDICT + not_judged, figures, beside_baselines(m), _use_of_readings(m)
         gate = None
     elif not m.enough_readings:
         outcome = "open" if gate is None else "undecided"
@@ -99,11 +82,11 @@ def judged(
         )
         sentences = why, _use_of_readings(m)
     else:
-        passed, outcome, first = _held_against(m, gate, uncertainty)
+        passed, outcome, first = _against_gate(m, gate, uncertainty)
         first += f" The readings {covers}." if m.coverage < NEARLY_ALL else ""
         sentences = first, beside_baselines(m), _use_of_readings(m)
         findings = () if uncertainty is None else uncertainty.sentences
-    # The metrics are checked already.
+    # The metrics were validated before.
     return Comparison.model_construct(
         **dict(m),
         headline=sentences,
@@ -116,7 +99,7 @@ def judged(
 
 
 def _stations(m: LevelMetrics) -> str:
-    """Return the number of stations that are compared, and that of those that shape the readings' line to its ends."""
+    """Return the number of compared stations, and of those beyond the stretch that define the measured line."""
     beyond = m.stations_used - m.stations_compared
     return counted(m.stations_compared, "station") + (f" and {beyond} next beyond" if beyond else "")
 
@@ -125,14 +108,14 @@ def _with_interval(m: LevelMetrics, uncertainty: ErrorUncertainty | None) -> str
     if uncertainty is None:
         return f"{m.mean_error_mm:.2f} mm"
     low_mm, high_mm = uncertainty.mean_error_interval_mm
-    unknown = "" if uncertainty.budget.scatter_known else ", their scatter not known"
+    unknown = "" if uncertainty.budget.scatter_known else ", their scatter unknown"
     return f"{m.mean_error_mm:.2f} mm ({low_mm:.2f} to {high_mm:.2f} mm, 95 % by the readings{unknown})"
 
 
-def _held_against(
+def _against_gate(
     m: LevelMetrics, gate: Gate | None, uncertainty: ErrorUncertainty | None
 ) -> tuple[bool | None, Outcome, str]:
-    """Return whether the mean error keeps the gate, the outcome, and the sentence on both."""
+    """Return whether the mean error is within the gate, the outcome, and the sentence on both."""
     figures = f"mean error {_with_interval(m, uncertainty)}"
     if gate is None:
         return None, "open", f"No gate: {figures}."
@@ -141,7 +124,7 @@ def _held_against(
     figures += f", at most {gate.mean_error_mm:g} mm ({reason})"
     low_mm, high_mm = (math.inf, 0.0) if uncertainty is None else uncertainty.mean_error_interval_mm
     if low_mm <= gate.mean_error_mm <= high_mm:
-        return passed, "undecided", f"Gate in doubt: {figures}; the readings cannot tell whether it is kept."
+        return passed, "undecided", f"Gate in doubt: {figures}; the readings cannot decide whether it is kept."
     return passed, "passed" if passed else "failed", f"Gate {'kept' if passed else 'missed'}: {figures}."
 
 
@@ -152,7 +135,7 @@ def beside_baselines(m: LevelMetrics) -> str:
 
 
 def _use_of_readings(m: LevelMetrics) -> str:
-    """Return the sentence on what the readings were used for before this comparison, and on a sample without origin."""
+    """Return the sentence on the earlier use of the readings, and on a sample that was not measured."""
     sentence = _role_sentence(m)
     if m.readings_data != "measured" or m.photo_data == "measured":
         return sentence
@@ -163,24 +146,24 @@ def _role_sentence(m: LevelMetrics) -> str:
     readings = "readings" if m.readings_data == "measured" else f"{m.readings_data} readings"
     if m.role == "calibrated-on":
         if m.fitted == ():
-            return f"Calibrated on these {readings} (no setting was fitted, as was declared): no test."
-        what = "what was fitted is not declared"
+            return f"Calibrated on these {readings} (declared: no setting was fitted): not a test."
+        what = "the fitted settings are not declared"
         if m.fitted:
             count = counted(m.stations_compared, "station")
             what = f"fitted at {count}: {', '.join(map(setting_name, m.fitted))}"
-        return f"Calibrated on these {readings} ({what}): the error is what that left over, no test."
+        return f"Calibrated on these {readings} ({what}): so this error is the residual of the fit, not a test."
     if m.role == "held-out" and m.lab_searched:
-        return f"Held out: these {readings} stand in no study and no calibration of the lab's catalogue."
+        return f"Held out: no study and no calibration in the lab's catalogue uses these {readings}."
     if m.role == "held-out":
-        return f"Held out, as was declared: no lab's catalogue was there to search for these {readings}."
-    return f"Neither calibrated nor held out: nobody declared what these {readings} were used for."
+        return f"Held out, as declared; there was no lab catalogue to check for other uses of these {readings}."
+    return f"Neither calibrated nor held out: the use of these {readings} is not declared."
 
 
 def edited_by_hand(names: Sequence[str]) -> str:
-    """Return the beginning of a sentence on results that were edited after their stage wrote them."""
+    """Return the beginning of a sentence about results that were edited after their stage wrote them."""
     return f"Edited by hand since ({', '.join(names)})"
 
 
 def leak(escaped_particles: int) -> str:
-    """Return the beginning of a sentence on particles that went through a wall."""
+    """Return the beginning of a sentence about particles that passed through a wall."""
     return f"Do not use: {counted(escaped_particles, 'particle')} went through a wall"

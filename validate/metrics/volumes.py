@@ -1,4 +1,4 @@
-"""Volumes below and above a level along the crack, the mass balance of a run, and the level that a volume makes."""
+"""Volumes below and above a level along the crack, the mass balance of a run, and the flat level of a volume."""
 
 import cv2
 import numpy as np
@@ -8,11 +8,11 @@ from validate.comparison import MassBalance
 from validate.metrics.cavity import cavity_by_level
 from validate.settings import Readings
 
-CELL_MM = 0.2  # Cell of the raster on which sealant beside the mouth is measured: half a particle of the paper's size
+CELL_MM = 0.2  # Raster cell for sealant on the face: half a particle of the paper's size
 
 
 def mass_balance(run: Run, solid: Solid, volume_ratio: float, readings_mm3: float, settings: Readings) -> MassBalance:
-    """Return the balance of a run beside the volume that its readings hold over the covered length.
+    """Return the volume balance of a run, with the measured volume over the covered length.
 
     ``volume_ratio`` is the volume of the settled particles over the dispensed one.
     """
@@ -38,7 +38,7 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
     """Return the area of the face under the discs of the particles that rest on it."""
     x_min, y_min, x_max, y_max = solid.block_mm
     corner_mm = np.array([x_min, y_min])
-    # Cells of the block's upper side beside the mouth, rows along y.
+    # Cells of the block's upper side outside the mouth, rows along y.
     on_face = np.zeros([int((y_max - y_min) / CELL_MM) + 1, int((x_max - x_min) / CELL_MM) + 1], np.uint8)
     triangles_mm = solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.TOP]][:, :, :2]
     for triangle in np.rint((triangles_mm - corner_mm) / CELL_MM).astype(np.int32):
@@ -47,16 +47,16 @@ def _footprint_mm2(run: Run, solid: Solid) -> float:
     covered = np.zeros_like(on_face)
     rows, columns = on_face.shape
     for column, row in np.rint((above - corner_mm) / CELL_MM).astype(int):
-        # Sealant over the mouth is a heap, no spill, though its disc may reach over the edge.
+        # Sealant over the mouth is a heap, even if its disc reaches over the edge of the mouth.
         if 0 <= row < rows and 0 <= column < columns and on_face[row, column]:
             cv2.circle(covered, (int(column), int(row)), max(1, round(run.radius_mm / CELL_MM)), 1, thickness=-1)
     return float((covered & on_face).sum()) * CELL_MM**2
 
 
 def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, volume_ratio: float) -> float:
-    """Return the level that volume gained by the numerics makes over the area of the fluid's surface; below 0 if lost.
+    """Return the change of level by volume that the numerics gained, over the fluid's surface area; negative if lost.
 
-    The surface is as wide as the crack is at the level, and lies on the face where sealant rests beside the mouth.
+    The surface is as wide as the crack at the level, plus the area of the face that sealant covers outside the mouth.
     """
     spilled_mm3 = run.spilled_particles * run.particle_volume_mm3
     if not run.has_particles:
@@ -69,10 +69,10 @@ def gained_level_mm(run: Run, profile: Profile, outline: Outline, solid: Solid, 
 
 
 def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: float, to_mm: float) -> dict[str, float]:
-    """Return the sealant, the room left below the face and the heap above it over a stretch of s, and the share filled.
+    """Return the sealant, the unfilled room below the face, the heap above it, and the filled share, over a stretch.
 
-    The cavity is that of the mesh, at the level of the nearest place on the main crack. Above the face it goes straight
-    up; sealant on the face beside the mouth is in no profile.
+    The cavity is that of the mesh, at the level of the nearest place on the main crack. Above the face it continues
+    straight up; profiles do not include sealant on the face outside the mouth.
     """
     cavity = cavity_by_level(outline, solid)
     share, s_mm = cavity.between(from_mm, to_mm)
@@ -90,16 +90,16 @@ def fill_volumes(profile: Profile, outline: Outline, solid: Solid, from_mm: floa
 
 
 def mouth_widths_mm(s_mm: Floats, outline: Outline, solid: Solid) -> Floats:
-    """Return the width of the crack at the face, square to the centreline, at each s, (n,)."""
+    """Return the width of the crack at the face, perpendicular to the centreline, at each s, (n,)."""
     traced_mm = np.interp(s_mm, outline.s_mm, outline.width_mm)
     opening = float(np.tan(np.radians(solid.wall_angles_deg)).sum()) if solid.tilt == "flare" else 0.0
     return traced_mm + opening * solid.depth_mm
 
 
 def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profile:
-    """Return the flat level at which a volume would lie in the whole crack, as water between dams at both ends.
+    """Return the flat level of a volume in the whole crack, like water between dams at both ends.
 
-    It follows from volume and crack alone. A simulation, which also accounts for the flow, should have a smaller error.
+    It depends only on volume and crack. A simulation, which also models the flow, should have a smaller error.
     """
     from scipy.optimize import root_scalar
 
@@ -109,7 +109,7 @@ def balance_profile(volume_mm3: float, outline: Outline, solid: Solid) -> Profil
         flat = Profile(outline.s_mm, np.maximum(floor_mm, level_mm))
         return fill_volumes(flat, outline, solid, first_mm, last_mm)
 
-    # Above the face each millimetre adds as much as the first, so that all of the volume there is an upper bound.
+    # Above the face each millimetre adds the same volume, so the level with all of the volume there is an upper bound.
     highest_mm = 1.0 + volume_mm3 / held(1.0)["overfill_mm3"]
     level_mm = root_scalar(
         lambda level_mm: held(level_mm)["sealant_mm3"] - volume_mm3, bracket=(-solid.depth_mm, highest_mm)

@@ -1,4 +1,4 @@
-"""Units that stand elsewhere than in a column's name: in a row below it, in its cells, and in a column beside it."""
+"""Units outside a column's name: in a row below it, in its cells, and in a neighbouring column."""
 
 from collections.abc import Iterator, Mapping, Sequence, Set
 from typing import NamedTuple
@@ -17,21 +17,21 @@ from validate.readings.table_rows import is_a_number
 from validate.readings.text_table import is_missing, plain_letters
 
 LONGEST_UNIT = 8  # Letters of a word in a row of units, as [°C] or Uhrzeit
-LETTERED = 2  # Least letters of units in a column that is not named as one: M and G are initials, too
+LETTERED = 2  # Fewest letters of units in a column that is not named as such: M and G are also initials
 
 
 class UnitCell(NamedTuple):
-    """A unit that a row has for one of its readings."""
+    """A unit that a row gives for one of its readings."""
 
     row: SheetRow
     column: int  # Column of the reading
     at: int  # Column of the unit
     written: str
-    unit: ColumnUnit | None  # None for one that is not read, as µm or %
+    unit: ColumnUnit | None  # None for an unsupported one, as µm or %
 
 
 def units_row(row: SheetRow) -> tuple[dict[int, ColumnUnit], dict[int, str]]:
-    """Return the length units of a row by column, and its other words; both empty if it is no row of units."""
+    """Return the length units of a row by column, and its other words; both empty if the row is no unit row."""
     texts = {index: cell.text for index, cell in enumerate(row.cells) if not is_missing(cell.text)}
     units: dict[int, ColumnUnit] = {index: unit for index, text in texts.items() if (unit := unit_of(text)) is not None}
     others = {index: text for index, text in texts.items() if index not in units}
@@ -42,7 +42,7 @@ def units_row(row: SheetRow) -> tuple[dict[int, ColumnUnit], dict[int, str]]:
 
 
 def units_in_cells(body: Sequence[SheetRow]) -> tuple[list[SheetRow], dict[int, ColumnUnit]]:
-    """Return the rows without units behind their numbers, and the unit of each column whose numbers all have it."""
+    """Return the rows without units behind their numbers, and the unit of each column if all its numbers have it."""
     by_column: dict[int, set[ColumnUnit | None]] = {}
     for row in body:
         for at, cell in enumerate(row.cells):
@@ -68,7 +68,7 @@ def _without_unit(text: str) -> str:
 
 
 def columns_of_units(names: Mapping[int, str], taken: Set[int], body: Sequence[SheetRow]) -> list[int]:
-    """Return the columns, but for those that are ``taken``, that hold nothing but units or are named as such."""
+    """Return the columns outside ``taken`` that contain only units or are named as units."""
     others = [at for at in range(max((row.width for row in body), default=0)) if at not in taken]
     return [at for at in others if _holds_units(names.get(at, ""), [row.cell(at) for row in body])]
 
@@ -88,16 +88,16 @@ def unit_cells(
     readings: Sequence[int],
     without: Sequence[int],
 ) -> Iterator[UnitCell]:
-    """Yield the unit that each row has in ``columns`` for its reading, or for its station.
+    """Yield the unit that each row gives in ``columns`` for its reading, or for its station.
 
-    A column of units belongs to the readings at its left, up to the next one. With stations alone at its left it
-    belongs to them, or to the readings that follow ``without`` a unit.
+    A column of units belongs to the readings on its left, up to the previous one. If only stations are on its left, it
+    belongs to them, or to the readings on its right that are ``without`` a unit.
     """
     before = -1
     for at in columns:
-        left = [column for column in sorted({*stations, *readings}) if before < column < at]
-        of_readings = [column for column in left if column in readings]
-        of = of_readings or [*left, *(column for column in without if column > at and len(columns) == 1)]
+        on_left = [column for column in sorted({*stations, *readings}) if before < column < at]
+        of_readings = [column for column in on_left if column in readings]
+        of = of_readings or [*on_left, *(column for column in without if column > at and len(columns) == 1)]
         before = at
         for row in body:
             written = row.cell(at).text
@@ -111,7 +111,7 @@ def unit_cells(
 def shown_cells(
     body: Sequence[SheetRow], shown: Mapping[tuple[int, int], str], columns: Sequence[int]
 ) -> Iterator[UnitCell]:
-    """Yield the unit, or a percent sign, that the format of a number shows behind it."""
+    """Yield the units, and percent signs, that number formats show behind numbers."""
     for row in body:
         for column in columns:
             written = shown.get((row.number, column))

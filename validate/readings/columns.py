@@ -1,4 +1,4 @@
-"""The header of a sheet: its rows, and the columns with their sign and unit, as it names them or as declared."""
+"""The header of a sheet: its rows, and the columns with direction and unit, from the header or as declared."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -42,13 +42,13 @@ from validate.readings.sheet import (
 from validate.readings.table_rows import blocks, columns_named, find_header, is_a_number, sorted_rows, table_rows
 from validate.settings import Columns, Declared, Quantity
 
-SAY = (
-    "Say which is which, by letters: s (of a fill: mass) and levels in pairing.csv; or as [readings.columns] "
+ASSIGN = (
+    "Assign the columns by letters: s (of a fill: mass) and levels in pairing.csv; or [readings.columns] "
     's = "A", levels = ["B", "C"] in lab.toml or the trial.'
 )
-SAY_UNIT = 'Say it: [readings] unit = "mm", or in pairing.csv.'
-SAY_FILL_UNIT = 'Say it in pairing.csv: unit = mm of levels, mass = "A g" of masses.'
-CORRECT = "Correct the one that is wrong."
+SET_UNIT = 'Set it: [readings] unit = "mm", or in pairing.csv.'
+SET_FILL_UNIT = 'Set it in pairing.csv: unit = mm for levels, mass = "A g" for masses.'
+CORRECT = "Correct the wrong one."
 Mass = Literal["", "g", "kg"]
 MOST_SHOWN = 12
 
@@ -63,21 +63,21 @@ class Column(ColumnMeaning):
 @dataclass(frozen=True)
 class Header:
     row: SheetRow
-    above: int  # Number of lines above the header that hold anything
+    above: int  # Number of lines with content above the header
     body: tuple[SheetRow, ...]
     station: Column
     readings: tuple[Column, ...]
     repeat: Column | None
-    """Column that numbers the repeats of a long sheet, which has one reading in a row; None in a wide one."""
+    """Column that numbers the repeats of a long sheet, which has one reading in a row; None in a wide sheet."""
     sample: Column | None  # Column that names the sample of each row; None in a sheet of one sample
     skipped: tuple[Column, ...]
     quantity: Quantity | None
-    """Direction in which readings count; None, like a column's unit, if it is missing, which is a fault."""
+    """Direction of the readings; None if it is missing. Like a missing unit of a column, that is a fault."""
     remarks: tuple[SheetRow, ...] = ()
-    """Rows of words about the sheet: above the header, comments, rows between readings."""
-    passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and those that are declared
-    unmet: tuple[str, ...] = ()  # What is declared to be skipped, and is nowhere
-    of_units: tuple[int, ...] = ()  # Columns, from 0, that hold the units of rows
+    """Rows of text about the sheet: above the header, comments, rows between readings."""
+    passed: tuple[SheetRow, ...] = ()  # Rows with numbers that are not read: means, and declared ones
+    unmet: tuple[str, ...] = ()  # Declared rows to skip that do not exist
+    of_units: tuple[int, ...] = ()  # Columns, from 0, that contain the units of rows
 
     @property
     def read(self) -> list[Column]:
@@ -86,10 +86,10 @@ class Header:
 
 
 def read_header(grid: SheetGrid, declared: Declared, faults: FaultList, mass: Mass | None = None) -> Header:
-    """Return the header of the one table of readings; faults that leave the rest readable are added to ``faults``.
+    """Return the header of the table of readings; faults after which reading can go on are added to ``faults``.
 
-    If ``mass`` is given the table is a fill: its "stations" are masses, in that unit if the sheet names none. Raises
-    SheetFaults if no column of stations or none of readings is known.
+    If ``mass`` is given the table is a fill: its "stations" are masses, in that unit unless the sheet names one. Raises
+    SheetFaults if there is no column of stations or none of readings.
     """
     return _HeaderReader(grid, declared, faults, mass).read()
 
@@ -101,9 +101,9 @@ class _HeaderReader:
         self.grid, self.declared, self.faults = grid, declared, faults
         self.mass: Mass | None = mass
         self.given = declared.columns or Columns()
-        self.rows, self.left_out, self.unmet = table_rows(grid, self.given)
+        self.rows, self.skipped, self.unmet = table_rows(grid, self.given)
         if len(self.rows) < 2:
-            remedy = "Is it this sheet? Name another: [readings] sheet, or range."
+            remedy = "If it is the wrong sheet or range, set [readings] sheet or [readings.columns] range."
             raise refuse(grid.place(), "no rows of readings.", remedy)
         header = find_header(self.rows, grid.merged, self.given)
         self.first, self.names = header.first, header.names
@@ -113,19 +113,19 @@ class _HeaderReader:
         self.body, in_cells = units_in_cells(body[1:] if below else body)
         self.units = in_cells | below
 
-    def _ask(self, found: str, remedy: str, value: str | None = None, column: Column | None = None) -> None:
+    def _add_fault(self, finding: str, remedy: str, value: str | None = None, column: Column | None = None) -> None:
         """Add a fault of the header, or of one of its columns."""
         at, name = (None, None) if column is None else (column.index, column.name)
-        self.faults.add(self.grid.place(self.number, at, name), found, remedy, value)
+        self.faults.add(self.grid.place(self.number, at, name), finding, remedy, value)
 
-    def _refused(self, found: str, remedy: str, value: str | None = None) -> SheetFaults:
-        return refuse(self.grid.place(self.number), found, remedy, value)
+    def _refused(self, finding: str, remedy: str, value: str | None = None) -> SheetFaults:
+        return refuse(self.grid.place(self.number), finding, remedy, value)
 
     def read(self) -> Header:
         columns = self._one_table(self._columns())
         by_role = {role: [column for column in columns if column.role == role] for role in get_args(Role)}
         stations, readings, counters = by_role["station"], by_role["reading"], by_role["repeat"]
-        # A bare "Messung" numbers the repeats if another column holds the readings, and holds them itself otherwise.
+        # A bare "Messung" numbers the repeats if another column contains the readings; else it contains them itself.
         repeat = counters[0] if readings and len(counters) == 1 else None
         if repeat is None:
             readings += [replace(column, role="reading") for column in counters]
@@ -133,17 +133,17 @@ class _HeaderReader:
             raise self._without(stations)
         for twice, what in ((stations, "station"), (by_role["sample"], "sample")):
             if len(twice) > 1:
-                self._ask(f"{_names(twice)} both name the {what}.", SAY)
+                self._add_fault(f"{_names(twice)} both name the {what}.", ASSIGN)
         if repeat is not None and len(readings) > 1:
-            found = f"column {_names([repeat])} numbers the repeats of one column, and there are {_names(readings)}."
-            self._ask(found, "Name those that are readings of one station: [readings.columns] levels, or repeat.")
+            finding = f"column {_names([repeat])} numbers repeats, but there are several columns: {_names(readings)}."
+            self._add_fault(finding, "List the columns of readings: [readings.columns] levels, or correct repeat.")
         used = [stations[0], *readings]
         self._check_numbers(readings)
         self._check_factors(used)
         for column in used:
             if (word := self.other_units.get(column.index)) is not None:
-                found = f"{quoted(word)}, below {quoted(column.name)}, is no unit of length that is known."
-                self._ask(found, "Name the columns that are read: [readings.columns] levels.", word)
+                finding = f"{quoted(word)}, below {quoted(column.name)}, is not a supported unit of length."
+                self._add_fault(finding, "List the columns of readings: [readings.columns] levels.", word)
         skipped = by_role["skipped"]
         taken = {column.index for column in columns} - {column.index for column in skipped}
         of_units = columns_of_units(self.names, taken, self.body)
@@ -152,7 +152,7 @@ class _HeaderReader:
         self._check_units_beside(used, beside)
         place, at = self.grid.place(self.number), [column.index for column in used]
         body, between, passed = sorted_rows(place, self.body, at[0], at[1:], self.faults)
-        remarks = [*self.rows[: self.first], *self.left_out, *between]
+        remarks = [*self.rows[: self.first], *self.skipped, *between]
         self._check_units_of_remarks(remarks, used)
         cells = tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=-1) + 1))
         return Header(
@@ -177,17 +177,17 @@ class _HeaderReader:
         which = f"no column of {along}" if not stations else "no column of readings"
         beside = f" beside {_names(stations)}" if stations else ""
         if (line := _line_by_blanks(self.rows, self.grid.separator)) is not None:
-            found = f"{which}{beside}: its columns are divided by blanks only, as in {quoted(line)}."
-            return self._refused(found, "Save it with semicolons or tabs between the columns, or as XLSX.")
+            finding = f"{which}{beside}: its columns are separated by blanks only, as in {quoted(line)}."
+            return self._refused(finding, "Save it with semicolons or tabs between the columns, or as XLSX.")
         filled = {at for row in self.body[:3] for at, cell in enumerate(row.cells) if cell != BLANK}
         shown = []
         for at in sorted({*self.names, *filled})[:MOST_SHOWN]:
             value = next((row.cell(at).text for row in self.body if row.cell(at).text), "")
             shown.append(f"{letters(at)} {quoted(self.names.get(at, ''))} ({clipped(value)})")
-        return self._refused(f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", SAY)
+        return self._refused(f"{which}{beside} in {', '.join(shown)}; read as {', '.join(self.grid.written)}.", ASSIGN)
 
     def _declared_roles(self) -> dict[int, ColumnMeaning]:
-        """Return what the declared columns are. Raises SheetFaults for one that is not there."""
+        """Return the roles of the declared columns. Raises SheetFaults for a declared column that does not exist."""
         given, names = self.given, self.names
         references: list[tuple[Role, str | None]] = [("station", given.s), ("repeat", given.repeat)]
         references.extend(("reading", level) for level in given.levels or ())
@@ -196,9 +196,9 @@ class _HeaderReader:
             if reference is None:
                 continue
             if not (columns := columns_named(names, reference)):
-                known = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
-                found = f"{reference!r:.80} is no column, or both a letter and another's name, among {known}."
-                raise self._refused(found, 'Write a letter as "B:B" where a column has it for a name.', reference)
+                all_names = ", ".join(quoted(name) for name in list(names.values())[:MOST_SHOWN])
+                finding = f"{reference!r:.80} is not a column, or both a letter and another's name; names: {all_names}."
+                raise self._refused(finding, 'If a letter is also the name of a column, write it as "B:B".', reference)
             for at in columns:
                 name = names.get(at, "")
                 number = f"{1 + sum(other.role == role for other in roles.values())}" if role == "reading" else None
@@ -206,7 +206,7 @@ class _HeaderReader:
         return roles
 
     def _columns(self) -> list[Column]:
-        """Return what each column is, by declaration or by its name; one of numbers that is unknown is a fault."""
+        """Return the columns with their roles, declared or by name; unknown columns of numbers are faults."""
         roles, fill = self._declared_roles(), self.mass is not None
         declared = {one.role for one in roles.values()}
         columns, unknown = list[Column](), list[Column]()
@@ -221,52 +221,54 @@ class _HeaderReader:
                 what = replace(what, role=taken_as.get(what.role, what.role))
                 what = ColumnMeaning("skipped", what.unit) if what.role in others else what
             if what is None and ("reading" in declared or at not in numeric):
-                # Words are no readings, and if these are declared all else is none.
+                # A column of words has no readings, and if readings are declared, no other column has.
                 what = ColumnMeaning("skipped")
             column = Column(**vars(what or ColumnMeaning("skipped")), index=at, name=name or letters(at))
             (unknown if what is None else columns).append(column)
         if fill and len(unknown) == 1 and not any(column.role in ("reading", "repeat") for column in columns):
-            # What else is beside masses?
+            # The only unknown column next to masses contains the levels.
             column = unknown.pop()
             columns.append(replace(column, **vars(_by_parts(column.name))))
         self._check_unknown(columns, unknown)
         return sorted([*columns, *unknown], key=lambda column: column.index)
 
     def _check_unknown(self, columns: Sequence[Column], unknown: Sequence[Column]) -> None:
-        """Add a fault for each unknown column, unless it is of another table, a blank column between."""
+        """Add a fault for each unknown column, unless a blank column separates it from the table."""
         own_block = {column.index for column in columns if column.role in ("station", "reading", "repeat")}
         head = SheetRow(0, tuple(SheetCell(self.names.get(at, "")) for at in range(max(self.names, default=0) + 1)))
         spans = list(blocks([head, *self.body]))
         for column in unknown:
             span, lettered = next(span for span in spans if column.index in span), column.name == letters(column.index)
             if lettered or not own_block or own_block & set(span):
-                found = f"column {quoted(column.name)} is unknown, and holds numbers."
-                found = f"column {column.name} holds numbers and has no name." if lettered else found
-                self._ask(found, SAY, column.name)
+                finding = f"column {quoted(column.name)} has an unknown name and contains numbers."
+                finding = f"column {column.name} contains numbers and has no name." if lettered else finding
+                self._add_fault(finding, ASSIGN, column.name)
 
     def _one_table(self, columns: list[Column]) -> list[Column]:
-        """Return the first of several tables side by side, each with stations and readings: which is meant is asked."""
+        """Return the first of several tables side by side, each with stations and readings, and add a fault."""
         starts = [at for at, column in enumerate(columns) if column.role == "station"]
         tables = [columns[start:end] for start, end in pairwise([*starts, len(columns)])]
         if len(tables) < 2 or not all(any(one.role in ("reading", "repeat") for one in table) for table in tables):
             return columns
         spans = [f"{letters(table[0].index)}:{letters(table[-1].index)}" for table in tables]
-        remedy = f'Say which is meant: [readings.columns] range = "{spans[0]}", or in pairing.csv.'
-        self._ask(f"{len(tables)} tables side by side, in columns {' and '.join(spans)}.", remedy)
+        remedy = f'Select one: [readings.columns] range = "{spans[0]}", or in pairing.csv.'
+        self._add_fault(f"{len(tables)} tables side by side, in columns {' and '.join(spans)}.", remedy)
         return tables[0]
 
     def _check_numbers(self, readings: Sequence[Column]) -> None:
-        """Add a fault for columns of readings without a number, one of which may be the mean, or with the same one."""
+        """Add a fault for columns of readings without a number (one may be the mean), or with the same number."""
         for label in dict.fromkeys(column.number for column in readings):
             columns = [column for column in readings if column.number == label]
             if label is None and len(readings) > 1:
-                found = f"{_names(columns)}: no number, and there are {len(readings)} columns of readings."
-                self._ask(found, f"Is one of them a mean? {SAY}", columns[0].name)
+                finding = f"{_names(columns)}: no repeat number, but there are {len(readings)} columns of readings."
+                self._add_fault(
+                    finding, f"If all are repeats, list them in levels, without a mean. {ASSIGN}", columns[0].name
+                )
             elif len(columns) > 1:
-                self._ask(f"repeat {label} occurs twice: {_names(columns)}.", SAY, columns[1].name)
+                self._add_fault(f"repeat {label} occurs twice: {_names(columns)}.", ASSIGN, columns[1].name)
 
     def _check_factors(self, columns: Sequence[Column]) -> None:
-        """Add a fault for each number beside a unit that may multiply it, or say how finely was read."""
+        """Add a fault for each number next to a unit that may be a factor, or the resolution of the readings."""
         if "unit" in (self.declared.as_written or ()):
             return
         numbers = {ten_at_unit(name) for name in self.names.values()}
@@ -280,13 +282,13 @@ class _HeaderReader:
             if factor is None and alone and column.role == "reading":
                 factor = f"{ten}"
             if factor is not None:
-                found = f"{quoted(column.name)}: {quoted(factor)} may be their unit, or how finely they were read."
+                finding = f"{quoted(column.name)}: {quoted(factor)} may be a factor of the unit, or the resolution."
                 remedy = (
-                    "Write [1/10 mm] or [1/100 mm] for tenths or hundredths, and a unit without a number for whole "
-                    'ones; or answer readings.as_written = ["unit"] if the number is none of the unit.'
+                    "Write [1/10 mm] or [1/100 mm] for readings in tenths or hundredths, and a unit without a number "
+                    'for millimetres; if the number is no factor, set readings.as_written = ["unit"].'
                 )
                 place = self.grid.place(self.number, column.index)
-                self.faults.add(place, found, remedy, factor)
+                self.faults.add(place, finding, remedy, factor)
 
     def _quantity(self, readings: Sequence[Column]) -> Quantity | None:
         declared = self.declared.quantity
@@ -294,26 +296,25 @@ class _HeaderReader:
         quantity: Quantity | None = next(iter(named)) if named else declared
         nameless = [column for column in readings if column.quantity is None]
         if len(named) > 1:
-            self._ask("level and depth columns in one sheet.", "Name those that are read: [readings.columns] levels.")
+            self._add_fault("level and depth columns in one sheet.", "List those to read: [readings.columns] levels.")
         elif declared not in (None, quantity):
-            self._ask(f'the header names {quantity}, and [readings] quantity = "{declared}".', CORRECT)
+            self._add_fault(f'the header names {quantity}, but [readings] quantity = "{declared}".', CORRECT)
         elif nameless and declared is None:
-            self._ask(
+            self._add_fault(
                 f"{_names(nameless)}: neither header nor trial file states whether readings count upward or downward.",
-                'Say it: [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or '
-                "down.",
+                'Set [readings] quantity = "level" (upward) or "depth" (downward), or sign in pairing.csv: up or down.',
             )
         return quantity
 
     def _units_beside(self, of_units: Sequence[int], used: Sequence[Column]) -> list[UnitCell]:
-        """Return the units of single cells: in the columns ``of_units``, and in the formats of numbers."""
+        """Return the units of single cells: in the columns ``of_units``, and in number formats."""
         station, *readings = (column.index for column in used)
         without = [column.index for column in used[1:] if column.unit is None and column.index not in self.units]
         beside = unit_cells(self.body, of_units, {station}, readings, without)
         return [*beside, *shown_cells(self.body, self.grid.shown_units, [station, *readings])]
 
     def _with_units(self, used: Sequence[Column], beside: Sequence[UnitCell]) -> list[Column]:
-        """Return stations and readings with their units: of names, rows of units and cells, else the declared one."""
+        """Return stations and readings with their units: from names, unit rows and cells, else the declared unit."""
         declared = self.declared.unit
         if declared is None:
             nameless = {column.index for column in used if column.unit is None}
@@ -322,9 +323,9 @@ class _HeaderReader:
             used = self._in_unit(used, declared)
         else:
             used = [*self._in_unit(used[:1], self.mass or None), *self._in_unit(used[1:], declared)]
-        known = [GRAMS if self.mass is not None else MM, *(MM for _ in used[1:])]
-        if nameless := [column for column, units in zip(used, known, strict=True) if column.unit not in units]:
-            self._ask(f"{_names(nameless)}: no unit.", SAY_UNIT if self.mass is None else SAY_FILL_UNIT)
+        factors = [GRAMS if self.mass is not None else MM, *(MM for _ in used[1:])]
+        if nameless := [column for column, units in zip(used, factors, strict=True) if column.unit not in units]:
+            self._add_fault(f"{_names(nameless)}: no unit.", SET_UNIT if self.mass is None else SET_FILL_UNIT)
         return used
 
     def _in_unit(self, columns: Sequence[Column], declared: ColumnUnit | None) -> list[Column]:
@@ -334,13 +335,13 @@ class _HeaderReader:
             own = [unit for unit in (column.unit, self.units.get(column.index)) if unit is not None]
             units = [*own, declared] if declared is not None and (whole or not own) else own
             if len(set(units)) > 1:
-                found = f"{' and '.join(units)}: the header, units below it and readings.unit differ."
-                self._ask(found, CORRECT, column=column)
+                finding = f"{' and '.join(units)}: the header, units below it and readings.unit differ."
+                self._add_fault(finding, CORRECT, column=column)
             with_units.append(replace(column, unit=units[0] if units else None, unit_declared=bool(units) and not own))
         return with_units
 
     def _common(self, beside: Sequence[UnitCell]) -> dict[int, ColumnUnit]:
-        """Return the units of columns of which each number has one beside it, and all the same."""
+        """Return the unit of each column whose numbers all have the same unit next to them."""
         common: dict[int, ColumnUnit] = {}
         for at in {one.column for one in beside}:
             units: list[ColumnUnit | None] = [one.unit for one in beside if one.column == at]
@@ -350,35 +351,37 @@ class _HeaderReader:
         return common
 
     def _check_units_beside(self, used: Sequence[Column], beside: Sequence[UnitCell]) -> None:
-        """Add a fault for each row whose own unit is not that of its column."""
+        """Add a fault for each row with another unit than its column."""
         by_index = {column.index: column for column in used}
         for one in beside:
             column = by_index[one.column]
             if one.unit == column.unit and one.unit is not None:
                 continue
-            value, turned = one.row.cell(one.column).text, self.grid.turned
-            remedy = "Write all of the column in one unit, that of its header and of readings.unit."
+            value = one.row.cell(one.column).text
+            remedy = "Write the whole column in one unit, that of its header and of readings.unit."
             if one.written == "%":
-                found = f"{quoted(value)} has the format of percentages, and shows {float(value) * 100:.12g} %."
-                remedy = "Give the column the format of numbers, and check the readings."
+                finding = (
+                    f"{quoted(value)} has the format of percentages, and is displayed as {float(value) * 100:.12g} %."
+                )
+                remedy = "Format the column as numbers, and check the readings."
             else:
-                at = f"column {letters(one.at)}" if turned is None else f"row {turned[one.at]}"
+                at = f"column {letters(one.at)}" if self.grid.turned is None else self.grid.name_of(one.at)
                 by = "the format of the number" if one.at == one.column else at
                 other = f"and the others are in {column.unit}" if column.unit else "and no other unit is given"
                 if one.unit is None:
-                    other = "which is no unit of length that is known"
-                found = f"{quoted(value)} is in {quoted(one.written)} by {by}, {other}."
-            self.faults.add(self.grid.place(one.row.number, one.column, column.name), found, remedy, value)
+                    other = "which is not a supported unit of length"
+                finding = f"{quoted(value)} is in {quoted(one.written)} by {by}, {other}."
+            self.faults.add(self.grid.place(one.row.number, one.column, column.name), finding, remedy, value)
 
     def _check_units_of_remarks(self, remarks: Sequence[SheetRow], used: Sequence[Column]) -> None:
-        """Add a fault for a line above or below the table that gives another unit than any of the columns has."""
-        known = {column.unit for column in used}
+        """Add a fault for a line above or below the table that names another unit than the columns have."""
+        of_columns = {column.unit for column in used}
         for row in remarks:
             text = " ".join(cell.text for cell in row.cells if cell.text)
             named = units_named(text)
-            if named and not named & (known - {None}) and any(known):
-                found = f"{quoted(text)}, and the columns are in {' and '.join(sorted(filter(None, known)))}."
-                self.faults.add(self.grid.place(row.number), found, "Correct this line, a header or readings.unit.")
+            if named and not named & (of_columns - {None}) and any(of_columns):
+                finding = f"{quoted(text)}, but the columns are in {' and '.join(sorted(filter(None, of_columns)))}."
+                self.faults.add(self.grid.place(row.number), finding, "Correct this line, a header or readings.unit.")
 
 
 def _names(columns: Sequence[Column]) -> str:
@@ -386,18 +389,18 @@ def _names(columns: Sequence[Column]) -> str:
 
 
 def _by_parts(name: str) -> ColumnMeaning:
-    """Return what a name says of readings by those of its words that are known."""
+    """Return unit, direction and factor from the recognised words of a name that is a reading's."""
     return ColumnMeaning("reading", unit_in(name), quantity_in(name), factor=factor_in(name))
 
 
 def _line_by_blanks(rows: Sequence[SheetRow], separator: str | None) -> str | None:
-    """Return a line of a text in which most lines are numbers with nothing but blanks between; else None."""
+    """Return a sample line of a text if most lines are numbers separated only by blanks; else None."""
     lines = [(separator or "").join(cell.text for cell in row.cells[: row.width]) for row in rows]
     divided = [line for line in lines if len(line.split()) > 1 and all(map(is_number, line.split()))]
     return divided[0] if separator is not None and 1 < len(divided) > len(lines) / 2 else None
 
 
-def remarks_where(header: Header, says: Callable[[str], bool]) -> list[tuple[SheetRow, str]]:
-    """Return the texts of remarks of which ``says`` is true, with their rows."""
+def remarks_where(header: Header, condition: Callable[[str], bool]) -> list[tuple[SheetRow, str]]:
+    """Return the rows and texts of the remarks that satisfy a condition."""
     texts = ((row, cell.text) for row in header.remarks for cell in row.cells if cell.kind == "text" and cell.text)
-    return [(row, text) for row, text in texts if says(text)]
+    return [(row, text) for row, text in texts if condition(text)]

@@ -1,4 +1,4 @@
-"""Words of labs, all of which stand in ``words.toml``: meanings of columns' names, and of rows without readings."""
+"""Meanings of column names and of rows without readings. All words of labs are in ``words.toml``."""
 
 import re
 import unicodedata
@@ -11,22 +11,21 @@ from validate.readings.text_table import WORDS, is_missing, number, plain_letter
 from validate.settings import Quantity, Unit
 
 Role = Literal["station", "mass", "reading", "repeat", "sample", "skipped"]
-"""Role of a column. "mass" is of a liquid, "repeat" numbers the readings of a station, "sample" names the sample of a
-row, and "skipped" holds notes, other quantities, or figures that were calculated from readings.
-"""
+"""Role of a column. "mass": mass of a liquid. "repeat": number of a reading within its station. "sample": name of the
+row's sample. "skipped": notes, other quantities, or figures calculated from readings."""
 
 ColumnUnit = Unit | Literal["g", "kg", "1/10 mm", "1/100 mm"]
 MM: dict[ColumnUnit, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "1/10 mm": 0.1, "1/100 mm": 0.01}
 GRAMS: dict[ColumnUnit, float] = {"g": 1.0, "kg": 1000.0}
 UNITS: dict[str, ColumnUnit] = {name: unit for unit, names in WORDS["units"].items() for name in names.split()}
 INCH = re.compile(r"[\[(/_]\s*in\s*[\])]?\s*$")
-"""The unit "in" in brackets or at the end; elsewhere it is a preposition."""
+"""The unit "in", in brackets or at the end; elsewhere "in" is a preposition."""
 UNIT_AT_END = re.compile(r"(?:[\[(/_,]|\s)\s*([^\W\d_]+|\")\s*[\])]?\s*$")
 IN_BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]")
 UNIT = r"(?:(?:{})(?![^\W\d_])|\")".format("|".join(sorted(map(re.escape, (*UNITS, "in")), key=len, reverse=True)))
 LENGTH_MM = r"(?:{})(?![^\W\d_])".format("|".join(WORDS["units"]["mm"].split()))
 DIAL_UNIT = re.compile(rf"(?<![\w.,/])1\s?/\s?(100?)\s?{LENGTH_MM}|(?<![^\W\d_]){LENGTH_MM}\s?/\s?(100?)(?![\w.,])")
-"""Tenths and hundredths of a millimetre, in which dials are read: 1/10 mm, mm/100."""
+"""Tenths and hundredths of a millimetre, the divisions of dials: 1/10 mm, mm/100."""
 TIMES = r"[*x\u00d7\u00b7]"
 PART = r"[0-9]+(?:[.,][0-9]+|\s?[/:\u00f7]\s?[0-9]+)"  # A decimal number, or a fraction
 FACTOR = re.compile(
@@ -37,10 +36,10 @@ FACTOR = re.compile(
     rf"|(?:[/:]|(?<!\w){TIMES})\s?10+(?![0-9])|(?<![0-9.,])0[.,][0-9]+"  # /10, x 100, 0.1
     rf"|%\s?(?:of|von|de|di)?\s?{UNIT}"
 )
-"""A number that multiplies the unit beside it, or may do so; a bare 10 before mm is ``NUMBER_AT_UNIT``."""
+"""A number next to a unit that multiplies it, or may do so; a bare 10 before mm is ``NUMBER_AT_UNIT``."""
 NUMBER_AT_UNIT = re.compile(rf"(?<![0-9.,])([0-9]+)[\s_]?{UNIT}")
 SCALED = re.compile(rf"[0-9][0-9.,]*\s?{TIMES}?\s?{UNIT}|{UNIT}\s?[/{TIMES[1:]}\s?[0-9]+")
-LONGEST_NAME = 200  # Limit on the letters of a name; a longer one is a text, in which a search for a unit takes long
+LONGEST_NAME = 200  # Limit on the letters of a name; in longer texts a search for a unit takes long
 WORD = re.compile(r"[^\W\d_]+|[0-9]+")
 NAME = re.compile(r"[^\W_]+")
 COLUMNS = {role: frozenset(words.split()) for role, words in WORDS["columns"].items()}
@@ -52,26 +51,26 @@ OF_UNITS, OTHER_UNITS = COLUMNS["unit"], frozenset(plain_letters(WORDS["other_un
 MASS, OF_SAMPLE = COLUMNS["mass"], COUNTER | COLUMNS["beside_sample"]
 OF_STATION, OF_READING = (COLUMNS["beside_any"] | COLUMNS[key] for key in ("beside_station", "beside_reading"))
 TOWARD = re.compile(r"(?<![^\W_])(?:{toward})[\W_]+(?:(?P<up>{up})|{down})(?![^\W_])".format(**WORDS["directions"]))
-"""Direction in several words."""
+"""A direction in several words."""
 ZERO_OF_READINGS, FACE, OF_FACTOR = (frozenset(WORDS["remarks"][key].split()) for key in ("zero", "face", "factor"))
-NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth, of which nobody knows which way it counts
+NEGATED = re.compile(r"\s*[-\u2212\u2013]\s*[^\W\d_]{3}")  # -depth: its direction is ambiguous
 OF_FACE = COLUMNS["beside_any"] | SAMPLE
 COMMENT = re.compile(r"(#(?!(?:[A-Z\u00c0-\u00dd/0\u00a1]+[!?]|N/?[AVD])$)|//|%%)")
-"""Beginning of a comment; #DIV/0! is a spreadsheet's error."""
+"""Beginning of a comment; #DIV/0! is an error of a spreadsheet."""
 
 
 @dataclass(frozen=True)
 class ColumnMeaning:
     role: Role
     unit: ColumnUnit | None = None
-    quantity: Quantity | None = None  # Direction in which a reading counts; None where the name leaves it open
-    number: str | None = None  # Number of a repeat; None where the name holds none
-    factor: str | None = None  # What may multiply the unit, as "0,1 mm"; None where no number does
+    quantity: Quantity | None = None  # Direction of a reading; None if the name leaves it open
+    number: str | None = None  # Number of a repeat; None if the name has none
+    factor: str | None = None  # Possible factor of the unit, as "0,1 mm"; None without one
 
 
 @lru_cache(maxsize=4096)
 def meaning(name: str) -> ColumnMeaning | None:
-    """Return the meaning of a column's name; None, and nothing guessed, where any word of it is unknown."""
+    """Return the meaning of a column's name; None if any word of it is unknown, since nothing is guessed."""
     if len(name) > LONGEST_NAME:
         return None
     if NEGATED.match(name):
@@ -79,12 +78,12 @@ def meaning(name: str) -> ColumnMeaning | None:
     plain = TOWARD.sub(lambda toward: "upward" if toward["up"] else "downward", _plain(name))
     dial = _dial_unit(plain)
     plain = DIAL_UNIT.sub(" ", plain)
-    found = WORD.findall(plain)
-    numbers = [word for word in found if word.isdigit()]
-    units: set[ColumnUnit] = {UNITS[word] for word in found if word in UNITS}
+    parts = WORD.findall(plain)
+    numbers = [word for word in parts if word.isdigit()]
+    units: set[ColumnUnit] = {UNITS[word] for word in parts if word in UNITS}
     if dial is not None:
         units.add(dial)
-    words = {word for word in found if not word.isdigit() and word not in UNITS}
+    words = {word for word in parts if not word.isdigit() and word not in UNITS}
     if INCH.search(plain):
         units.add("inch")
         words.discard("in")
@@ -99,15 +98,15 @@ def meaning(name: str) -> ColumnMeaning | None:
     if words & MASS:
         return ColumnMeaning("mass", unit, factor=factor or _number_at_unit(plain))
     if words & STATION:
-        known = words <= STATION | OF_STATION and (not numbers or factor or _number_at_unit(plain))
-        return ColumnMeaning("station", unit, factor=factor or _number_at_unit(plain)) if known else None
+        is_station = words <= STATION | OF_STATION and (not numbers or factor or _number_at_unit(plain))
+        return ColumnMeaning("station", unit, factor=factor or _number_at_unit(plain)) if is_station else None
     if (
         not words & (DEPTH | LEVEL | REPEAT | VALUE)
         or not words <= DEPTH | LEVEL | REPEAT | VALUE | COUNTER | OF_READING
     ):
         return None
     ways = words & (DEPTH | LEVEL)
-    # A height that counts downward is a depth; a level below something may count either way.
+    # A height that counts downward is a depth; a level below something is ambiguous.
     if words & DEPTH and words & LEVEL and not ways <= HEIGHT | DOWNWARD:
         return None
     quantity: Quantity | None = "depth" if words & DEPTH else "level" if words & LEVEL else None
@@ -117,36 +116,36 @@ def meaning(name: str) -> ColumnMeaning | None:
 
 
 def _plain(name: str) -> str:
-    """Return the plain letters of a name, with the fraction of which Unicode has a sign written out: 1/10."""
+    """Return a name in plain letters, with Unicode fractions written out as 1/10."""
     return plain_letters(name).replace("\u2044", "/")
 
 
 def _dial_unit(plain: str) -> ColumnUnit | None:
-    """Return tenths or hundredths of a millimetre where plain letters name them."""
-    found = DIAL_UNIT.search(plain)
-    return None if found is None else "1/10 mm" if "10" in found.groups() else "1/100 mm"
+    """Return tenths or hundredths of a millimetre if plain letters name them, else None."""
+    match = DIAL_UNIT.search(plain)
+    return None if match is None else "1/10 mm" if "10" in match.groups() else "1/100 mm"
 
 
 def factor_in(name: str) -> str | None:
-    """Return what in a name may multiply its unit, as "0,1 mm" or "x10"; None for a unit that is read, as 1/10 mm."""
-    found = FACTOR.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
-    return None if found is None else found[0].strip("[( ")
+    """Return the part of a name that may multiply its unit, as "0,1 mm" or "x10"; None for units as 1/10 mm."""
+    match = FACTOR.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
+    return None if match is None else match[0].strip("[( ")
 
 
 def _number_at_unit(plain: str) -> str | None:
-    """Return a number before a unit; a name of places or masses has no other number."""
-    found = NUMBER_AT_UNIT.search(plain)
-    return None if found is None else found[0]
+    """Return a number before a unit, the only number that names of stations and masses may contain; else None."""
+    match = NUMBER_AT_UNIT.search(plain)
+    return None if match is None else match[0]
 
 
 def ten_at_unit(name: str) -> int | None:
-    """Return the number from 10 on that a name has before its unit, as a factor or the number of a repeat."""
-    found = NUMBER_AT_UNIT.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
-    return int(found[1]) if found is not None and len(found[1]) in (2, 3, 4) else None
+    """Return the number from 10 on before a unit in a name: it may be a factor or the number of a repeat."""
+    match = NUMBER_AT_UNIT.search(DIAL_UNIT.sub(" ", _plain(name[:LONGEST_NAME])))
+    return int(match[1]) if match is not None and len(match[1]) in (2, 3, 4) else None
 
 
 def unit_of(text: str) -> ColumnUnit | None:
-    """Return the unit of a cell that holds nothing else, such as "[mm]"; else None."""
+    """Return the unit of a cell that contains only a unit, such as "[mm]"; else None."""
     if len(text) > LONGEST_NAME:
         return None
     word = _plain(text).strip("[](){}/. ").removeprefix("in ")
@@ -156,17 +155,17 @@ def unit_of(text: str) -> ColumnUnit | None:
 
 
 def is_scaled_unit(text: str) -> bool:
-    """Return whether a cell holds a unit with a factor that is not read, as "0,1 mm"."""
+    """Return whether a cell contains a unit with an unsupported factor, as "0,1 mm"."""
     return len(text) <= LONGEST_NAME and SCALED.fullmatch(_plain(text).strip("[](){}/. ")) is not None
 
 
 def names_unit(name: str) -> bool:
-    """Return whether a name says that a unit stands below or beside it."""
+    """Return whether a name announces a unit below it or in the next column."""
     return bool(OF_UNITS & set(WORD.findall(plain_letters(name[:LONGEST_NAME]))))
 
 
 def units_named(text: str) -> set[ColumnUnit | None]:
-    """Return the units that a remark names, as "Einheit: Zoll" or "all values in cm"; None is one that is not read."""
+    """Return the units that a remark names, as "Einheit: Zoll" or "all values in cm"; None for an unsupported one."""
     plain = _plain(text[:LONGEST_NAME])
     words = set(WORD.findall(plain))
     if not words & (OF_UNITS | VALUE):
@@ -176,25 +175,27 @@ def units_named(text: str) -> set[ColumnUnit | None]:
     if words & OF_UNITS and factor_in(text) is not None:
         return {None}
     parts = [part for part in re.split(r"[\s:;=,()\[\]]+", plain) if part]
-    # M and G are initials, and "in" is a preposition, unless a word for unit stands before them.
+    # Without a word for "unit" before them, M and G are initials, and "in" is a preposition.
     last = parts[-1:] if words & OF_UNITS else []
-    told = [part for part in parts if len(part.strip(".")) > 1 and part != "in"] + last
+    candidates = [part for part in parts if len(part.strip(".")) > 1 and part != "in"] + last
     if not words & OF_UNITS:
-        # A unit behind a number is that of the number.
-        told = [part for before, part in pairwise(["", *parts]) if part in told and not before[-1:].isdigit()]
-    return {unit for part in told if (unit := unit_of(part)) is not None}
+        # A unit after a number belongs to the number.
+        candidates = [
+            part for before, part in pairwise(["", *parts]) if part in candidates and not before[-1:].isdigit()
+        ]
+    return {unit for part in candidates if (unit := unit_of(part)) is not None}
 
 
 def unit_in(name: str) -> ColumnUnit | None:
-    """Return the unit in brackets or at the end of a name, whose other words may be unknown; None if there is none."""
+    """Return the unit in brackets or at the end of a name, even if its other words are unknown; None without a unit."""
     if (dial := _dial_unit(_plain(name[-LONGEST_NAME:]))) is not None:
         return dial
-    found = [*IN_BRACKETS.findall(name[-LONGEST_NAME:]), *UNIT_AT_END.findall(name[-LONGEST_NAME:])]
-    return next((unit for text in found if (unit := unit_of(text)) is not None), None)
+    texts = [*IN_BRACKETS.findall(name[-LONGEST_NAME:]), *UNIT_AT_END.findall(name[-LONGEST_NAME:])]
+    return next((unit for text in texts if (unit := unit_of(text)) is not None), None)
 
 
 def quantity_in(name: str) -> Quantity | None:
-    """Return the direction that words of a name state, whose other words may be unknown; None where they differ."""
+    """Return the direction that a name states, even if its other words are unknown; None if its words contradict."""
     words = set(WORD.findall(plain_letters(name[:LONGEST_NAME])))
     ways = bool(words & DEPTH), bool(words & LEVEL)
     return "depth" if ways == (True, False) else "level" if ways == (False, True) else None
@@ -205,7 +206,7 @@ def is_comment(text: str) -> bool:
 
 
 def is_calculated(text: str) -> bool:
-    """Return whether the first cell of a row says that the row is calculated from others: a mean, a sum."""
+    """Return whether the first cell marks a row as calculated from others: a mean, a sum."""
     words = {word for word in WORD.findall(plain_letters(text[:LONGEST_NAME])) if not word.isdigit()}
     return bool(words & CALCULATED) and words <= CALCULATED | OF_READING | VALUE | REPEAT | COUNTER | DEPTH | LEVEL
 
@@ -215,24 +216,24 @@ def is_number(text: str) -> bool:
 
 
 def holds_no_number(text: str) -> bool:
-    """Return whether a text is words, or stands for a missing number."""
+    """Return whether a text contains no digit, or marks a missing number."""
     return is_missing(text) or not any(letter.isdigit() for letter in text)
 
 
 def names_other_zero(text: str) -> bool:
-    """Return whether a remark says what readings count from, in other words than those for the sample's face."""
+    """Return whether a remark mentions a zero point in other words than those for the sample's face."""
     words = set(NAME.findall(plain_letters(text[: 5 * LONGEST_NAME])))
     return bool(words & ZERO_OF_READINGS) and not (words & FACE and words <= ZERO_OF_READINGS | FACE | OF_FACE)
 
 
 def names_factor(text: str) -> bool:
-    """Return whether a remark gives a number by which readings are to be multiplied."""
+    """Return whether a remark gives a factor for the readings."""
     words = set(NAME.findall(plain_letters(text[:LONGEST_NAME])))
     return bool(words & OF_FACTOR)
 
 
 def sample_key(sample: str) -> str:
-    """Return a key that is equal for spellings that differ in case, spaces, points, hyphens and underscores only.
+    """Return a key that is the same for spellings that differ only in case, spaces, points, hyphens and underscores.
 
     A gap between two digits counts: 1-11 is not 11-1.
     """

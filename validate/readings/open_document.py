@@ -1,7 +1,6 @@
 """Worksheets of an OpenDocument spreadsheet (ODS), as LibreOffice saves it.
 
-Repeated rows and cells are counted, never unrolled beyond what a sheet of readings holds, and entities are refused by
-defusedxml.
+Repeated rows and cells are expanded only up to the size limit of a sheet of readings, and defusedxml refuses entities.
 """
 
 import io
@@ -28,26 +27,28 @@ ERROR_TYPE = "{urn:org:documentfoundation:names:experimental:calc:xmlns:calcext:
 NUMBERS = ("float", "percentage", "currency")
 HIDDEN = ("collapse", "filter")
 SIZES = ("row-height", "column-width")
-NO_SIZE = re.compile(r"0*(?:[.,]0*)?[a-z%]*")  # "0cm", of a row or a column that nobody sees
+NO_SIZE = re.compile(r"0*(?:[.,]0*)?[a-z%]*")  # "0cm", of an invisible row or column
 ERROR = re.compile(r"#.*[^\W\d_].*|(?:err|fehler|erreur|error)\s?:\s?[0-9]+", re.IGNORECASE)
-"""Text of an error: #DIV/0!, #WERT!, Err:503; ### is a number that its column is too narrow for."""
+"""Text of an error: #DIV/0!, #WERT!, Err:503. In contrast, ### is a number in a column that is too narrow."""
 BEHIND = re.compile(r"[-+]?[0-9][0-9.,' \u00a0\u202f]*(\D+)")
-"""A number as it is shown, and what its format shows behind it."""
+"""A displayed number, and the text that its format adds behind it."""
 
 
 def is_open_document(content: bytes) -> bool:
-    """Return whether a zip is an OpenDocument spreadsheet: such a file begins with its type, stored as it is."""
+    """Return whether a zip is an OpenDocument spreadsheet: its first entry is the file type, uncompressed."""
     return MIMETYPE in content[:128]
 
 
 def read_worksheets(path: Path, content: bytes) -> list[Worksheet]:
-    """Return all worksheets. Raises SheetFaults for a damaged file, or one of more than a sheet of readings holds."""
+    """Return all worksheets. Raises SheetFaults for a file that is damaged, or larger than a sheet of readings."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             size_bytes = archive.getinfo(CONTENT).file_size
             if size_bytes > LARGEST_CONTENT_BYTES:
-                found = f"unpacks to {size_bytes / 1e6:.0f} MB; at most {LARGEST_CONTENT_BYTES / 1e6:.0f} MB are read."
-                raise refuse(Place(path), found, "Take other tables out of it, or save it as CSV.")
+                finding = (
+                    f"unpacks to {size_bytes / 1e6:.0f} MB; at most {LARGEST_CONTENT_BYTES / 1e6:.0f} MB are read."
+                )
+                raise refuse(Place(path), finding, "Remove other tables from it, or save it as CSV.")
             root = fromstring(archive.read(CONTENT))
         hidden, struck, flat = set[str](), set[str](), set[str]()
         for style in root.iter(f"{STYLE}style"):
@@ -62,8 +63,8 @@ def read_worksheets(path: Path, content: bytes) -> list[Worksheet]:
         zipfile.BadZipFile, KeyError, ParseError, DefusedXmlException, zlib.error, EOFError, ValueError,
         NotImplementedError, RuntimeError,
     ) as fault:  # fmt: skip
-        found = f"damaged, or no ODS ({type(fault).__name__}: {str(fault)[:100]!r})."
-        raise refuse(Place(path), found, SAVE_AGAIN) from fault
+        finding = f"damaged, or not an ODS ({type(fault).__name__}: {str(fault)[:100]!r})."
+        raise refuse(Place(path), finding, SAVE_AGAIN) from fault
 
 
 def _sheet(table: Element, hidden: bool, struck: set[str], flat: set[str]) -> Worksheet:
@@ -99,7 +100,7 @@ def _is_hidden(element: Element, flat: set[str]) -> bool:
 
 
 def _below(element: Element, tag: str) -> Iterator[Element]:
-    """Yield the rows or columns of a table, those in groups too, and not those of tables within its cells."""
+    """Yield the rows or columns of a table, including grouped ones, but not those of tables within its cells."""
     for each in element:
         if each.tag == f"{TABLE}{tag}":
             yield each
@@ -112,7 +113,7 @@ def _count(element: Element, name: str) -> int:
 
 
 def _cells(row: Element) -> Iterator[tuple[int, Element]]:
-    """Yield the cells of a row with their columns, repeated ones too, and one beyond the most that are read."""
+    """Yield the cells of a row with their columns, repeated ones included, up to one beyond the column limit."""
     column = 0
     for cell in row:
         if cell.tag not in (f"{TABLE}table-cell", f"{TABLE}covered-table-cell"):
@@ -144,7 +145,7 @@ def _value(cell: Element) -> SheetCell:
 
 
 def _shown_unit(cell: Element) -> str:
-    """Return what the format of a number shows behind it, as "cm" or "%"; "" if nothing."""
+    """Return the text that a number's format shows behind it, as "cm" or "%"; "" if nothing."""
     if cell.get(f"{OFFICE}value-type") == "percentage":
         return "%"
     shown = BEHIND.fullmatch("".join(_lines(cell)).strip())

@@ -1,4 +1,4 @@
-"""Caliper readings of a trial: the rows under a sheet's header, with a fault for each cell that cannot be read."""
+"""Caliper readings of a trial: the rows below a sheet's header, with a fault for each unreadable cell."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -28,9 +28,9 @@ Height = TypeVar("Height", float, Floats)
 
 FACTORS = MM | GRAMS
 CLOSEST_MM = 0.01
-"""Least distance of two stations, the last digit of a caliper; closer ones are one station that was read twice."""
+"""Least distance of two stations: the last digit of a caliper. Closer ones are one station that was read twice."""
 SLACK_MM = 2.0
-LONGEST_MM = 10_000.0  # Limit on s for a crack whose length is not known: longer ones fit on no table of a lab
+LONGEST_MM = 10_000.0  # Limit on s for a crack of unknown length: a longer sample does not fit into a lab
 
 
 def read_readings(
@@ -40,14 +40,13 @@ def read_readings(
     depth_mm: float | None = None,
     filling: Filling | None = None,
 ) -> Profile:
-    """Read a CSV or XLSX as levels from the sample's surface, the mean of each station and its repeats, sorted along s.
+    """Read a CSV, XLSX or ODS as levels from the sample's surface: mean and repeats of each station, sorted along s.
 
-    What the sheet leaves open must be declared in ``settings``. Rows may have any order, a blank field is a missing
-    reading, and a station without any is left out. Where the depth of the crack is given, a station outside the crack
-    and a level that no filling of it can have are faults, too; the length may still be unknown. A reading that can be,
-    and yet may not be what was meant, is a doubt of the profile unless ``settings.as_written`` answers it; ``filling``
-    is what more is known to judge it by. Where the sheet counts s from the crack's second end, s is turned once the
-    length is given.
+    Facts that the sheet leaves open must be declared in ``settings``. Rows may have any order, a blank field is a
+    missing reading, and a station without readings is omitted. If the depth of the crack is given, stations outside the
+    crack and impossible levels are faults too; its length may still be unknown. A possible but suspicious reading
+    becomes a doubt of the profile, unless ``settings.as_written`` confirms it; ``filling`` gives further data for these
+    checks. If the sheet counts s from the crack's second end, s is reversed once the length is given.
 
     Raises:
         SheetFaults: The sheet has faults; the error lists each with its place, value and remedy.
@@ -62,9 +61,9 @@ def read_readings(
     if length_mm is not None and settings.columns is not None and settings.columns.s_from == "second":
         cells = cells.from_other_end(length_mm)
     s_mm, levels_mm = cells.s_mm, cells.levels_mm
-    if len(s_mm) < 2 and not faults.kept:
-        found = f"{counted(len(s_mm), 'station')} with a reading; a level along the crack needs two or more."
-        faults.add(grid.place(), found, "Add the others.")
+    if len(s_mm) < 2 and not faults.faults:
+        finding = f"{counted(len(s_mm), 'station')} with a reading; at least two are needed."
+        faults.add(grid.place(), finding, "Add further stations.")
     faults.raise_if_any()
     data = "undeclared"
     if isinstance(settings, Readings):
@@ -86,12 +85,11 @@ def read_readings(
 def take_readings(
     table: Floats, settings: Readings, length_mm: float | None = None, depth_mm: float | None = None
 ) -> Profile:
-    """Return readings that are in memory as ``read_readings`` does, judged alike and with the same doubts.
+    """Return readings of an array, with the checks and doubts of ``read_readings``.
 
-    ``table`` is (n, 1 + r): s in mm, then r repeats as levels upward from the sample's surface, or as depths where
-    ``settings.quantity`` says so; NaN where a reading is missing. Cells in doubt have the names that they have in a
-    spreadsheet that begins with the first row: B4 is the reading [3, 1]. Raises InputError, naming a row by its number
-    from 0.
+    ``table`` is (n, 1 + r): s in mm, then r repeats as levels upward from the sample's surface, or as depths if
+    ``settings.quantity`` is "depth"; NaN for a missing reading. Doubts name cells as a spreadsheet without a header
+    would: B4 is the reading [3, 1]. Raises InputError, which names a row by its number from 0.
     """
     name = str(settings.file)
     table = np.asarray(table, dtype=float)
@@ -102,7 +100,7 @@ def take_readings(
     for row, (s_mm, *readings_mm) in enumerate(table.tolist()):
         place, levels_mm = Place(Path(f"{name}, row {row}")), level_mm(np.array(readings_mm), quantity, settings)
         if not np.isfinite(s_mm) or np.isinf(levels_mm).any():
-            faults.add(place, "a place or a reading that is not a finite number.", "A missing reading is NaN.")
+            faults.add(place, "a position or a reading is not a finite number.", "Use NaN for a missing reading.")
         elif crack is not None:
             crack.check_station(place, f"{s_mm:g}", s_mm, faults)
             for one_mm in levels_mm[np.isfinite(levels_mm)]:
@@ -114,7 +112,7 @@ def take_readings(
     faults.raise_if_any()
     cells = _cells_of(stations, quantity, settings)
     if len(cells.s_mm) < 2 or (np.diff(cells.s_mm) <= 0).any():
-        raise InputError(f"{name}: {len(cells.s_mm)} stations with a reading; give two or more, each place once.")
+        raise InputError(f"{name}: {len(cells.s_mm)} stations with a reading; give two or more, each position once.")
     doubts = (
         in_words(doubt, f"{name}, cell {cell_name(doubt.row, doubt.column)}")
         for doubt in unanswered(screened(cells, depth_mm, None), settings)
@@ -125,37 +123,37 @@ def take_readings(
 
 @dataclass(frozen=True)
 class CrackLimits:
-    """Length and depth of a crack, which limit the readings in it: a wrong sign or unit puts most beyond them."""
+    """Length and depth of a crack, the limits of its readings: a wrong sign or unit exceeds them almost everywhere."""
 
     length_mm: float | None  # Length of the centreline; None before the crack is traced
     depth_mm: float
 
     def check_station(self, place: Place, written: str, s_mm: float, faults: FaultList) -> None:
-        # The length is known to about a millimetre, or to a share of it by the scale; the last station of a caliper is
-        # the crack's end. At the beginning the scale has no share.
+        # The length is uncertain by about a millimetre, or by a share of it through the scale, and the last station may
+        # be at the crack's end. At the beginning the scale has no effect.
         if self.length_mm is None:
             furthest_mm, extent = LONGEST_MM, f"0 to at most {LONGEST_MM:g} mm"
         else:
             furthest_mm = self.length_mm + max(SLACK_MM, 0.03 * self.length_mm)
             extent = f"0 to {self.length_mm:.1f} mm along its centreline"
         if not -SLACK_MM <= s_mm <= furthest_mm:
-            found = f"{s_mm:.12g} mm is outside the crack, {extent}."
+            finding = f"{s_mm:.12g} mm is outside the crack, {extent}."
             faults.add(
                 place,
-                found,
-                "Check the unit, from which end s is counted, and that the whole crack was traced.",
+                finding,
+                "Check the unit, the end at which s is 0, and that the whole crack was traced.",
                 written,
             )
 
     def check_level(self, place: Place, written: str, level_mm: float, faults: FaultList) -> None:
-        """Add a fault for a level, counted upward from the sample's surface, that no sealant can have."""
-        # Hand-made floors are uneven by up to a quarter of the depth, and beads of paste stand a few millimetres high.
+        """Add a fault for an impossible level, in mm upward from the sample's surface."""
+        # Hand-made floors are uneven by up to a quarter of the depth, and beads of paste are a few millimetres high.
         lowest_mm, highest_mm = -1.25 * self.depth_mm - 1.0, max(5.0, self.depth_mm / 2)
         if not lowest_mm <= level_mm <= highest_mm:
             faults.add(
                 place,
-                f"{written} is a level of {level_mm:g} mm from the face; {lowest_mm:g} to {highest_mm:g} mm is "
-                f"possible in a crack {self.depth_mm:g} mm deep.",
+                f"{written} is a level of {level_mm:g} mm from the face; in a crack {self.depth_mm:g} mm deep, "
+                f"{lowest_mm:g} to {highest_mm:g} mm is possible.",
                 "Level counts upward, depth downward: check the column's name, its unit and the datum.",
                 written,
             )
@@ -171,7 +169,7 @@ class Reading(NamedTuple):
     value_mm: float
     row: int  # From 1
     column: int  # From 0
-    digit_mm: float  # Unit of its last digit that is not 0
+    digit_mm: float  # Place value of its last digit that is not 0
 
 
 @dataclass
@@ -182,7 +180,7 @@ class Station:
 
 
 def _cells_of(stations: Sequence[Station], quantity: Quantity | None, declared: Declared) -> ReadCells:
-    """Return the stations that have a reading, sorted along s."""
+    """Return the stations with at least one reading, sorted along s."""
     labels = sorted({label for station in stations for label in station.readings}, key=_by_number)
     stations = sorted(stations, key=lambda station: station.s_mm)
     stations = [one for one in stations if not all(math.isnan(each.value_mm) for each in one.readings.values())]
@@ -206,19 +204,19 @@ def _cells_of(stations: Sequence[Station], quantity: Quantity | None, declared: 
 
 @dataclass
 class TableReader:
-    """Reader of the cells under a header, which adds a fault for each that cannot be read."""
+    """Reader of the cells below a header; adds a fault for each unreadable cell."""
 
     grid: SheetGrid
     header: Header
     declared: Declared
     crack: CrackLimits | None
     faults: FaultList
-    missing: int = 0  # Number of readings that are marked as missing, known once the rows are read
+    missing: int = 0  # Number of readings that are marked as missing; set by ``read``
 
     def read(self) -> ReadCells:
-        """Return the stations that are readable, increasing, and their repeats.
+        """Return the readable stations, sorted along s, and their repeats.
 
-        A level is NaN where a reading is missing, and never in a whole row.
+        A level is NaN if its reading is missing, and never in a whole row.
         """
         header = self.header
         self._check_formulas()
@@ -236,12 +234,12 @@ class TableReader:
         )
 
     def _merged_stations(self) -> dict[int, SheetCell]:
-        """Return the station of each row whose own cell is merged with those of others, which are its repeats.
+        """Return the station of each row whose station cell is merged over several rows; these are its repeats.
 
-        Any other merged range of readings is a fault: its one value may be that of all cells, or of the first.
+        Any other merged range of readings is a fault: its value may be that of all cells, or of the first.
         """
         header, merged = self.header, dict[int, SheetCell]()
-        # A merged header is legible: its names are those of the line below, or of columns without a name.
+        # A merged header is no problem: its names apply to the line below, or to columns without a name.
         body = {row.number: row for row in header.body}
         used = {column.index for column in header.read}
         for row, column, last_row, last_column in self.grid.merged:
@@ -253,14 +251,14 @@ class TableReader:
             elif row != last_row or column != last_column:
                 self.faults.add(
                     self.grid.place(row, column),
-                    f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged, and hold one value.",
-                    "Does it stand for all of them? Skip these rows, [readings.columns] skip, or unmerge a copy.",
+                    f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged with one value.",
+                    "Skip these rows, [readings.columns] skip, or unmerge the cells in a copy.",
                 )
         return merged
 
     @property
     def _used(self) -> list[tuple[SheetRow, Column, SheetCell]]:
-        """Cells of stations and of readings."""
+        """All cells of stations and of readings."""
         columns = (self.header.station, *self.header.readings)
         return [(row, column, row.cell(column.index)) for row in self.header.body for column in columns]
 
@@ -269,12 +267,12 @@ class TableReader:
         cells = [cell_name(row.number, column.index) for row, column, cell in self._used if cell.kind == "formula"]
         if cells:
             span = cells[0] if len(cells) == 1 else f"{cells[0]} to {cells[-1]}"
-            found = f"{counted(len(cells), 'formula')} without a stored result, {span}."
-            self.faults.add(self.grid.place(), found, "Open the workbook in a spreadsheet program and save it.")
+            finding = f"{counted(len(cells), 'formula')} without a stored result, {span}."
+            self.faults.add(self.grid.place(), finding, "Open the workbook in a spreadsheet program and save it.")
 
     @cached_property
     def mark(self) -> Decimal | None:
-        """Decimal mark of the numbers; None where no number has one."""
+        """Decimal mark of the numbers; None if no number has one."""
         if self.declared.decimal is not None:
             return self.declared.decimal
         written = [(row, column, cell.text) for row, column, cell in self._used if cell.kind == "text" and cell.text]
@@ -284,15 +282,15 @@ class TableReader:
             row, column, text = doubtful[0]
             self.faults.add(
                 self._place(row, column),
-                f"{text!r} is {text.replace(',', '.')}, or {text.replace(',', '').replace('.', '')} with its thousands "
-                f"set apart; {len(doubtful)} such here, and no other number decides it.",
+                f"{text!r} is {text.replace(',', '.')}, or {text.replace(',', '').replace('.', '')} with a thousands "
+                f"separator; {len(doubtful)} such numbers, and no other number decides it.",
                 'Declare [readings] decimal = "comma" or "point".',
                 text,
             )
         return mark
 
     def station(self, row: SheetRow, merged: Mapping[int, SheetCell]) -> Station | None:
-        """Return the station of a row; None where it holds none, or where its station or its width is a fault."""
+        """Return the station of a row; None if it has none, or if its station or its number of fields is a fault."""
         header, column = self.header, self.header.station
         if not self._fits(row):
             return None
@@ -300,7 +298,7 @@ class TableReader:
         if filled <= {column.index for column in header.skipped}:
             return None
         cell = merged.get(row.number, row.cell(column.index))
-        s_mm = self._in_mm(row, column, cell, "Give every row its station.")
+        s_mm = self._in_mm(row, column, cell, "Write a station into every row.")
         if s_mm is not None and self.crack is not None and column.unit is not None:
             self.crack.check_station(self._place(row, column), cell.text, s_mm, self.faults)
         label = None if header.repeat is None else self._repeat(row, header.repeat)
@@ -308,22 +306,22 @@ class TableReader:
         return None if s_mm is None else Station(s_mm, row, readings)
 
     def _fits(self, row: SheetRow) -> bool:
-        """Return whether a row has a field for each column; decimal commas between commas make more."""
+        """Return whether a row has as many fields as columns; decimal commas in a comma-separated file make more."""
         width = self.header.row.width
         if self.grid.separator != "," or len(row.cells) >= width >= row.width:
             return True
         self.faults.add(
             self.grid.place(row.number),
             f"{counted(max(row.width, len(row.cells)), 'field')} under {counted(width, 'column')}.",
-            "Are these decimal commas between commas? Save it with semicolons, or with decimal points.",
+            "If these are decimal commas, save the sheet with semicolons between fields, or with decimal points.",
         )
         return False
 
     def _repeat(self, row: SheetRow, column: Column) -> str:
         text = row.cell(column.index).text
         if is_missing(text):
-            found = f"{text!r} is no number of a reading of the station."
-            self.faults.add(self._place(row, column), found, "Number the readings of each station.", text)
+            finding = f"{text!r} is not the number of a repeat."
+            self.faults.add(self._place(row, column), finding, "Number the readings of each station.", text)
         return text
 
     def _reading(self, row: SheetRow, column: Column) -> Reading:
@@ -331,7 +329,7 @@ class TableReader:
         digit_mm = unit_mm * 10.0 ** -decimals_of(cell.text)
         reading_mm = None
         if cell.kind != "text" or not is_missing(cell.text):
-            remedy = "If it stands for a missing reading, say [readings.columns] missing."
+            remedy = "If it marks a missing reading, add it to [readings.columns] missing."
             reading_mm = self._in_mm(row, column, cell, remedy)
         if reading_mm is None:
             return Reading(np.nan, row.number, column.index, digit_mm)
@@ -352,18 +350,18 @@ class TableReader:
     def _complaint(self, column: Column, cell: SheetCell, remedy: str) -> tuple[str, str]:
         text = quoted(cell.text)
         if cell.kind == "error":
-            return f"{text} is an error of the spreadsheet.", "Mend the formula, or clear the cell."
+            return f"{text} is an error of the spreadsheet.", "Correct the formula, or clear the cell."
         if cell.kind == "date":
-            found = f"{text} is a date; a spreadsheet makes one of a number such as 16.1."
-            return found, "Give the column the format of numbers, and write the reading again."
+            finding = f"{text} is a date; spreadsheets convert numbers such as 16.1 to dates."
+            return finding, "Format the column as numbers, and enter the reading again."
         if self.mark is not None and (is_grouped(cell.text) or number(cell.text, None) is not None):
-            found = f"{text} has another mark than the decimal {self.mark} of this sheet, or its thousands set apart."
-            return found, "Write all numbers one way, without thousands set apart."
+            finding = f"{text} has another mark than the decimal {self.mark} of this sheet, or a thousands separator."
+            return finding, "Write all numbers with the same mark, without thousands separators."
         example = "-4,25" if self.mark == "comma" else "-4.25"
-        return f"{text} is no number in {column.unit or 'its unit'}, such as {example}.", remedy
+        return f"{text} is not a number in {column.unit or 'its unit'}, such as {example}.", remedy
 
     def _gathered(self, rows: list[Station]) -> list[Station]:
-        """Return one station for all rows with the same s, whose readings have numbers or are in their order."""
+        """Return one station for all rows with the same s; its readings are numbered, or kept in their order."""
         stations: dict[float, Station] = {}
         for row in rows:
             station = stations.setdefault(row.s_mm, Station(row.s_mm, row.row, {}))
@@ -371,29 +369,31 @@ class TableReader:
                 station.readings |= {f"{len(station.readings) + 1}": one for one in row.readings.values()}
                 continue
             for label in row.readings.keys() & station.readings:
-                found = f"repeat {quoted(label)} of {row.s_mm:.12g} mm occurs twice."
+                finding = f"repeat {quoted(label)} of {row.s_mm:.12g} mm occurs twice."
                 remedy = "Number the readings of each station."
-                self.faults.add(self._place(row.row, self.header.station), found, remedy, label)
+                self.faults.add(self._place(row.row, self.header.station), finding, remedy, label)
             station.readings |= row.readings
         return list(stations.values())
 
     def _check_neighbours(self, stations: list[Station]) -> None:
-        """Add a fault for each two of the sorted stations that are one, or closer than a caliper resolves."""
+        """Add a fault for each pair of neighbouring stations that are equal, or closer than a caliper resolves."""
         for before, station in pairwise(stations):
             s_mm = f"{station.s_mm:.12g}"
             if station.s_mm - before.s_mm >= CLOSEST_MM * (1 - 1e-9):
                 continue
-            found = f"{s_mm} mm is less than {CLOSEST_MM:g} mm after {before.s_mm:.12g} mm in row {before.row.number}."
+            finding = (
+                f"{s_mm} mm is less than {CLOSEST_MM:g} mm after {before.s_mm:.12g} mm in row {before.row.number}."
+            )
             if station.s_mm == before.s_mm:
-                found = f"{s_mm} mm occurs twice, first in row {before.row.number}."
+                finding = f"{s_mm} mm occurs twice, first in row {before.row.number}."
             remedy = "Write repeated readings of a station as columns of one row, or number them in a column 'repeat'."
-            self.faults.add(self._place(station.row, self.header.station), found, remedy, s_mm)
+            self.faults.add(self._place(station.row, self.header.station), finding, remedy, s_mm)
 
     def _place(self, row: SheetRow, column: Column) -> Place:
         return self.grid.place(row.number, column.index, column.name)
 
 
 def _by_number(label: str) -> tuple[bool, float, str]:
-    """Return a key that sorts numbers by size, before words."""
+    """Return a sort key that puts numbers, by size, before words."""
     value = number(label, "point")
     return value is None, value or 0.0, label

@@ -1,4 +1,4 @@
-"""Files of readings: their cells, and their division where several samples share one by a column or by worksheets."""
+"""Files of readings: their cells, and the parts of a file with several samples, by a column or by worksheets."""
 
 import hashlib
 import json
@@ -16,7 +16,7 @@ from validate.readings.table_rows import upright
 from validate.readings.text_table import read_delimited
 from validate.settings import Declared
 
-LARGEST_FILE_BYTES = 5_000_000  # Limit on a sheet, a workbook with its pictures included
+LARGEST_FILE_BYTES = 5_000_000  # Limit on the size of a sheet, or of a workbook with its pictures
 ZIP = b"PK\x03\x04"
 OTHER_FORMATS: tuple[tuple[bytes, str], ...] = (
     (b"<!doctype html", "a page in HTML"),
@@ -33,14 +33,14 @@ OTHER_FORMATS: tuple[tuple[bytes, str], ...] = (
     (b"rar!", "an archive (RAR)"),
     (b"7z\xbc\xaf", "an archive (7z)"),
 )
-"""First bytes, in small letters, of what programs export under the names of sheets."""
+"""First bytes, in lower case, of other formats that programs export under the name of a sheet."""
 OLD_EXCEL = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # First bytes of .xls, and of an XLSX with a password
 
 
 def read_cells(path: Path, declared: Declared) -> SheetGrid:
-    """Return the rows that hold anything, of a CSV or of the one sheet of a workbook.
+    """Return the rows with content of a CSV, or of one sheet of a workbook.
 
-    Raises SheetFaults where the file is neither, and InputError where it cannot be opened.
+    Raises SheetFaults if the file is neither, and InputError if it cannot be opened.
     """
     content = _content(path)
     if content.startswith(ZIP):
@@ -48,15 +48,15 @@ def read_cells(path: Path, declared: Declared) -> SheetGrid:
 
         return read_sheet(path, content, declared.sheet)
     if declared.sheet is not None:
-        found = f"a text file, which has no sheets, while [readings] sheet names {declared.sheet!r}."
-        raise refuse(Place(path), found, "Leave it out, or give the workbook.", declared.sheet)
+        finding = f"a text file, which has no sheets, but [readings] sheet = {declared.sheet!r}."
+        raise refuse(Place(path), finding, "Remove it, or give the workbook.", declared.sheet)
     return read_delimited(path, content, declared.separator)
 
 
 def read_table(path: Path, starter: str) -> SheetGrid:
-    """Read a CSV, whatever its separator and encoding, or a workbook; ``starter`` says how to get one.
+    """Read a CSV of any separator and encoding, or a workbook; ``starter`` tells how to obtain one, for the message.
 
-    Raises InputError where it is missing or none.
+    Raises InputError if the file is missing or cannot be read.
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; {starter}.")
@@ -66,20 +66,18 @@ def read_table(path: Path, starter: str) -> SheetGrid:
 def named_cells(
     table: SheetGrid, needed: Sequence[str], optional: Sequence[str] = ()
 ) -> Iterator[tuple[Place, dict[str, str]]]:
-    """Yield the place of each row, and its texts by column. Raises InputError where a column ``needed`` is missing."""
+    """Yield the place and the texts by column of each row. Raises InputError if a column ``needed`` is missing."""
     head = [cell.text for cell in table.rows[0].cells] if table.rows else []
     names = (*needed, *optional)
     if missing := [name for name in needed if name not in head]:
         raise InputError(f"{table.path}: no column {', '.join(missing)}; its first row must name {', '.join(names)}.")
     if twice := [name for name in names if head.count(name) > 1]:
-        raise InputError(
-            f"{table.path}: {head.count(twice[0])} columns {twice[0]}; keep one, and name the others anew."
-        )
+        raise InputError(f"{table.path}: {head.count(twice[0])} columns {twice[0]}; keep one, and rename the others.")
     heads = dict(enumerate(head))
-    known = {at for at, name in heads.items() if name in names}
-    places = {at for at in known if heads[at] == "s_mm"}
-    beside = columns_of_units(heads, known, table.rows[1:])
-    units = unit_cells(table.rows[1:], beside, places, sorted(known - places), ())
+    named = {at for at, name in heads.items() if name in names}
+    places = {at for at in named if heads[at] == "s_mm"}
+    beside = columns_of_units(heads, named, table.rows[1:])
+    units = unit_cells(table.rows[1:], beside, places, sorted(named - places), ())
     for one in units:
         if heads[one.column].endswith("_mm") and one.unit != "mm":
             place = table.place(one.row.number, one.column, heads[one.column])
@@ -88,14 +86,14 @@ def named_cells(
         for at, name in enumerate(head):
             if name in names and table.shown_units.get((row.number, at)) == "%" and row.cell(at).kind == "number":
                 place, value = table.place(row.number, at, name), row.cell(at).text
-                raise InputError(f"{place}: {value} has the format of percentages; give the column that of numbers.")
+                raise InputError(f"{place}: {value} has the format of percentages; format the column as numbers.")
         yield table.place(row.number), {name: row.cell(head.index(name)).text for name in names if name in head}
 
 
 def _content(path: Path) -> bytes:
     """Return the bytes of a file. Raises SheetFaults for a large file or an old workbook."""
     try:
-        # Reading from a pipe waits, and may never end.
+        # Reading from a pipe may block forever.
         if not stat.S_ISREG(path.stat().st_mode):
             raise IsADirectoryError(0, "no file")
         with path.open("rb") as file:
@@ -105,23 +103,23 @@ def _content(path: Path) -> bytes:
             f"{as_text(path)}: readings cannot be opened ({fault.strerror}). Give the sheet's path in [readings] file."
         ) from fault
     if len(content) > LARGEST_FILE_BYTES:
-        found = f"larger than {LARGEST_FILE_BYTES:,} bytes."
-        raise refuse(Place(path), found, "Take pictures and other tables out of it, or save it as CSV.")
+        finding = f"larger than {LARGEST_FILE_BYTES:,} bytes."
+        raise refuse(Place(path), finding, "Remove pictures and other tables from it, or save it as CSV.")
     if content.startswith(OLD_EXCEL):
         raise refuse(Place(path), "an old Excel workbook (.xls), or one with a password.", SAVE_AGAIN)
     begins = content[:200].removeprefix(b"\xef\xbb\xbf").lstrip().lower()
     if other := next((what for mark, what in OTHER_FORMATS if begins.startswith(mark)), None):
-        raise refuse(Place(path), f"{other} under the name of a sheet.", SAVE_AGAIN)
+        raise refuse(Place(path), f"{other} with the file name of a sheet.", SAVE_AGAIN)
     return content
 
 
 @dataclass(frozen=True)
 class SamplePart:
-    """A part of a file that may hold the readings of one sample."""
+    """A part of a file that may contain the readings of one sample."""
 
-    sheet: str | None  # Name of the worksheet, where there are several
-    rows_of: str | None  # Sample of the rows, as the column of samples first spells it; None without such a column
-    sha256: str = field(compare=False)  # Hash of the part's cells without the sample's name: equal for equal readings
+    sheet: str | None  # Name of the worksheet, if there are several
+    rows_of: str | None  # Sample of the rows, as first spelt in the sample column; None without such a column
+    sha256: str = field(compare=False)  # Hash of the part's cells without the sample name: equal for equal readings
     headed: bool = field(default=True, compare=False)
     """False for a worksheet without a header of readings: a cover, or readings under unknown names."""
 
@@ -131,7 +129,7 @@ class SamplePart:
 
 
 def parts_of(path: Path) -> tuple[SamplePart, ...]:
-    """Return each table of readings in a file, divided by samples, and of several worksheets those without one."""
+    """Return each table of readings in a file, one for each sample; of several worksheets also those without."""
     try:
         content = _content(path)
         if content.startswith(ZIP):
@@ -141,36 +139,36 @@ def parts_of(path: Path) -> tuple[SamplePart, ...]:
         else:
             grids = (read_delimited(path, content, None),)
     except InputError:
-        # Reading it as the sheet of a sample reports the fault.
+        # The fault is reported when it is read as the sheet of a sample.
         return ()
     return tuple(part for grid in grids for part in _parts(grid, grid.sheet if len(grids) > 1 else None))
 
 
 def rows_of_sample(grid: SheetGrid, header: Header, declared: Declared, faults: FaultList) -> Header:
-    """Return ``header`` with only the rows of the declared sample below it; what is unclear is added to ``faults``.
+    """Return ``header`` with only the rows of the declared sample; ambiguities are added to ``faults``.
 
-    Without a declared sample the column must name one sample only.
+    Without a declared sample, the column must name a single sample.
     """
     column, place, wanted = header.sample, grid.place(header.row.number), declared.sample
     if column is None and wanted is not None:
-        found = f"no column names samples, while [readings] sample names {quoted(wanted)}."
-        faults.add(place, found, "Name it in a column 'sample', or leave [readings] sample out.", wanted)
+        finding = f"no column contains sample names, but [readings] sample = {quoted(wanted)}."
+        faults.add(place, finding, "Add a column 'sample', or remove [readings] sample.", wanted)
     if column is None:
         return header
     by_sample = _by_sample(column, header.body)
     nameless = by_sample.pop("", [])
     for row in nameless:
         in_row = grid.place(row.number, column.index, column.name)
-        faults.add(in_row, "the row names no sample.", "Write its name into every row.")
+        faults.add(in_row, "the row has no sample name.", "Write it into every row.")
     names = ", ".join(quoted(rows[0].cell(column.index).text) for rows in list(by_sample.values())[:12])
     if wanted is None:
         if len(by_sample) > 1:
-            faults.add(place, f"rows of several samples: {names}.", "Name the one that is meant: [readings] sample.")
+            faults.add(place, f"rows of several samples: {names}.", "Select one: [readings] sample.")
         return header
     key = sample_key(wanted)
     if key not in by_sample:
-        found = f"no row of sample {quoted(wanted)}; column {quoted(column.name)} names {names}."
-        faults.add(place, found, "Correct the name there, or which sample the file is of.", wanted)
+        finding = f"no row of sample {quoted(wanted)}; column {quoted(column.name)} contains {names}."
+        faults.add(place, finding, "Correct the name there, or the file's sample.", wanted)
     rows = [*nameless, *by_sample.get(key, [])]
     return replace(header, body=tuple(sorted(rows, key=lambda row: row.number)))
 
@@ -192,7 +190,7 @@ def _parts(grid: SheetGrid, sheet: str | None) -> Iterable[SamplePart]:
 
 
 def _by_sample(column: Column, rows: Iterable[SheetRow]) -> dict[str, list[SheetRow]]:
-    """Return rows by the key of the sample that a column names, or "" where it names none."""
+    """Return rows by the key of their sample; "" for rows without a name."""
     by_sample: dict[str, list[SheetRow]] = {}
     for row in rows:
         by_sample.setdefault(sample_key(row.cell(column.index).text), []).append(row)

@@ -1,4 +1,4 @@
-"""Screens for readings that may not be what was meant. Each yields doubts with their cells; none changes a value."""
+"""Checks for suspicious readings. Each yields doubts with their cells; none changes a value."""
 
 import re
 from collections.abc import Iterator
@@ -16,69 +16,92 @@ Ints = NDArray[np.int64]
 OfCell = Literal["zero", "sign slip", "code"]
 Kind = OfCell | Literal["scatter", "mean row", "mean column", "copy", "sign", "unit", "datum", "direction"]
 
-MEDIAN_OF_SPREADS = {2: 0.674, 3: 0.833, 4: 0.888, 5: 0.916}
-"""Median of the standard deviation of so many normal readings, over that of one."""
-LEAST_SPREAD_MM = 0.02  # Limit of a digital caliper's error, below which no hand repeats a reading
-ZERO_FAR, ZERO_FAR_MM = 4.2, 1.0
-"""Distance from its peers at which 0.00 is no reading of theirs: in standard deviations, and at least in mm."""
 NINES = re.compile(r"9{2,}(\.9+)?|9\.9{2,}")  # A number that programs write for a missing reading, without its sign
-DEEP_MM, DEEP_AT_END_MM = 1.5, 4.0  # Level among which a station of zeros, or of the other sign, stands out
-SLIP_FAR, SLIP_NEAR = 8.0, 4.0
-"""A slip is so many standard deviations from its peers, and its opposite within so many."""
-SLIP_SHARE, NEIGHBOUR_SHARE = 0.35, 0.15
-"""Shares of a level by which its repeats and its neighbours may differ from it where they scatter."""
-SCATTER = 9.0  # Ratio of a station's spread to that of its neighbours; about ten, as their own is not well known
-STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Usual last digits, by size
+STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Common last digits, the largest first
+MEDIAN_OF_SPREADS = {2: 0.674, 3: 0.833, 4: 0.888, 5: 0.916}
+"""Median of the standard deviation of so many normal readings, relative to the true one."""
+
+
+@dataclass(frozen=True)
+class CellLimits:
+    """Limits of the checks of cells, rows and columns; "sd" is the standard deviation of a single reading.
+
+    They were set on synthetic sheets of other seeds than those that ``benchmarks/ingest.py`` judges, so that planted
+    mistakes are found and at most 5 % of sound sheets are questioned. A stricter limit (smaller distance or ratio,
+    larger probability) finds smaller mistakes and questions more sound sheets.
+    """
+
+    least_spread_mm: float = 0.02  # Smallest sd: the limit of error of a digital caliper, which no hand repeats better
+    zero_sd: float = 4.2  # Distance from its peers, in sd, above which 0.00 is suspicious
+    zero_mm: float = 1.0  # The same distance, at least in mm
+    deep_mm: float = 1.5  # Depth of the neighbours above which a station of zeros, or of the other sign, is suspicious
+    deep_at_end_mm: float = 4.0  # The same depth at an end of the sheet
+    slip_sd: float = 8.0  # Distance from its peers, in sd, above which a reading of the other sign is suspicious
+    opposite_sd: float = 4.0  # Distance of its opposite from its peers, in sd, below which it has a wrong sign
+    slip_share: float = 0.35  # Share of a level by which scattered repeats may differ from it
+    neighbour_share: float = 0.15  # Share of a level by which scattered neighbours may differ from it
+    scatter: float = 9.0  # Ratio of a station's spread to that of its neighbours; about ten, since theirs is uncertain
+    mean_row_chance: float = 3e-3  # Probability of chance agreement below which a row is the mean of others
+    mean_column_chance: float = 1e-2  # Probability of chance agreement below which a column is the mean of others
+    copy_chance: float = 1e-3  # Probability of chance agreement below which a column is a copy
+    at_mean: float = 0.02  # Probability that a row's position is the mean of the others' by chance
+    rounding_mm: float = 1e-6  # Margin for two equal means, above the error of binary fractions
+    hand_mm: float = 0.05  # Smallest sd of a reading by hand
+    copied: float = 0.35
+    """Probability of equal columns by rounding below which they are copies; few sheets are so coarse."""
+
+
+LIMITS = CellLimits()
 
 
 @dataclass(frozen=True)
 class ReadCells:
-    """Readings of a sheet as written, in mm, and the levels that they mean, with their cells."""
+    """Readings of a sheet as written, in mm, the levels that they mean, and their cells."""
 
     s_mm: Floats  # (n,), increasing
-    readings_mm: Floats  # (n, r), counted as the sheet counts; NaN for a missing one
+    readings_mm: Floats  # (n, r), in the direction of the sheet; NaN for a missing one
     levels_mm: Floats  # (n, r), upward from the face
     rows: Ints  # (n, r): row of each reading, from 1
     columns: Ints  # (r,): column of each repeat, from 0
-    digits_mm: Floats  # (n, r): unit of the last digit of each reading that is not 0
+    digits_mm: Floats  # (n, r): place value of each reading's last digit that is not 0
     is_depth: bool  # True if the sheet counts downward
     station_column: int = 0
     header_row: int = 1
-    declared_unit_mm: float | None = None  # Unit of s where the sheet itself names none, else None
+    declared_unit_mm: float | None = None  # Unit of s if the sheet itself names none, else None
 
     @property
     def stations_mm(self) -> Floats:
-        """Median reading of each station, (n,); NaN where all are left out."""
+        """Median reading of each station, (n,); NaN if all of them are missing."""
         return row_medians(self.readings_mm)
 
     def from_other_end(self, length_mm: float) -> "ReadCells":
-        """Return the readings of a crack of that length with s counted from its other end."""
+        """Return the readings with s counted from the other end of a crack of length ``length_mm``."""
         turned = {name: getattr(self, name)[::-1] for name in ("readings_mm", "levels_mm", "rows", "digits_mm")}
         return replace(self, s_mm=length_mm - self.s_mm[::-1], **turned)
 
-    def without(self, left_out: NDArray[np.bool_]) -> "ReadCells":
-        """Return the readings with those that are doubtful already missing."""
+    def without(self, masked: NDArray[np.bool_]) -> "ReadCells":
+        """Return the readings with the masked ones set to missing."""
         return replace(
             self,
-            readings_mm=np.where(left_out, np.nan, self.readings_mm),
-            levels_mm=np.where(left_out, np.nan, self.levels_mm),
+            readings_mm=np.where(masked, np.nan, self.readings_mm),
+            levels_mm=np.where(masked, np.nan, self.levels_mm),
         )
 
 
 @dataclass(frozen=True)
 class Doubt:
-    """Something that may not have been meant, its cell, and the words that answer it in ``readings.as_written``."""
+    """A possible mistake in a sheet, its cell, and the entries of ``readings.as_written`` that confirm the value."""
 
     kind: Kind | Literal["struck", "hidden"]
     row: int  # From 1
     column: int  # From 0
     answers: tuple[str, ...]
-    found: str
+    finding: str
     remedy: str
 
 
 def row_medians(values: Floats) -> Floats:
-    """Return the median of each row without its NaN, (n,); NaN for a row of nothing else."""
+    """Return the median of each row without NaN, (n,); NaN for a row of NaN."""
     medians = np.full(len(values), np.nan)
     some = ~np.isnan(values).all(axis=1)
     medians[some] = np.nanmedian(values[some], axis=1)
@@ -86,16 +109,16 @@ def row_medians(values: Floats) -> Floats:
 
 
 def last_digit_mm(readings_mm: Floats) -> float:
-    """Return the largest usual step of which all readings are multiples; 0 if none."""
+    """Return the largest common step size that divides all readings; 0 if there is none."""
     read_mm = readings_mm[~np.isnan(readings_mm)]
     return next((step for step in STEPS_MM if (np.abs(read_mm - step * np.round(read_mm / step)) < 1e-6).all()), 0.0)
 
 
 def spread_mm(readings_mm: Floats) -> float:
-    """Return the typical standard deviation of a single reading; of single ones, from their distance to neighbours."""
+    """Return the typical standard deviation of a single reading; without repeats, from the scatter along s."""
     count = (~np.isnan(readings_mm)).sum(axis=1)
     several = count > 1
-    least_mm = max(LEAST_SPREAD_MM, 0.4 * last_digit_mm(readings_mm))
+    least_mm = max(LIMITS.least_spread_mm, 0.4 * last_digit_mm(readings_mm))
     if several.sum() >= 3:
         spreads_mm = np.nanstd(readings_mm[several], axis=1, ddof=1)
         usual = MEDIAN_OF_SPREADS.get(int(np.median(count[several])), 1.0)
@@ -109,7 +132,7 @@ def spread_mm(readings_mm: Floats) -> float:
 
 
 def doubtful_cells(cells: ReadCells) -> Iterator[tuple[Doubt, NDArray[np.bool_]]]:
-    """Yield doubts on single readings, and on those of whole stations, each with a mask of its reading, (n, r)."""
+    """Yield doubts about single readings and about whole stations, each with a mask of its reading, (n, r)."""
     read = ~np.isnan(cells.readings_mm)
     of_stations: list[tuple[tuple[int, int], OfCell]] = [
         ((i, int(j)), kind) for i, kind in _odd_stations(cells) for j in np.flatnonzero(read[i])
@@ -130,7 +153,7 @@ def _on_cell(cells: ReadCells, kind: OfCell, i: int, j: int) -> Doubt:
     value = f"{cells.readings_mm[i, j]:g} mm at s = {cells.s_mm[i]:g} mm"
     may, remedy = (f"{cells.readings_mm[i, j]:g} may stand for a missing reading", "Clear it")
     if kind == "sign slip":
-        may, remedy = "its sign may have slipped", "Correct it"
+        may, remedy = "it may have the wrong sign", "Correct it"
     return Doubt(kind, row, column, (cell_name(row, column),), f"{value} among {shown} mm ({peers}): {may}.", remedy)
 
 
@@ -139,7 +162,7 @@ def cell_name(row: int, column: int) -> str:
 
 
 def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
-    """Return the cells that are 0, or of the opposite sign, among the repeats of their own station."""
+    """Return the cells that are 0, or have the opposite sign, unlike the other repeats of their station."""
     values_mm, stations_mm, one_mm = cells.readings_mm, cells.stations_mm, spread_mm(cells.readings_mm)
     odd: dict[tuple[int, int], OfCell] = {}
     mixed = (values_mm >= 0).any(axis=1) & (values_mm <= 0).any(axis=1)
@@ -152,113 +175,108 @@ def _odd_readings(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
                 continue
             value, middle = row_mm[j], float(np.median(peers_mm))
             if value == 0 and peers_mm.any():
-                # Another 0 is no peer of a 0; of few others that are none, one may be wrong itself.
-                others_mm, far_mm = peers_mm[peers_mm != 0], max(ZERO_FAR_MM, ZERO_FAR * one_mm)
+                # Another 0 does not confirm a 0; if few others are not 0, one of them may be wrong itself.
+                others_mm, far_mm = peers_mm[peers_mm != 0], max(LIMITS.zero_mm, LIMITS.zero_sd * one_mm)
                 alone = 2 * len(others_mm) <= len(peers_mm)
                 beside_mm = expected_mm(stations_mm, i, 0.0) if alone else np.inf
                 if min(abs(float(np.median(others_mm))), abs(beside_mm)) > far_mm:
                     odd[i, int(j)] = "zero"
-            slipped = value * middle < 0 and abs(value - middle) > max(ZERO_FAR_MM, SLIP_FAR * one_mm)
-            # Of two readings alone, that one has slipped whose neighbours are of the other sign.
+            slipped = value * middle < 0 and abs(value - middle) > max(LIMITS.zero_mm, LIMITS.slip_sd * one_mm)
+            # Of only two readings, the one that differs in sign from its neighbouring stations is wrong.
             slipped &= len(peers_mm) > 1 or value * expected_mm(stations_mm, i, middle) < 0
-            near_mm = max(SLIP_NEAR * one_mm, min(SLIP_SHARE * abs(middle), 2 * SLIP_NEAR * one_mm))
+            opposite_mm = LIMITS.opposite_sd * one_mm
+            near_mm = max(opposite_mm, min(LIMITS.slip_share * abs(middle), 2 * opposite_mm))
             if slipped and abs(value + middle) < near_mm:
                 odd[i, int(j)] = "sign slip"
     return odd
 
 
 def _codes(cells: ReadCells) -> dict[tuple[int, int], OfCell]:
-    """Return the cells of nothing but nines that are farther from all others than these are from each other."""
+    """Return the cells of nines that are farther from all others than these are from each other."""
     values_mm = cells.readings_mm
     nines = np.array([[NINES.fullmatch(f"{abs(value):.8g}") is not None for value in row] for row in values_mm])
     others_mm = values_mm[~nines & ~np.isnan(values_mm)]
     if not len(others_mm):
         return {}
     low_mm, high_mm = others_mm.min(), others_mm.max()
-    far = np.maximum(low_mm - values_mm, values_mm - high_mm) > max(ZERO_FAR_MM, high_mm - low_mm)
+    far = np.maximum(low_mm - values_mm, values_mm - high_mm) > max(LIMITS.zero_mm, high_mm - low_mm)
     return {(int(i), int(j)): "code" for i, j in np.argwhere(nines & far)}
 
 
 def expected_mm(stations_mm: Floats, i: int, otherwise: float) -> float:
-    """Return the mean of the stations beside one, or ``otherwise``."""
+    """Return the mean of the neighbouring stations, or ``otherwise`` without neighbours."""
     beside = [stations_mm[k] for k in (i - 1, i + 1) if 0 <= k < len(stations_mm) and not np.isnan(stations_mm[k])]
     return float(np.mean(beside)) if beside else otherwise
 
 
 def _odd_stations(cells: ReadCells) -> Iterator[tuple[int, OfCell]]:
-    """Yield stations whose readings are all 0, or all of the opposite sign, among deep neighbours."""
+    """Yield stations whose readings are all 0, or all of the opposite sign, between deep neighbours."""
     middle_mm, one_mm = cells.stations_mm, spread_mm(cells.readings_mm)
-    known = np.flatnonzero(~np.isnan(middle_mm))
-    if len(known) < 4:
+    stations = np.flatnonzero(~np.isnan(middle_mm))
+    if len(stations) < 4:
         return
-    for place, i in enumerate(known):
+    for place, i in enumerate(stations):
         row_mm = cells.readings_mm[i][~np.isnan(cells.readings_mm[i])]
         before, after = place - 1, place + 1
-        at_end = before < 0 or after >= len(known)
+        at_end = before < 0 or after >= len(stations)
         if at_end:
-            inward = known[[1, 2]] if place == 0 else known[[-2, -3]]
+            inward = stations[[1, 2]] if place == 0 else stations[[-2, -3]]
             a, b = middle_mm[inward]
         else:
-            a, b = middle_mm[known[before]], middle_mm[known[after]]
+            a, b = middle_mm[stations[before]], middle_mm[stations[after]]
         if a * b <= 0:
             continue
         nearer, farther = sorted((abs(a), abs(b)))
         if (row_mm == 0).all():
-            # The crack may be filled at an end, to which the level then rises.
+            # At an end the crack may be filled: the level then rises towards it.
             flat_mm = max(0.1 * farther, one_mm)
-            deep = nearer > DEEP_AT_END_MM and abs(abs(a) - abs(b)) < flat_mm if at_end else nearer > 0.2 * farther
-            if deep and nearer > DEEP_MM and nearer > 3 * min(one_mm, 1.0):
+            even = nearer > LIMITS.deep_at_end_mm and abs(abs(a) - abs(b)) < flat_mm
+            deep = nearer > LIMITS.deep_mm and nearer > 3 * min(one_mm, 1.0)
+            if deep and (even if at_end else nearer > 0.2 * farther):
                 yield int(i), "zero"
             continue
         value = float(middle_mm[i])
-        # One of several is a slip of its own.
+        # If only one of several readings has the other sign, it is a doubt of its own.
         if value * a >= 0 or not (row_mm * value > 0).all():
             continue
-        slack_mm = max(0.2, NEIGHBOUR_SHARE * abs(value), min(SLIP_NEAR * one_mm, 3 * NEIGHBOUR_SHARE * abs(value)))
+        scattered_mm = min(LIMITS.opposite_sd * one_mm, 3 * LIMITS.neighbour_share * abs(value))
+        slack_mm = max(0.2, LIMITS.neighbour_share * abs(value), scattered_mm)
         low, high = nearer - slack_mm, farther + slack_mm
         if at_end:
             ahead = abs(2 * a - b)
             low, high = min(abs(a), ahead) - slack_mm, max(abs(a), ahead) + slack_mm
-        if abs(value) > (2 * DEEP_MM if at_end else DEEP_MM) and low <= abs(value) <= high:
+        if abs(value) > (2 * LIMITS.deep_mm if at_end else LIMITS.deep_mm) and low <= abs(value) <= high:
             yield int(i), "sign slip"
 
 
 def scattered_stations(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield stations whose repeats scatter many times as much as those of their neighbours and of the sheet."""
+    """Yield stations whose repeats scatter many times more than those of their neighbours and of the sheet."""
     values_mm = cells.readings_mm
     several = (~np.isnan(values_mm)).sum(axis=1) > 1
     if several.sum() < 4:
         return
     where = np.flatnonzero(several)
     spreads_mm = np.nanstd(values_mm[where], axis=1, ddof=1)
-    least_mm = max(LEAST_SPREAD_MM, 0.4 * last_digit_mm(values_mm))
-    far = spreads_mm > SCATTER * least_mm
+    least_mm = max(LIMITS.least_spread_mm, 0.4 * last_digit_mm(values_mm))
+    far = spreads_mm > LIMITS.scatter * least_mm
     for place, i in zip(np.flatnonzero(far).tolist(), where[far].tolist(), strict=True):
-        # Four at each place, at an end those on one side: fewer leave their own spread open.
+        # Four neighbours, at an end all on one side: the spread of fewer is too uncertain.
         first_near = min(max(place - 2, 0), max(len(where) - 5, 0))
         near = [k for k in range(first_near, min(first_near + 5, len(where))) if k != place]
         others_mm = float(np.median(np.delete(spreads_mm, place)))
         usual_mm = max(least_mm, others_mm, 0.5 * float(np.median(spreads_mm[near])))
-        if spreads_mm[place] > SCATTER * usual_mm:
+        if spreads_mm[place] > LIMITS.scatter * usual_mm:
             first = int(np.flatnonzero(~np.isnan(values_mm[i]))[0])
             row = int(cells.rows[i, first])
-            found = (
+            finding = (
                 f"the readings at s = {cells.s_mm[i]:g} mm scatter by {spreads_mm[place]:.2g} mm, "
-                f"{spreads_mm[place] / usual_mm:.0f} times those beside it ({usual_mm:.2g} mm)."
+                f"{spreads_mm[place] / usual_mm:.0f} times the scatter of their neighbours ({usual_mm:.2g} mm)."
             )
-            yield Doubt("scatter", row, cells.station_column, (f"{row}",), found, "Correct what is wrong in the row")
-
-
-MEAN_ROW_BY_CHANCE, MEAN_COLUMN_BY_CHANCE, COPY_BY_CHANCE = 3e-3, 1e-2, 1e-3
-"""Probabilities below which digits that agree do not do so by chance."""
-AT_MEAN = 0.02  # Probability that a row's place is the mean of the others'
-ROUNDING_MM = 1e-6  # Least distance of two means, more than binary fractions leave
-HAND_MM = 0.05  # Least standard deviation of a reading by hand
-COPIED = 0.35  # Probability of equal columns by rounding below which they are copies; few sheets are so coarse
+            yield Doubt("scatter", row, cells.station_column, (f"{row}",), finding, "Correct the row")
 
 
 def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
-    """Yield the row that holds the mean of all others, or of all rows above it, in every column."""
+    """Yield the row that is the mean of all other rows, or of all rows above it, in every column."""
     values_mm, s_mm = cells.readings_mm, cells.s_mm
     first_row = np.nanmin(np.where(np.isnan(values_mm), np.inf, cells.rows), axis=1)
     for i in range(len(s_mm)):
@@ -270,36 +288,37 @@ def mean_rows(cells: ReadCells) -> Iterator[Doubt]:
             means_mm = np.nanmean(values_mm[others][:, here], axis=0)
             if (np.abs(values_mm[i, here] - means_mm) > _half_digit_mm(cells.digits_mm[i, here])).any():
                 continue
-            # The first column agrees by chance as levels lie close, and the others as repeats do.
+            # The first column may agree by chance as close levels do, the others as repeats do.
             half_mm = max(_half_digit_mm(cells.digits_mm[i, here]), last_digit_mm(values_mm[others]) / 2)
             scales_mm = np.full(here.sum(), spread_mm(values_mm[others]))
-            # In its place among its neighbours the mean may be a level like theirs.
+            # Between its neighbours the row may simply have a level like theirs.
             bent_mm = abs(cells.stations_mm[i] - expected_mm(cells.stations_mm, i, np.inf))
-            expected = bent_mm < SLIP_NEAR * scales_mm[0] and i in (first_row.argsort()[i], first_row.argsort()[~i])
+            in_order = i in (first_row.argsort()[i], first_row.argsort()[~i])
+            expected = in_order and bent_mm < LIMITS.opposite_sd * scales_mm[0]
             if not expected:
-                scales_mm[0] = max(float(np.nanstd(cells.stations_mm[others])), LEAST_SPREAD_MM)
+                scales_mm[0] = max(float(np.nanstd(cells.stations_mm[others])), LIMITS.least_spread_mm)
             place_mm = float(np.mean(s_mm[others]))
             at_mean = abs(s_mm[i] - place_mm) <= max(0.07, 0.005 * place_mm)
             chance = float(np.minimum(1.0, 0.8 * half_mm / scales_mm).prod())
-            chance *= len(s_mm) if not at_mean else 1.0 if expected else AT_MEAN
-            if chance < MEAN_ROW_BY_CHANCE:
+            chance *= len(s_mm) if not at_mean else 1.0 if expected else LIMITS.at_mean
+            if chance < LIMITS.mean_row_chance:
                 row = int(first_row[i])
-                found = f"the row at s = {s_mm[i]:g} mm holds the mean of {others.sum()} other rows in every column."
-                yield Doubt("mean row", row, cells.station_column, (f"{row}",), found, "Take it out of the table")
+                finding = f"the row at s = {s_mm[i]:g} mm is the mean of {others.sum()} other rows in every column."
+                yield Doubt("mean row", row, cells.station_column, (f"{row}",), finding, "Remove it from the table")
                 return
 
 
 def _half_digit_mm(digits_mm: Floats) -> float:
-    """Return half of the finest digit of a mean, to which it was rounded, and a little for binary fractions."""
-    return 0.5 * float(digits_mm.min()) + ROUNDING_MM
+    """Return half the finest digit of a mean, its rounding error, plus a margin for binary fractions."""
+    return 0.5 * float(digits_mm.min()) + LIMITS.rounding_mm
 
 
 def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
     """Yield repeats that are copies of another one, or the mean of all others."""
     values_mm, copies = cells.readings_mm, set[int]()
     repeats = range(values_mm.shape[1])
-    # Repeats that differ by a hand's scatter are rounded to one value as often as this.
-    rounded = max(0.1, 1 - 1.13 * HAND_MM / max(last_digit_mm(values_mm), HAND_MM))
+    # Probability that repeats with the scatter of a hand are rounded to the same value.
+    rounded = max(0.1, 1 - 1.13 * LIMITS.hand_mm / max(last_digit_mm(values_mm), LIMITS.hand_mm))
     pairs = {(a, b): ~np.isnan(values_mm[:, [a, b]]).any(axis=1) for a, b in combinations(repeats, 2)}
     shares = {
         (a, b): float((values_mm[both, a] == values_mm[both, b]).mean())
@@ -308,26 +327,26 @@ def alike_columns(cells: ReadCells) -> Iterator[Doubt]:
     }
     usual = [share for share in shares.values() if share < 1]
     for (a, b), share in shares.items():
-        limit = COPY_BY_CHANCE if usual else COPIED
+        limit = LIMITS.copy_chance if usual else LIMITS.copied
         if share == 1 and b not in copies and max(rounded, *usual, 0.0) ** int(pairs[a, b].sum()) < limit:
             copies.add(b)
             what = f"a copy of the one in {_named(cells, a)[1]}, reading by reading"
             yield _on_column(cells, "copy", b, what)
     for j in (j for j in repeats if j not in copies):
         others = [k for k in repeats if k != j and k not in copies]
-        known = ~np.isnan(values_mm[:, j]) & (~np.isnan(values_mm[:, others])).any(axis=1)
-        if len(others) < 2 or known.sum() < 3:
+        compared = ~np.isnan(values_mm[:, j]) & (~np.isnan(values_mm[:, others])).any(axis=1)
+        if len(others) < 2 or compared.sum() < 3:
             continue
-        half_mm = _half_digit_mm(cells.digits_mm[known, j])
-        off_mm = np.abs(values_mm[known, j] - np.nanmean(values_mm[known][:, others], axis=1))
-        by_chance = min(1.0, 0.8 * half_mm / spread_mm(values_mm[:, others])) ** int(known.sum())
-        if (off_mm <= half_mm).all() and by_chance < MEAN_COLUMN_BY_CHANCE:
+        half_mm = _half_digit_mm(cells.digits_mm[compared, j])
+        off_mm = np.abs(values_mm[compared, j] - np.nanmean(values_mm[compared][:, others], axis=1))
+        by_chance = min(1.0, 0.8 * half_mm / spread_mm(values_mm[:, others])) ** int(compared.sum())
+        if (off_mm <= half_mm).all() and by_chance < LIMITS.mean_column_chance:
             yield _on_column(cells, "mean column", j, f"the mean of the other {len(others)} at every station")
             return
 
 
 def _named(cells: ReadCells, j: int) -> tuple[int, str, str]:
-    """Return row and name of the place of a repeat, and its answer: its column, or in a long sheet its first cell."""
+    """Return row, name and answer of a repeat: its column, or in a long sheet its first cell."""
     column = int(cells.columns[j])
     if (cells.columns == column).sum() == 1:
         return cells.header_row, f"column {letters(column)}", letters(column)
@@ -337,4 +356,4 @@ def _named(cells: ReadCells, j: int) -> tuple[int, str, str]:
 
 def _on_column(cells: ReadCells, kind: Literal["copy", "mean column"], j: int, what: str) -> Doubt:
     row, _, answer = _named(cells, j)
-    return Doubt(kind, row, int(cells.columns[j]), (answer,), f"this repeat is {what}.", "Take it out of the repeats")
+    return Doubt(kind, row, int(cells.columns[j]), (answer,), f"this repeat is {what}.", "Remove it from the repeats")

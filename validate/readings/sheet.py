@@ -1,4 +1,4 @@
-"""The cells of a sheet, and its faults, reported all at once, each with its place and its remedy."""
+"""The cells of a sheet, and its faults, reported all at once, each with its place and remedy."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -10,9 +10,9 @@ from sealtwin.core.errors import InputError, as_text
 from sealtwin.core.records import ReadColumn
 
 MOST_KEPT = 1_000
-MOST_SHOWN = 20  # Limit on the sentences of a message; more faults than that have a common cause
+MOST_SHOWN = 20  # Limit on the sentences of a message; more faults have a common cause
 FIGURES = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")  # Numbers within a sentence
-MOST_ROWS_NAMED = 8  # Limit on the rows that are named for one mistake
+MOST_ROWS_NAMED = 8  # Limit on the rows that are listed for one mistake
 LONGEST_SHOWN = 60  # Limit on the letters of a cell that are quoted
 SAVE_AGAIN = "Open it in a spreadsheet program and save it as XLSX, or as CSV."
 
@@ -42,24 +42,24 @@ class Place:
 @dataclass(frozen=True)
 class SheetFault:
     place: Place
-    found: str  # The value found and what is allowed: a sentence, or the end of one
+    finding: str  # The value and what is allowed: a sentence, or the end of one
     remedy: str
     value: str | None = None  # Text of the cell
 
     def __str__(self) -> str:
-        return f"{self.place}: {self.found} {self.remedy}"
+        return f"{self.place}: {self.finding} {self.remedy}"
 
     @property
     def kind(self) -> object:
-        """Key that is equal for one mistake in several cells of a column; a fault without a cell has its own."""
+        """Key that is equal for the same mistake in several cells of a column; unique for a fault without a cell."""
         if self.place.column is None or not self.value:
-            return self.place, self.found, self.remedy
-        found = self.found.replace(quoted(self.value), "")
-        return replace(self.place, row=None, column=None), FIGURES.sub("", found), self.remedy
+            return self.place, self.finding, self.remedy
+        finding = self.finding.replace(quoted(self.value), "")
+        return replace(self.place, row=None, column=None), FIGURES.sub("", finding), self.remedy
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not one error.
-    """All faults of one sheet, of which the text shows twenty; ``columns`` are those that were understood."""
+    """All faults of one sheet. The text shows the first twenty; ``columns`` are the recognised columns."""
 
     def __init__(self, faults: Sequence[SheetFault], columns: tuple[ReadColumn, ...] = ()) -> None:
         self.faults, self.columns = tuple(faults), columns
@@ -75,39 +75,39 @@ class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not
 
 @dataclass
 class FaultList:
-    """The faults found so far; a thousand are enough."""
+    """The faults of a sheet so far. At a thousand reading stops."""
 
-    kept: list[SheetFault] = field(default_factory=list)
-    columns: tuple[ReadColumn, ...] = ()  # Columns that were understood, once the header is read
+    faults: list[SheetFault] = field(default_factory=list)
+    columns: tuple[ReadColumn, ...] = ()  # Recognised columns; set after the header is read
 
-    def add(self, place: Place, found: str, remedy: str, value: str | None = None) -> None:
-        self.kept.append(SheetFault(place, found, remedy, value))
-        if len(self.kept) == MOST_KEPT:
+    def add(self, place: Place, finding: str, remedy: str, value: str | None = None) -> None:
+        self.faults.append(SheetFault(place, finding, remedy, value))
+        if len(self.faults) == MOST_KEPT:
             self.raise_if_any()
 
     def raise_if_any(self) -> None:
         """Raise SheetFaults if there is a fault."""
-        if self.kept:
-            raise SheetFaults(self.kept, self.columns)
+        if self.faults:
+            raise SheetFaults(self.faults, self.columns)
 
 
 def _joined(alike: list[SheetFault]) -> str:
-    """Return the first fault in words, followed by the rows of the others, or the columns of a turned sheet."""
+    """Return the first fault in words, followed by the rows (columns in a turned sheet) of the others."""
     first = alike[0].place
     rows = sorted({row for fault in alike if (row := fault.place.row) is not None} - {first.row})
     columns = sorted({column for fault in alike if (column := fault.place.column) is not None} - {first.column})
     if not rows and not columns:
         return str(alike[0])
     named = list(map(str, rows)) or list(map(letters, columns))
-    told = ", ".join(named[:MOST_ROWS_NAMED]) + (" and others" if len(named) > MOST_ROWS_NAMED else "")
+    places = ", ".join(named[:MOST_ROWS_NAMED]) + (" and others" if len(named) > MOST_ROWS_NAMED else "")
     if len(rows) > 1 and rows[-1] - rows[0] == len(rows) - 1:
-        told = f"{rows[0]} to {rows[-1]}"
-    return f"{alike[0]} The same in {len(named):,} more: {'row' if rows else 'column'} {told}."
+        places = f"{rows[0]} to {rows[-1]}"
+    return f"{alike[0]} The same in {len(named):,} more: {'row' if rows else 'column'} {places}."
 
 
-def refuse(place: Place, found: str, remedy: str, value: str | None = None) -> SheetFaults:
-    """Return the error of a single fault, after which nothing more can be read."""
-    return SheetFaults([SheetFault(place, found, remedy, value)])
+def refuse(place: Place, finding: str, remedy: str, value: str | None = None) -> SheetFaults:
+    """Return the error of a single fault that ends reading."""
+    return SheetFaults([SheetFault(place, finding, remedy, value)])
 
 
 def letters(column: int) -> str:
@@ -140,14 +140,14 @@ def shown(text: str) -> str:
 
 
 Kind = Literal["text", "number", "date", "truth", "error", "formula"]
-"""Kind of a cell; those of a text file are all text, and a "formula" is one whose result was never stored."""
+"""Kind of a cell. Cells of a text file are all "text"; a "formula" has no stored result."""
 
 MOST_ROWS = 10_000
-MOST_COLUMNS = 256  # Limit on the columns that hold anything; a table with more is no sheet of readings
+MOST_COLUMNS = 256  # Limit on the columns with content; a sheet of readings has fewer
 
 
 class SheetCell(NamedTuple):
-    text: str  # Content without blanks around it; a number of a workbook has a decimal point and 15 digits at most
+    text: str  # Content without surrounding blanks; numbers of a workbook have a decimal point and up to 15 digits
     kind: Kind = "text"
 
 
@@ -161,7 +161,7 @@ class SheetRow:
 
     @property
     def width(self) -> int:
-        """Number of cells up to the last that holds anything."""
+        """Number of cells up to the last one with content."""
         return max((column + 1 for column, cell in enumerate(self.cells) if cell != BLANK), default=0)
 
     def cell(self, column: int) -> SheetCell:
@@ -170,7 +170,7 @@ class SheetRow:
 
 @dataclass(frozen=True)
 class SheetGrid:
-    """The rows of a sheet that hold anything. Raises SheetFaults for more than any sheet of readings has."""
+    """The rows of a sheet with content. Raises SheetFaults if they exceed the size limit of a sheet of readings."""
 
     path: Path
     rows: tuple[SheetRow, ...]
@@ -184,21 +184,30 @@ class SheetGrid:
     hidden_rows: frozenset[int] = frozenset()
     hidden_columns: frozenset[int] = frozenset()
     shown_units: Mapping[tuple[int, int], str] = field(default_factory=dict[tuple[int, int], str])
-    """Text that the format of a number shows behind it, as "cm" or "%", by row from 1 and column from 0."""
+    """Text that a number's format shows behind it, as "cm" or "%", by row from 1 and column from 0."""
     turned: tuple[int, ...] | None = None
-    """Rows of the file, by number, that the columns of a turned sheet were; None in a sheet as it is in its file."""
+    """Row numbers, in the file, of the columns of a turned sheet; None for a sheet that is not turned."""
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:
-            raise refuse(self.place(), f"more than the {MOST_ROWS} rows that are read.", "Thin the stations out.")
+            raise refuse(self.place(), f"more than {MOST_ROWS} rows, the limit.", "Use fewer stations.")
         if wide := next((row for row in self.rows if row.width > MOST_COLUMNS), None):
-            found = f"more than the {MOST_COLUMNS} columns that are read."
-            raise refuse(self.place(wide.number), found, "Delete everything outside the table.")
+            finding = f"more than {MOST_COLUMNS} columns, the limit."
+            raise refuse(self.place(wide.number), finding, "Delete everything outside the table.")
 
     def place(self, row: int | None = None, column: int | None = None, name: str | None = None) -> Place:
         if self.turned is not None:
-            row, column = None if column is None else self.turned[column], None if row is None else row - 1
+            row, column = None if column is None else self._row_of(column), None if row is None else row - 1
         return Place(self.path, self.sheet, row, column, name)
+
+    def name_of(self, column: int) -> str:
+        """Return the name of a column in the file: its letters, or "row 5" in a turned sheet."""
+        return letters(column) if self.turned is None else f"row {self._row_of(column)}"
+
+    def _row_of(self, column: int) -> int:
+        """Return the row of the file, by number, that a column was; one beyond the last continues the count."""
+        rows = self.turned or (0,)
+        return rows[column] if column < len(rows) else rows[-1] + column - len(rows) + 1
 
 
 @dataclass
@@ -208,7 +217,7 @@ class Worksheet:
     name: str
     hidden: bool
     rows: dict[int, dict[int, SheetCell]] = field(default_factory=dict)
-    """Rows by number from 1, their cells by column from 0; blank cells are left out."""
+    """Cells that are not blank, by row number from 1, then by column from 0."""
     merged: list[tuple[int, int, int, int]] = field(default_factory=list)
     struck: set[tuple[int, int]] = field(default_factory=set)
     hidden_rows: set[int] = field(default_factory=set)
@@ -218,7 +227,7 @@ class Worksheet:
     results: int = 0  # Number of formulas with another result
 
     def put(self, row: int, column: int, cell: SheetCell, struck: bool, unit: str, formula: bool) -> None:
-        """Add a cell that is not blank; ``unit`` is what its format shows behind a number."""
+        """Add a cell that is not blank; ``unit`` is the text that its format shows behind a number."""
         self.rows.setdefault(row, {})[column] = cell
         if struck:
             self.struck.add((row, column))
@@ -230,9 +239,10 @@ class Worksheet:
             self.results += not is_zero
 
     def drop_zeros(self, *, never_calculated: bool) -> None:
-        """Regard the results of formulas as never calculated if a writer that calculates nothing stored zeros.
+        """Treat the results of formulas as never calculated if the program that wrote the file stored zeros for them.
 
-        Without ``never_calculated``, which the file states, that is so if no formula has another result.
+        That is assumed if the file states it (``never_calculated``), or if there are several formulas and all results
+        are 0.
         """
         if never_calculated or (len(self.zeros) > 1 and not self.results):
             for row, column in self.zeros:

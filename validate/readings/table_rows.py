@@ -1,4 +1,4 @@
-"""The part of a sheet that may hold its table: turned upright, its range, its header's rows, and the rows below."""
+"""The part of a sheet with its table: turned upright, limited to its range, with header rows and rows below."""
 
 import re
 import sys
@@ -12,10 +12,10 @@ from validate.readings.text_table import is_missing, number
 from validate.settings import Columns, Declared
 
 MOST_LINES_ABOVE = 100
-"""Limit on the lines of title and notes above a header; one further down belongs to another table."""
+"""Limit on the lines of title and notes above a header; a header further down belongs to another table."""
 MOST_HEADER_ROWS = 3
 MOST_TURNED = 100
-"""Limit on the rows of a sheet that is turned unasked: names, readings and notes, of which a sheet has few."""
+"""Limit on the rows of a sheet that is turned without a declaration: such sheets have few rows."""
 Merged = Sequence[tuple[int, int, int, int]]  # Ranges of cells, as in ``SheetGrid``
 DATE = re.compile(r"(?<!\d)(\d{1,2}\s?[./-]\s?\d{1,2}\s?[./-]\s?\d{2,4}|\d{4}-\d{2}-\d{2})(?!\d)")
 LETTERS = re.compile(r"([A-Z]{1,3})(?::([A-Z]{1,3}))?")
@@ -24,24 +24,24 @@ SPAN = re.compile(r"([A-Z]*)([0-9]*):([A-Z]*)([0-9]*)")
 
 @dataclass(frozen=True)
 class HeaderRows:
-    """Rows that name the columns."""
+    """Rows that contain the column names."""
 
-    first: int  # Index of the first of them among the rows
+    first: int  # Index of the first header row
     count: int
     names: Mapping[int, str]  # Name of each column from 0, joined from its cells
 
 
 class TableRows(NamedTuple):
-    kept: list[SheetRow]
-    left_out: list[SheetRow]  # Comments, and rows that are declared to be skipped
-    unmet: list[str]  # What is declared to be skipped, and is nowhere
+    rows: list[SheetRow]
+    skipped: list[SheetRow]  # Comments, and declared rows to skip
+    unmet: list[str]  # Declared rows to skip that do not exist
 
 
 def upright(grid: SheetGrid, declared: Declared) -> SheetGrid:
-    """Return a sheet turned, where that is declared, or where a table's names stand in a column and not in a row."""
+    """Return a sheet with rows and columns swapped if that is declared, or if a table's names are in a column."""
     given = declared.columns or Columns()
     if given.transposed is None:
-        rows = table_rows(grid, given).kept
+        rows = table_rows(grid, given).rows
         if not 1 < len(rows) < MOST_TURNED or _is_table(find_header(rows, grid.merged, given).names):
             return grid
         turned = _turned(grid)
@@ -50,7 +50,7 @@ def upright(grid: SheetGrid, declared: Declared) -> SheetGrid:
 
 
 def _is_table(names: Mapping[int, str]) -> bool:
-    roles = {found.role for name in names.values() if (found := meaning(name)) is not None}
+    roles = {named.role for name in names.values() if (named := meaning(name)) is not None}
     return {"station", "reading"} <= roles
 
 
@@ -62,7 +62,7 @@ def _turned(grid: SheetGrid) -> SheetGrid:
         grid,
         rows=tuple(row for row in rows if row.width),
         written=(*grid.written, "stations in a row"),
-        # Fields are counted by rows of the file, and these are its columns.
+        # Numbers of fields are checked in the file's rows, which are columns here.
         separator=";" if grid.separator == "," else grid.separator,
         merged=(),
         struck=frozenset((column + 1, numbers[row]) for row, column in grid.struck),
@@ -77,7 +77,7 @@ def _turned(grid: SheetGrid) -> SheetGrid:
 
 def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
     """Return the rows of a sheet within the declared range."""
-    kept, left_out = [], []
+    rows, skipped = [], []
     skip = {str(one) if isinstance(one, int) else plain_name(one): str(one) for one in given.skip}
     unmet = dict(skip)
     for row in _within(grid.rows, given.range):
@@ -88,10 +88,10 @@ def table_rows(grid: SheetGrid, given: Columns) -> TableRows:
             row = SheetRow(row.number, tuple(BLANK if cell.text in given.missing else cell for cell in row.cells))
         named = {str(row.number), plain_name(first.text)} & skip.keys()
         unmet = {key: one for key, one in unmet.items() if key not in named}
-        # "#5" before numbers is the name of a row, or a row that somebody has taken out: which is not guessed.
+        # "#5" before numbers may be the name of a row, or a commented-out row: it stays, so that it is a fault.
         comment = first.kind == "text" and is_comment(first.text) and sum(map(is_a_number, row.cells)) < 2
-        (left_out if named or comment else kept).append(row)
-    return TableRows(kept, left_out, list(unmet.values()))
+        (skipped if named or comment else rows).append(row)
+    return TableRows(rows, skipped, list(unmet.values()))
 
 
 def first_cell(row: SheetRow) -> SheetCell | None:
@@ -99,7 +99,7 @@ def first_cell(row: SheetRow) -> SheetCell | None:
 
 
 def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
-    """Yield the rows of a range, their cells outside it blank."""
+    """Yield the rows of a range, with cells outside it blank."""
     if span is None:
         yield from rows
         return
@@ -112,7 +112,7 @@ def _within(rows: Sequence[SheetRow], span: str | None) -> Iterator[SheetRow]:
 
 
 def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> HeaderRows:
-    """Return the rows that name most columns; one or several, since a name may span columns and go on below."""
+    """Return the rows that name the most columns; several if a name spans columns and continues below."""
     wanted = {plain_name(name) for name in (given.s, given.repeat, *(given.levels or ())) if name is not None}
 
     def key(candidate: tuple[int, Sequence[SheetRow]]) -> tuple[float, ...]:
@@ -120,22 +120,22 @@ def find_header(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Hea
         names = _joined(header, merged)
         written = {at: name for at, name in names.items() if any(row.cell(at).text for row in header)}
         hits = len(wanted & set(map(plain_name, written.values())))
-        # Of equals the first and shortest one, but for names of repeats below; a unit belongs to a row of units.
+        # Of equals, prefer names of repeats below, then fewer rows, then the first; units are in a row of their own.
         return hits, *_likeness(written), len(header) > 1 and _names_repeats(header[-1]), -len(header), -first
 
-    found = max(_candidates(rows, merged, given), key=key, default=(0, ()))
-    hits, *likeness = key(found) if found[1] else (0, 0)
+    best = max(_candidates(rows, merged, given), key=key, default=(0, ()))
+    hits, *likeness = key(best) if best[1] else (0, 0)
     if not hits and given.header_rows is not None:
-        found = 0, rows[: given.header_rows]
+        best = 0, rows[: given.header_rows]
     elif not hits and not any(likeness[:3]) and len(lettered := columns_named({}, given.s or "")) == 1:
-        # The letters say all: the readings begin where the stations do.
+        # All columns are given by letters: readings begin at the first number in the column of stations.
         first = next((at for at, row in enumerate(rows) if is_a_number(row.cell(lettered[0]))), 0)
-        found = max(0, first - 1), rows[max(0, first - 1) : first]
-    return HeaderRows(found[0], len(found[1]), _joined(found[1], merged))
+        best = max(0, first - 1), rows[max(0, first - 1) : first]
+    return HeaderRows(best[0], len(best[1]), _joined(best[1], merged))
 
 
 def _candidates(rows: Sequence[SheetRow], merged: Merged, given: Columns) -> Iterator[tuple[int, Sequence[SheetRow]]]:
-    """Yield the rows that may be a header, each with the index of its first one."""
+    """Yield the candidates for the header, each with the index of its first row."""
     for first in range(min(len(rows), MOST_LINES_ABOVE)):
         for count in range(1, MOST_HEADER_ROWS + 1) if given.header_rows is None else (given.header_rows,):
             header = rows[first : first + count]
@@ -155,22 +155,22 @@ def is_a_number(cell: SheetCell) -> bool:
 
 
 def columns_named(names: Mapping[int, str], reference: str) -> list[int]:
-    """Return the columns of a name in the header, or those of a letter or a span of letters, as "B:D".
+    """Return the columns with a name in the header, or with a letter or a span of letters, as "B:D".
 
-    Return none where a letter is also the name of another column: which is meant would be a guess.
+    Returns none if a letter is also the name of another column, which would be ambiguous.
     """
-    # "Ort" is a name.
+    # "Ort" is a name, not letters.
     span = LETTERS.fullmatch(reference.upper() if reference.islower() else reference)
     columns = range(column_of(span[1]), column_of(span[2] or span[1]) + 1) if span else range(0)
     lettered = [column for column in columns if column < MOST_COLUMNS]
-    # A capital is a letter rather than a name in small ones.
+    # A capital means a letter of a column, unless a name has exactly that spelling.
     same = str.strip if lettered and reference.isupper() else plain_name
-    found = [column for column, name in names.items() if same(name) == same(reference)]
-    return [] if found and found != lettered and names.keys() & set(lettered) else found or lettered
+    matches = [column for column, name in names.items() if same(name) == same(reference)]
+    return [] if matches and matches != lettered and names.keys() & set(lettered) else matches or lettered
 
 
 def blocks(rows: Sequence[SheetRow]) -> Iterator[range]:
-    """Yield spans of neighbouring columns that hold anything; blank columns divide tables side by side."""
+    """Yield spans of neighbouring columns with content; blank columns separate tables side by side."""
     filled = sorted({at for row in rows for at, cell in enumerate(row.cells) if cell != BLANK})
     begin = 0
     for at in range(len(filled)):
@@ -180,31 +180,31 @@ def blocks(rows: Sequence[SheetRow]) -> Iterator[range]:
 
 
 def _is_dated(row: SheetRow) -> bool:
-    """Return whether a row tells a date and hardly more, which no header does."""
+    """Return whether a row contains a date and little else, unlike any header."""
     cells = [cell for cell in row.cells if cell != BLANK]
     return len(cells) < 3 and any(cell.kind == "date" or DATE.search(cell.text) for cell in cells)
 
 
 def _continues(names: Mapping[int, str], below: SheetRow) -> bool:
-    """Return whether a header goes on with a row: more words, or numbers of repeats, 1, 2, 3, beside no station."""
+    """Return whether a row continues a header: words, or repeat numbers 1, 2, 3 in a header with a station column."""
     cells = [cell for cell in below.cells if cell != BLANK]
     numbers = [cell.text for cell in cells if cell.kind != "text" or is_number(cell.text)]
     if numbers:
-        stations = [at for at, name in names.items() if (found := meaning(name)) and found.role == "station"]
+        stations = [at for at, name in names.items() if (named := meaning(name)) and named.role == "station"]
         counted = numbers == [str(number) for number in range(1, len(numbers) + 1)]
         return counted and bool(stations) and all(unit_of(below.cell(at).text or "mm") for at in stations)
     return not all(unit_of(cell.text) or is_missing(cell.text) for cell in cells)
 
 
 def _names_repeats(row: SheetRow) -> bool:
-    """Return whether a row holds nothing but names of readings, as "Messung 1", or their numbers."""
+    """Return whether a row contains only names of readings, as "Messung 1", or their numbers."""
     texts = [cell.text for cell in row.cells if cell.text]
-    roles = {found.role for text in texts if not is_number(text) and (found := meaning(text)) is not None}
+    roles = {named.role for text in texts if not is_number(text) and (named := meaning(text)) is not None}
     return roles <= {"reading", "repeat"} and all(is_number(text) or meaning(text) is not None for text in texts)
 
 
 def _is_cut(header: Sequence[SheetRow], merged: Merged) -> bool:
-    """Return whether a name is merged with cells above or below a header."""
+    """Return whether a name is merged with cells above or below the header."""
     first, last = header[0].number, header[-1].number
     return any(
         top < first <= bottom or first <= top <= last < bottom < top + MOST_HEADER_ROWS for top, _, bottom, _ in merged
@@ -212,10 +212,10 @@ def _is_cut(header: Sequence[SheetRow], merged: Merged) -> bool:
 
 
 def _joined(rows: Sequence[SheetRow], merged: Merged) -> dict[int, str]:
-    """Join the names of each column: "Tiefe [mm]" over "Messung 1", "Messung 2" is part of both.
+    """Join the names of each column: "Tiefe [mm]" above "Messung 1" and "Messung 2" is part of both.
 
-    A name spans the cells that it is merged with, or blank ones up to the next name. A merged one without names below
-    is that of repeats, which get numbers.
+    A name spans the cells that it is merged with, or blank cells up to the next name. A merged name without names below
+    is that of repeats, which are numbered.
     """
     spans = {(row, column): min(last, MOST_COLUMNS) for row, column, last_row, last in merged if last_row == row}
     width = max((row.width for row in rows), default=0)
@@ -234,13 +234,13 @@ def _joined(rows: Sequence[SheetRow], merged: Merged) -> dict[int, str]:
                     names[at] = f"{row.cell(start).text} {at - start + 1}"
             if last > start and not below and len(rows) == 1:
                 names[start] += " 1"
-            # A name that is merged over some columns, and not over all as a title is, is part of each of theirs.
+            # A name that is merged over some columns is part of their names; over all columns it is a title.
             own |= set(range(start, last + 1)) if last > start and last - start + 1 < width else set()
     return dict(sorted(names.items()))
 
 
 def _either(upper: str, lower: str, *, whole: bool) -> str:
-    """Join two names; where both together mean nothing and one does, as below a title, return that unless ``whole``."""
+    """Join two names. If only one of them has a meaning, as below a title, return that one, unless ``whole``."""
     joined = f"{upper} {lower}".strip()
     if whole or not upper or not lower or meaning(joined) is not None:
         return joined
@@ -248,8 +248,8 @@ def _either(upper: str, lower: str, *, whole: bool) -> str:
 
 
 def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
-    """Return a key that is larger the more names have a meaning; notes above a header may name some, too."""
-    roles = [found.role for name in names.values() if (found := meaning(name)) is not None]
+    """Return a sort key that grows with the number of names that have a meaning; notes above may contain some, too."""
+    roles = [named.role for name in names.values() if (named := meaning(name)) is not None]
     along = "station" in roles or "mass" in roles
     table = along and ("reading" in roles or "repeat" in roles)
     return table, along, sum(role != "skipped" for role in roles), len(roles), min(len(names), 2)
@@ -258,11 +258,11 @@ def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
 def sorted_rows(
     place: Place, body: Sequence[SheetRow], station: int, readings: Sequence[int], faults: FaultList
 ) -> tuple[list[SheetRow], list[SheetRow], list[SheetRow]]:
-    """Divide the rows below a header into those of stations, remarks, and means of others.
+    """Divide the rows below a header into stations, remarks, and calculated rows such as means.
 
-    Words between readings that begin another table are a fault: which of the two is meant must be declared.
+    A second table below the first is a fault: the user must declare which one is meant.
     """
-    kept, remarks, passed = list[SheetRow](), list[SheetRow](), list[SheetRow]()
+    stations, remarks, passed = list[SheetRow](), list[SheetRow](), list[SheetRow]()
     words_between = None
     for row in body:
         first, station_cell = first_cell(row), row.cell(station)
@@ -275,16 +275,16 @@ def sorted_rows(
             break
         elif (words and (cells or not is_missing(station_cell.text))) or (is_text and station_cell.text and not cells):
             remarks.append(row)
-            words_between = row if kept else None
+            words_between = row if stations else None
         else:
-            s, s_before = (number(each.cell(station).text, None) for each in (row, (kept or [row])[-1]))
+            s, s_before = (number(each.cell(station).text, None) for each in (row, (stations or [row])[-1]))
             if words_between is not None and s is not None and s_before is not None and s < s_before:
                 break
-            kept.append(row)
+            stations.append(row)
             words_between = None
     else:
-        return kept, remarks, passed
+        return stations, remarks, passed
     spans = f'"{place.row}:{row.number - 1}" or "{row.number}:{body[-1].number}"'
-    found = f"another table begins in row {row.number}, below the first."
-    faults.add(replace(place, row=row.number), found, f"Say which is meant: [readings.columns] range = {spans}.")
-    return kept, remarks, passed
+    finding = f"a second table begins in row {row.number}, below the first."
+    faults.add(replace(place, row=row.number), finding, f"Select one: [readings.columns] range = {spans}.")
+    return stations, remarks, passed

@@ -17,18 +17,18 @@ from validate.settings import Decimal, Separator
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 GROUPED = re.compile(r"[+-]?[0-9]{1,3}(?:[.,' \u2019\u00a0\u202f][0-9]{3})+(?:[.,][0-9]*)?")
-"""Number whose thousands are set apart, or may be."""
+"""Number with separated thousands, certain or possible."""
 AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,])[0-9]{3}")
-"""Number such as 1.250, a decimal or 1250 with its thousands set apart; 0.125 can only be a decimal."""
+"""Number such as 1.250: a decimal, or 1250 with a thousands separator. 0.125 can only be a decimal."""
 DECIMALS = re.compile(r"[.,]([0-9]+)$")
 MINUS = str.maketrans(dict.fromkeys("\u2212\u2013", "-"))
-"""The typographic minus, and the dash that word processors make of a hyphen."""
+"""The typographic minus, and the dash that word processors substitute for a hyphen."""
 WORDS = tomllib.loads(resources("validate").joinpath("readings", "words.toml").read_text(encoding="utf-8"))
-"""Words of labs in all languages: of units, columns, rows, names of files, and notes."""
+"""Words of labs in all languages: units, columns, rows, file names, and notes."""
 MISSING = frozenset(WORDS["missing"]["words"].split())
 DECIMAL_MARKS: dict[Decimal, str] = {"point": ".", "comma": ","}
 SEPARATORS: dict[Separator, str] = {"tab": "\t", "semicolon": ";", "comma": ","}
-"""Separators by preference where two divide as many rows alike: text holds commas, and rarely tabs."""
+"""Separators in order of preference if two fit equally well: text contains commas, but rarely tabs."""
 NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 BYTE_ORDER_MARKS = (
     (b"\xff\xfe\x00\x00", "utf-32-le", "UTF-32"),
@@ -40,34 +40,34 @@ SEPARATOR_LINE = re.compile(r'"?sep=([;,\t])"?[ \t;,]*(?:\r\n|\r|\n|$)', re.IGNO
 """First line such as "sep=;", which states the separator for Excel."""
 LOST_LINE = re.compile(r"^\0+\s*$", re.MULTILINE)
 ZEROS = 0.5
-"""Share of zeros above which bytes are the high ones of UTF-16: nearly all are zero in the scripts of Europe."""
+"""Share of zero bytes above which they are the high bytes of UTF-16, nearly all zero for European scripts."""
 
 
 def plain_letters(text: str) -> str:
-    """Return the text in lower case, umlauts spelt out (ä is ae) and other accents dropped (é is e, ñ is n)."""
+    """Return the text in lower case, umlauts spelt out (ä is ae) and other accents removed (é is e, ñ is n)."""
     folded = unicodedata.normalize("NFKC", text).casefold().translate(UMLAUTS)
     return "".join(letter for letter in unicodedata.normalize("NFD", folded) if unicodedata.category(letter) != "Mn")
 
 
 def is_missing(text: str) -> bool:
-    """Return whether a cell is blank, or holds a word for a missing reading."""
+    """Return whether a cell is blank or contains a word for a missing reading."""
     return not text or "".join(plain_letters(text).split()) in MISSING
 
 
 def is_ambiguous(text: str) -> bool:
-    """Return whether the mark of a number may be a decimal one or set thousands apart."""
+    """Return whether the mark in a number may be decimal or a thousands separator."""
     return AMBIGUOUS.fullmatch(text.translate(MINUS)) is not None
 
 
 def is_grouped(text: str) -> bool:
-    """Return whether the thousands of a number are set apart, or may be."""
+    """Return whether a number has, or may have, separated thousands."""
     return GROUPED.fullmatch(text.translate(MINUS)) is not None
 
 
 def common_mark(texts: Iterable[str], separator: str | None) -> Decimal | None:
-    """Return the decimal mark of a file's numbers, None where they leave it open.
+    """Return the decimal mark of a file's numbers; None if they leave it open.
 
-    Commas between the fields decide, too: decimals with commas need another separator.
+    A comma as the field separator excludes decimal commas.
     """
     texts = list(texts)
     numbers = [text for text in texts if NUMBER.fullmatch(text.translate(MINUS)) and not is_ambiguous(text)]
@@ -80,7 +80,7 @@ def common_mark(texts: Iterable[str], separator: str | None) -> Decimal | None:
 
 
 def number(text: str, mark: Decimal | None) -> float | None:
-    """Return the finite number written with the decimal ``mark``, or either if that is None; else None."""
+    """Return the finite number written with the decimal ``mark``, or with either if that is None; else None."""
     text = text.translate(MINUS)
     if not NUMBER.fullmatch(text):
         return None
@@ -91,17 +91,19 @@ def number(text: str, mark: Decimal | None) -> float | None:
 
 
 def decimals_of(text: str) -> int:
-    """Return how many digits of a number stand behind its decimal mark, up to the last that is not 0."""
-    found = DECIMALS.search(text)
-    return len(found[1].rstrip("0")) if found else 0
+    """Return the number of decimals of a number, without trailing zeros."""
+    match = DECIMALS.search(text)
+    return len(match[1].rstrip("0")) if match else 0
 
 
 def read_delimited(path: Path, content: bytes, separator: Separator | None) -> SheetGrid:
-    """Return the rows of a text file. Raises SheetFaults where it is no table."""
+    """Return the rows of a text file. Raises SheetFaults if it is not a table."""
     text, encoding = decoded(path, content)
     if (lost := LOST_LINE.search(text)) is not None:
         where = Place(path, row=1 + text.count("\n", 0, lost.start()))
-        raise refuse(where, "NUL bytes, as a logger leaves that lost its power.", "Delete them, and see what is lost.")
+        raise refuse(
+            where, "NUL bytes, as after a logger's loss of power.", "Delete them, and check for lost readings."
+        )
     stated = SEPARATOR_LINE.match(text)
     if stated is not None:
         text = text[stated.end() :]
@@ -109,22 +111,22 @@ def read_delimited(path: Path, content: bytes, separator: Separator | None) -> S
     try:
         lines = _fields(text, mark)
     except csv.Error as fault:
-        raise refuse(Place(path), f"no CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
+        raise refuse(Place(path), f"not a CSV ({fault}).", "Save the sheet as 'CSV UTF-8'.") from fault
     skipped = 0 if stated is None else 1
     if quoted := next((number for number, fields in lines if any(_holds_rows(field, mark) for field in fields)), None):
         raise refuse(
             Place(path, row=skipped + quoted),
-            "here a quotation mark closes that opened in a line above, and what is quoted holds rows of numbers.",
+            "a quotation mark of an earlier line closes here, and the quoted text contains rows of numbers.",
             "Delete both marks, or the line breaks between them.",
         )
-    # Lines may end with a million separators, below which no column holds anything.
+    # Lines may end with a million separators of empty columns.
     width = max((_width(fields) for _, fields in lines), default=0)
     rows = tuple(SheetRow(skipped + number, tuple(map(SheetCell, fields[:width]))) for number, fields in lines)
     return SheetGrid(path, rows, ("CSV", encoding, NAMES[mark]), separator=mark)
 
 
 def _width(fields: list[str]) -> int:
-    """Return the number of fields up to the last that holds anything."""
+    """Return the number of fields up to the last one with content."""
     return next((count for count in range(len(fields), 0, -1) if fields[count - 1]), 0)
 
 
@@ -143,24 +145,24 @@ def decoded(path: Path, content: bytes) -> tuple[str, str]:
             return content.decode(codec), name
         except UnicodeDecodeError:
             continue
-    raise refuse(Place(path), f"no text in {' or '.join(possible)}.", "Save the sheet as 'CSV UTF-8' or XLSX.")
+    raise refuse(Place(path), f"not a text in {' or '.join(possible)}.", "Save the sheet as 'CSV UTF-8' or XLSX.")
 
 
 def _likeliest(text: str) -> str:
-    """Return the separator that divides the most rows into one number of fields."""
+    """Return the separator that splits the most rows into the same number of fields."""
     alike = {}
     for mark in SEPARATORS.values():
         try:
             widths = Counter(len(row) for _, row in _fields(text, mark))
         except csv.Error:
-            # Quotes that close in the wrong place rule this separator out.
+            # Wrongly closed quotes exclude this separator.
             continue
         alike[mark] = max((count for width, count in widths.items() if width > 1), default=0)
     return max(alike, key=alike.__getitem__) if any(alike.values()) else ","
 
 
 def _fields(text: str, mark: str) -> list[tuple[int, list[str]]]:
-    """Return the numbers and fields of lines that are not empty. Raises csv.Error with the line where a row begins."""
+    """Return line numbers and fields of lines with content. Raises csv.Error with the line where a row begins."""
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=mark, strict=True)
     lines, begins = [], 1
     try:
@@ -174,7 +176,7 @@ def _fields(text: str, mark: str) -> list[tuple[int, list[str]]]:
 
 
 def _holds_rows(field: str, mark: str) -> bool:
-    """Return whether a quoted field has a line of two numbers or more behind its first."""
+    """Return whether a quoted field has, after its first line, a line with two or more numbers."""
     return any(
         sum(number(part.strip(), None) is not None for part in line.split(mark)) > 1 for line in field.splitlines()[1:]
     )

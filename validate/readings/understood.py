@@ -1,4 +1,4 @@
-"""Account of how a sheet was understood: in a sentence, as a table of its columns, and the doubts about it."""
+"""Interpretation of a sheet: in a sentence, as a table of its columns, and the doubts about it."""
 
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
@@ -16,17 +16,17 @@ from validate.settings import Decimal, Declared
 from validate.units import LABELS, counted
 
 WAYS = {"level": "level upward", "depth": "depth downward", None: "reading"}
-OR_ANSWER = "or answer readings.as_written"  # What a question on a sheet that can be read says
+OR_ANSWER = "or answer readings.as_written"  # End of a doubt about a readable sheet
 NO_SUCH = "skip: no such row"
 DIAL_UNITS = ("1/10 mm", "1/100 mm")
-FINEST_MM = 0.0075  # Between a caliper's last digit, 0.01 mm, and that of a dial that shows thousandths
-MOST_ROWS_SHOWN = 8  # Rows that are named as not read
+FINEST_MM = 0.0075  # Between the last digit of a caliper, 0.01 mm, and that of a dial with thousandths
+MOST_ROWS_SHOWN = 8  # Limit on the listed rows that are not read
 
 
 def dialect_of(
     grid: SheetGrid, header: Header, declared: Declared, mark: Decimal | None, repeats: int, missing: int
 ) -> str:
-    """Return in a sentence how a sheet was understood, so that whoever measured can see that it was meant."""
+    """Return the interpretation of a sheet in a sentence, so that whoever measured can check it."""
     units = list(dict.fromkeys(str(column.unit) for column in header.readings))
     counting = f"{WAYS[header.quantity]} in {' and '.join(units)} from {LABELS['datums'][declared.datum]}"
     if declared.datum != "sample_surface":
@@ -42,11 +42,11 @@ def dialect_of(
         f"{counted(header.above, 'line')} above the header": header.above,
         f"not readings: {skipped}": skipped,
     }
-    return "; ".join((written, layout, counting, *(text for text, said in more.items() if said), *grid.remarks))
+    return "; ".join((written, layout, counting, *(text for text, applies in more.items() if applies), *grid.remarks))
 
 
 def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadColumn, ...]:
-    """Return the columns of a table and what each is taken for, then the rows that are not read."""
+    """Return the columns of a table with their roles, then the rows that are not read."""
     way, turned = WAYS[header.quantity], grid.turned
     several = header.repeat is None and len(header.readings) > 1
     roles = {one.index: f"{way}, {at}" if several else way for at, one in enumerate(header.readings, start=1)}
@@ -54,7 +54,7 @@ def understood(grid: SheetGrid, header: Header, along: str = "s") -> tuple[ReadC
     roles |= {one.index: what for one, what in others if one is not None} | dict.fromkeys(header.of_units, "unit")
     columns = [
         ReadColumn(
-            letters(column.index) if turned is None else f"row {turned[column.index]}",
+            grid.name_of(column.index),
             shown(column.name),
             roles.get(column.index, "not read"),
             column.unit or "",
@@ -78,18 +78,18 @@ def doubts_of(
     depth_mm: float | None,
     filling: Filling | None,
 ) -> Iterator[str]:
-    """Yield a sentence for each doubt without an answer: its cell, what was found, the remedy, and what to answer."""
+    """Yield a sentence for each open doubt: cell, finding, remedy, and the entry that confirms the value."""
     names = {column.index: column.name for column in header.read}
     of_header = (*_marked(grid, header), *_too_fine(header, cells), *counted_stations(cells, length_mm))
     for doubt in unanswered((*of_header, *screened(cells, depth_mm, filling)), declared):
         place = grid.place(doubt.row, doubt.column, names.get(doubt.column))
-        # In a spreadsheet a text file has cells, too.
+        # A text file has cells when it is opened in a spreadsheet.
         cell = f", cell {letters(place.column)}{place.row}" if place.sheet is None and place.column is not None else ""
         yield in_words(doubt, f"{place}{cell}")
 
 
 def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:
-    """Yield the doubts that ``readings.as_written`` does not answer."""
+    """Yield the doubts that ``readings.as_written`` does not confirm as written."""
     answered = set(declared.as_written or ())
     for doubt in doubts:
         if not answered.issuperset(doubt.answers) and (doubt.kind != "datum" or declared.datum == "sample_surface"):
@@ -97,13 +97,13 @@ def unanswered(doubts: Iterable[Doubt], declared: Declared) -> Iterator[Doubt]:
 
 
 def in_words(doubt: Doubt, place: str) -> str:
-    """Return the sentence on a doubt: its place, what was found, the remedy, and what to answer."""
+    """Return the sentence on a doubt: place, finding, remedy, and the entry that confirms the value."""
     answers = ", ".join(f'"{answer}"' for answer in doubt.answers)
-    return f"{place}: {doubt.found} {doubt.remedy}, {OR_ANSWER} = [{answers}]."
+    return f"{place}: {doubt.finding} {doubt.remedy}, {OR_ANSWER} = [{answers}]."
 
 
 def screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) -> Iterator[Doubt]:
-    """Yield what the screens find; a reading in doubt, answered or not, is kept from those that follow."""
+    """Yield all doubts; a doubtful reading, confirmed or not, is masked in the checks that follow."""
     odd = np.zeros(cells.readings_mm.shape, dtype=bool)
     for doubt in mean_rows(cells):
         yield doubt
@@ -118,39 +118,52 @@ def screened(cells: ReadCells, depth_mm: float | None, filling: Filling | None) 
 
 
 def _too_fine(header: Header, cells: ReadCells) -> Iterator[Doubt]:
-    """Yield the doubt whether a dial's unit in a header, as 1/10 mm, is how finely millimetres were read."""
+    """Yield a doubt if readings in a dial's unit, as 1/10 mm, have too many digits: it may be a resolution in mm."""
     for column in header.readings:
         digits_mm = cells.digits_mm[:, cells.columns == column.index]
         if column.unit in DIAL_UNITS and digits_mm.size and float(np.median(digits_mm)) < FINEST_MM:
-            found = f"readings in {column.unit} with digits of {float(digits_mm.min()):.2g} mm, which no caliper shows."
+            finding = (
+                f"readings in {column.unit} with digits of {float(digits_mm.min()):.2g} mm, which no caliper shows."
+            )
             remedy = "Correct the header if they are millimetres"
-            yield Doubt("unit", header.row.number, column.index, ("unit",), found, remedy)
+            yield Doubt("unit", header.row.number, column.index, ("unit",), finding, remedy)
             return
 
 
 def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
-    """Yield remarks on the zero of readings, and rows, columns and cells that are struck through or hidden."""
+    """Yield doubts about remarks on zero points and factors, rows of zeros, and hidden or struck-out cells."""
     for row, text in remarks_where(header, names_other_zero):
-        found = f"{quoted(text)} says what the readings count from, and not in words for the sample's face."
-        remedy = "Declare [readings] datum and datum_level_mm if it is not the face"
-        yield Doubt("datum", row.number, header.station.index, ("datum",), found, remedy)
+        finding = f"{quoted(text)} mentions a zero point. Is it the sample's face?"
+        remedy = "If not, declare [readings] datum and datum_level_mm"
+        yield Doubt("datum", row.number, header.station.index, ("datum",), finding, remedy)
     columns = [column.index for column in (header.station, *header.readings)]
     for before, row in pairwise(header.body):
         values = [number(row.cell(column).text, None) for column in columns]
         if not any(values) and None not in values[:2] and (number(before.cell(columns[0]).text, None) or 0) > 0:
-            found = "place and readings are 0 below another place, as where a formula points at empty cells."
-            yield Doubt("zero", row.number, columns[0], (f"{row.number}",), found, "Clear the row")
+            finding = (
+                "position and readings are 0 below another position, as from a formula that refers to empty cells."
+            )
+            yield Doubt("zero", row.number, columns[0], (f"{row.number}",), finding, "Clear the row")
     for row, text in remarks_where(header, names_factor):
-        found = f"{quoted(text)} names a factor, by which nothing is multiplied."
-        yield Doubt("unit", row.number, header.station.index, ("unit",), found, "Write the readings in their unit")
+        finding = f"{quoted(text)} mentions a factor, but readings are not multiplied."
+        yield Doubt("unit", row.number, header.station.index, ("unit",), finding, "Write the readings in their unit")
     read = {column.index for column in (header.station, *header.readings)}
     at, rows = header.station.index, {row.number: row for row in header.body}
     if hidden := sorted(grid.hidden_rows & rows.keys()):
-        found = f"{'this row is' if len(hidden) == 1 else f'{len(hidden)} rows are'} hidden, and read."
-        yield Doubt("hidden", hidden[0], at, tuple(map(str, hidden)), found, "Delete what is not meant")
+        finding = f"{'this row is' if len(hidden) == 1 else f'{len(hidden)} rows are'} hidden but read."
+        yield Doubt(
+            "hidden", hidden[0], at, tuple(map(str, hidden)), finding, "Delete them if they do not belong to the table"
+        )
     for index in sorted(grid.hidden_columns & read):
-        found = "this column is hidden, and read."
-        yield Doubt("hidden", header.row.number, index, (letters(index),), found, "Delete it if it is not meant")
+        finding = "this column is hidden but read."
+        yield Doubt(
+            "hidden",
+            header.row.number,
+            index,
+            (letters(index),),
+            finding,
+            "Delete it if it does not belong to the table",
+        )
     for row_number, row in rows.items():
         filled = {index for index in read if row.cell(index).text}
         struck = {index for index in filled if (row_number, index) in grid.struck}
@@ -158,5 +171,5 @@ def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
         if struck and struck == filled:
             marks = [(at, f"{row_number}", "this row")]
         for index, answer, what in marks:
-            found = f"{what} is struck through, and read."
-            yield Doubt("struck", row_number, index, (answer,), found, "Clear it if it is not meant")
+            finding = f"{what} is struck through but read."
+            yield Doubt("struck", row_number, index, (answer,), finding, "Clear it if it is invalid")

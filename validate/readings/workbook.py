@@ -1,7 +1,7 @@
-"""Worksheets of a workbook, XLSX by openpyxl or ODS: the one that is wanted, or the only one that holds anything.
+"""Worksheets of a workbook, XLSX by openpyxl or ODS: the named one, or the only one with content.
 
-Of openpyxl its parser of a single worksheet is used, in one pass: a whole workbook would load pictures and fill each
-merged range with cells, and a read-only one reports neither merged cells nor hidden rows (decision 0088).
+Only openpyxl's parser of a single worksheet is used, in one pass: loading a whole workbook would include pictures and
+fill merged ranges with cells, and a read-only workbook reports neither merged cells nor hidden rows (decision 0088).
 """
 
 import io
@@ -42,16 +42,16 @@ LARGEST_UNPACKED_BYTES = 32_000_000  # Limit on all parts together: 10,000 rows 
 WORKBOOK = "xl/workbook.xml"  # Part of an XLSX about the workbook as a whole
 HIDDEN = ("1", "true")
 CALCULATES_ON_LOAD = re.compile(rb"<(?:\w+:)?calcPr\b[^>]*\bfullCalcOnLoad\s*=\s*[\"'](?:1|true)")
-"""Mark of a writer that calculates nothing: the program that opens the file is to do so, and Excel takes it out."""
+"""Mark of a program that calculates nothing and leaves that to the program that opens the file; Excel removes it."""
 NO_DATE = re.compile(r"[^\W\d_dmyhsapegbjtcrw]", re.IGNORECASE)
-"""Letter that no format of a date has, and the word Standard does: General in other languages."""
+"""A letter that no date format contains, or the word "Standard": "General" in other languages."""
 TEXT_OR_COLOUR = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
 SHOWN_BEHIND = re.compile(r'[0#?]\s*((?:"[^"]*"|\\.|[\s_]|%|mm|cm)+)$')
 """Text, quoted or letter by letter, that a format shows behind a number."""
 
 
 class _CellParser(WorkSheetParser):
-    """The parser of openpyxl, which also marks a formula whose result was never stored."""
+    """openpyxl's parser, which additionally marks formulas without a stored result."""
 
     def parse_cell(self, element: Element) -> dict[str, Any]:
         cell = super().parse_cell(element)
@@ -63,32 +63,32 @@ class _CellParser(WorkSheetParser):
 
 
 def read_sheet(path: Path, content: bytes, wanted: str | None) -> SheetGrid:
-    """Return the sheet that is ``wanted``, or the only visible one that holds anything. Raises SheetFaults."""
+    """Return the sheet ``wanted``, or the only visible one with content. Raises SheetFaults."""
     sheets, program = _worksheets(path, content, wanted)
     filled = [sheet for sheet in sheets if sheet.rows]
     visible = [sheet for sheet in filled if not sheet.hidden]
     chosen = visible if wanted is None else [sheet for sheet in sheets if sheet.name == wanted]
     if len(chosen) > 1 and len(tables := [sheet for sheet in chosen if _has_table(sheet)]) == 1:
-        # A cover, or a diagram's texts, are none.
+        # Ignore sheets without a table: a cover, or texts of a diagram.
         chosen = tables
     if len(chosen) == 1:
         return chosen[0].grid(path, program, _remarks(chosen[0], sheets))
     if wanted is not None:
-        found, named = f"no sheet {quoted(wanted)} among", sheets
+        finding, named = f"no sheet {quoted(wanted)} among", sheets
     elif visible:
-        found, named = f"{len(visible)} sheets hold something:", visible
+        finding, named = f"{len(visible)} sheets have content:", visible
     elif filled:
-        found, named = "all that holds anything is hidden:", filled
+        finding, named = "all sheets with content are hidden:", filled
     else:
-        found = "no rows of readings: all sheets are empty, or in the strict form of Open XML."
-        raise refuse(Place(path), found, "Save the workbook with its cells, as an ordinary XLSX.")
+        finding = "no rows of readings: all sheets are empty, or in the strict form of Open XML."
+        raise refuse(Place(path), finding, "Save the workbook with its cells, as an ordinary XLSX.")
     names = ", ".join(quoted(sheet.name) for sheet in named[:12]) + (", …" if len(named) > 12 else "")
-    remedy = "Name the one with the readings: [readings] sheet, or in pairing.csv."
-    raise refuse(Place(path), f"{found} {names}.", remedy, wanted)
+    remedy = "Select the one with the readings: [readings] sheet, or in pairing.csv."
+    raise refuse(Place(path), f"{finding} {names}.", remedy, wanted)
 
 
 def read_sheets(path: Path, content: bytes) -> tuple[SheetGrid, ...]:
-    """Return all visible sheets that hold anything. Raises SheetFaults."""
+    """Return all visible sheets with content. Raises SheetFaults."""
     sheets, program = _worksheets(path, content, None)
     return tuple(
         sheet.grid(path, program, _remarks(sheet, sheets)) for sheet in sheets if sheet.rows and not sheet.hidden
@@ -96,7 +96,7 @@ def read_sheets(path: Path, content: bytes) -> tuple[SheetGrid, ...]:
 
 
 def _worksheets(path: Path, content: bytes, wanted: str | None) -> tuple[list[Worksheet], str]:
-    """Return all worksheets, of which only the ``wanted`` one has cells if there is one, and the format."""
+    """Return all worksheets and the format; only the ``wanted`` sheet has cells if one is wanted."""
     if is_open_document(content):
         return read_worksheets(path, content), "ODS"
     with _refused(path):
@@ -104,12 +104,12 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> tuple[list[Wo
     unpacked_bytes = sum(entry.file_size for entry in archive.infolist())
     if unpacked_bytes > LARGEST_UNPACKED_BYTES:
         limit = f"at most {LARGEST_UNPACKED_BYTES / 1e6:.0f} MB are read."
-        found = f"a workbook that unpacks to {unpacked_bytes / 1e6:.0f} MB; {limit}"
-        raise refuse(Place(path), found, "Take pictures and other tables out of it, or save it as CSV.")
+        finding = f"a workbook that unpacks to {unpacked_bytes / 1e6:.0f} MB; {limit}"
+        raise refuse(Place(path), finding, "Remove pictures and other tables from it, or save it as CSV.")
     if "[Content_Types].xml" not in archive.namelist():
-        raise refuse(Place(path), "a zip of another program's format, and no XLSX.", SAVE_AGAIN)
+        raise refuse(Place(path), "a zip file, but not an XLSX.", SAVE_AGAIN)
     with _refused(path):
-        # The type stubs leave out what a read-only workbook keeps for its parser.
+        # The type stubs lack the attributes of a read-only workbook that its parser uses.
         book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True, keep_links=False)
         fonts = [book._fonts[style.fontId] for style in book._cell_styles]
         formats = [_format(style.numFmtId, book._number_formats) for style in book._cell_styles]
@@ -130,13 +130,13 @@ def _worksheets(path: Path, content: bytes, wanted: str | None) -> tuple[list[Wo
 
 
 def _format(number: int, own: Sequence[str]) -> str:
-    """Return the code of a number's format."""
+    """Return the code of a number format."""
     beyond = number - BUILTIN_FORMATS_MAX_SIZE
     return BUILTIN_FORMATS.get(number, "") if beyond < 0 else own[beyond] if beyond < len(own) else ""
 
 
 def _unit_behind(code: str) -> str:
-    """Return what a format shows behind a number, as "cm" or "%"; "" if nothing."""
+    """Return the text that a format shows behind a number, as "cm" or "%"; "" if nothing."""
     behind = SHOWN_BEHIND.search(code.partition(";")[0])
     return "" if behind is None else re.sub(r'["\\_]', "", behind[1]).strip()
 
@@ -166,16 +166,16 @@ def _is_hidden(dimension: Mapping[str, Any], size: str) -> bool:
 
 @contextmanager
 def _refused(path: Path) -> Iterator[None]:
-    """Refuse a file that openpyxl or zipfile cannot read: a damaged one makes them raise errors of any class."""
+    """Refuse a file that openpyxl or zipfile cannot read; damaged files raise errors of any class."""
     try:
         with warnings.catch_warnings():
-            # openpyxl warns about styles and extensions that it leaves out, which hold no readings.
+            # openpyxl warns about skipped styles and extensions, which contain no readings.
             warnings.simplefilter("ignore")
             yield
     except Exception as fault:
         cause = fault.__cause__ or fault
-        found = f"damaged, or no XLSX ({type(cause).__name__}: {shown(str(cause))})."
-        raise refuse(Place(path), found, SAVE_AGAIN) from fault
+        finding = f"damaged, or not an XLSX ({type(cause).__name__}: {shown(str(cause))})."
+        raise refuse(Place(path), finding, SAVE_AGAIN) from fault
 
 
 def _cell(value: Any, data_type: str) -> SheetCell:

@@ -1,7 +1,7 @@
-"""The budget of a comparison: draws of each named error, from which every interval, band and verdict follows.
+"""The error budget of a comparison: draws of each named error, the source of every interval, band and verdict.
 
-The draws and their order are fixed, so that every run gives the same figures. A standard uncertainty is half the
-half-width of a 95 % interval, so that twice u is that interval, whatever the distribution.
+The draws and their order are fixed, so every run gives the same figures. A standard uncertainty is defined as half the
+half-width of a 95 % interval, so that 2 u is that interval for any distribution.
 """
 
 from collections.abc import Callable
@@ -17,29 +17,29 @@ from validate.comparison import BudgetPart, BudgetSummary
 from validate.settings import PASS_MM
 
 DRAWS = 4_000
-"""Number of draws of each error. They are stratified, so that one error alone is as exact as its quantiles; the sum of
+"""Number of draws of each error. Draws are stratified: one error by itself is as exact as its quantiles, and the sum of
 several gives a half-width to 1 %."""
 MOST = 1_000_000
-"""Numbers in the draws of one error at most: a scan of more than 250 stations gets fewer draws."""
-CURVES = 1_000  # Number of them for the mean error, whose interval needs a search
+"""Largest number of values in the draws of one error: a scan of more than 250 stations gets fewer draws."""
+CURVES = 1_000  # Number of draws for the mean error, whose interval needs a search
 FEW_STATIONS = 200
 SHARE = 0.95
-UNDECLARED_MM = 0.2  # Size of an error that nobody declared, for the sentence on what it would do
+UNDECLARED_MM = 0.2  # Size of an undeclared error, for the table of its effect
 
 Kind = Literal["readings", "numerics", "inputs"]
 Source = Literal["repeats", "detected", "declared", "allowed for", "assumed", "computed"]
-"""Origin of an error's size: seen in the repeats or in the readings' last digits; declared in the trial file, or its
-default; allowed for, since the data cannot exclude it; assumed; or computed by extra runs."""
+"""Origin of an error's size: visible in the repeats or in the last digits; declared in the trial file, or its default;
+allowed for, since the data cannot exclude it; assumed; or computed by extra runs."""
 
 
 @dataclass(frozen=True)
 class Component:
-    """Draws of one error, which adds to the level that is read at each station, in mm."""
+    """Draws of one error, in mm, that is added to the measured level of each station."""
 
     name: str
     source: Source
     draws_mm: Floats  # (draws, n), or (draws, n - 1) for an error between stations
-    shared: bool = False  # True for an error that many stations have alike, which does not average out along the crack
+    shared: bool = False  # True for an error common to many stations, which does not average out along the crack
     between: bool = False  # True for the straight line's height above the bed, in the middle between two stations
     kind: Kind = "readings"
     setting: str = ""  # Key of the trial file that declares it
@@ -47,7 +47,7 @@ class Component:
 
 @dataclass(frozen=True)
 class Curve:
-    """An error along the crack: x, simulated less measured level there, and how levels at stations shape it."""
+    """An error along the crack: x, simulated minus measured level there, and the influence of each station's level."""
 
     x: Floats
     error_mm: Floats
@@ -56,9 +56,9 @@ class Curve:
 
     @classmethod
     def of(cls, x: Floats, error_mm: Floats, s_mm: Floats) -> "Curve":
-        """Take an error that is straight between the x; the arch between two stations gets its quarters besides.
+        """Take an error that is linear between the x, and add the quarters of each gap between stations for its arch.
 
-        Stations of a scan are so close that there is no arch to be seen.
+        Stations of a scan are too close for a visible arch.
         """
         parts = [0.0, 0.25, 0.5, 0.75] if len(s_mm) <= FEW_STATIONS else [0.0]
         quarters = (s_mm[:-1, None] + np.diff(s_mm)[:, None] * parts).ravel()
@@ -74,15 +74,15 @@ class Curve:
 
 @dataclass(frozen=True)
 class Budget:
-    """All errors of a comparison, by name, and those that nobody declared and no data can show."""
+    """All errors of a comparison, by name, and the undeclared ones that the data cannot show."""
 
     stations: int
     components: tuple[Component, ...]
     missing: tuple[Component, ...] = ()
-    """Errors that are neither declared nor shown by the readings, each with ``UNDECLARED_MM`` of it."""
+    """Errors that are neither declared nor shown by the readings, each with a size of ``UNDECLARED_MM``."""
     scatter_known: bool = True
-    notes: tuple[str, ...] = ()  # Sentences on what was seen in the readings
-    unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict and that no interval has
+    notes: tuple[str, ...] = ()  # Sentences on features of the readings
+    unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict; no interval includes them
 
     def only(self, keep: Callable[[Component], bool]) -> "Budget":
         return replace(self, components=tuple(one for one in self.components if keep(one)))
@@ -94,9 +94,9 @@ class Budget:
         return replace(self, components=(*self.components, *more))
 
     def at(self, which: NDArray[np.bool_]) -> "Budget":
-        """Return the budget of some of the stations, without the bed's shape between them."""
-        kept = [replace(one, draws_mm=one.draws_mm[:, which]) for one in self.components if not one.between]
-        return replace(self, stations=int(which.sum()), components=tuple(kept))
+        """Return the budget of a selection of stations, without the bed's shape between them."""
+        components = [replace(one, draws_mm=one.draws_mm[:, which]) for one in self.components if not one.between]
+        return replace(self, stations=int(which.sum()), components=tuple(components))
 
     @property
     def draws(self) -> int:
@@ -127,56 +127,55 @@ class Budget:
 
     @cached_property
     def band_mm(self) -> Floats:
-        """Half the 95 % interval of the level at each station by itself, (n,)."""
+        """Half-width of the 95 % interval of the level at each station by itself, (n,)."""
         return half_width(self.at_stations_mm)
 
     @cached_property
     def profile_band_mm(self) -> Floats:
-        """Half the band that holds the levels at all stations together in 95 %, (n,), by the largest of their ratios.
+        """Half-width of the band that contains the levels at all stations in 95 % of cases, (n,).
 
-        It is as many times wider as the band of one station at each of them (max-t, Montiel Olea & Plagborg-Møller
-        2019, J. Appl. Econom. 34:1).
+        It is the band of single stations, widened by one factor: the 95 % quantile of the largest ratio (max-t, Montiel
+        Olea & Plagborg-Møller 2019, J. Appl. Econom. 34:1).
         """
-        known = self.band_mm > 0
-        if not known.any():
+        positive = self.band_mm > 0
+        if not positive.any():
             return self.band_mm
-        worst = np.abs(self.at_stations_mm[:, known] / self.band_mm[known]).max(axis=1)
+        worst = np.abs(self.at_stations_mm[:, positive] / self.band_mm[positive]).max(axis=1)
         return self.band_mm * max(1.0, float(np.quantile(worst, SHARE)))
 
     @property
     def by_chance(self) -> float:
-        """Number of stations outside their own bands on average, were the true level that of the model."""
+        """Expected number of stations outside their own bands if the true level were that of the model."""
         return float((np.abs(self.at_stations_mm) > self.band_mm).sum(axis=1).mean())
 
     def mean_error_interval(self, curve: Curve) -> tuple[float, float]:
         """Return the ends of the 95 % interval of the mean of |error| against the true level.
 
-        Scatter adds to a mean of absolute values, the more the smaller the true error is. The true error is taken for
-        one of the likeliest one's shape, k times as large: the ends are those k for which readings with these errors
-        would give the likeliest one's mean, or more, in 2.5 % of all cases, and it, or less. The likeliest error is
-        that against the likeliest level: a probe reads too high, and so does a station with one reading far above the
-        others. A shared error may turn the error's sign along whole stretches, so that the upper end is also that of
-        the error moved by it.
+        Scatter adds to a mean of absolute values, the more the smaller the true error is. The true error is assumed to
+        have the likeliest error's shape, scaled by k. The ends are the k for which readings with these errors would
+        give the likeliest error's mean, or more, in 2.5 % of all cases, and it, or less. The likeliest error is that
+        against the likeliest level: a probe reads too high, and so does a station with one outlier upward. A shared
+        error may change the error's sign along whole stretches, so the upper end also covers the error shifted by it.
         """
         from scipy.optimize import root_scalar
 
-        x, found_mm = curve.x, float(mean_absolute(curve.x, curve.error_mm))
+        x, mean_mm = curve.x, float(mean_absolute(curve.x, curve.error_mm))
         off_mm = self.along_mm(curve)
-        # The bed between stations is taken for straight, as in the found mean.
+        # The bed between stations is assumed straight, as in the mean error.
         middle_mm = curve.hat @ np.median(self.at_stations_mm, axis=0)
         off_mm, likely = off_mm - middle_mm, curve.error_mm + middle_mm
         likely_mm = float(mean_absolute(x, likely))
         most_mm = float(np.quantile(mean_absolute(x, off_mm), (1 + SHARE) / 2))
-        if min(found_mm, likely_mm, most_mm) == 0:
-            return min(found_mm, likely_mm), max(found_mm, likely_mm) + most_mm
+        if min(mean_mm, likely_mm, most_mm) == 0:
+            return min(mean_mm, likely_mm), max(mean_mm, likely_mm) + most_mm
 
         def excess(times: float, share: float) -> float:
-            made_mm = mean_absolute(x, times * likely - off_mm)
-            return float(np.quantile(made_mm, share)) - likely_mm
+            drawn_mm = mean_absolute(x, times * likely - off_mm)
+            return float(np.quantile(drawn_mm, share)) - likely_mm
 
         low, high = (1 - SHARE) / 2, (1 + SHARE) / 2
         reach = most_mm / likely_mm
-        # Where even no error at all would give more than was found, there is nothing to search.
+        # If even an error of 0 would give a larger mean, there is nothing to search.
         bracket = max(0.0, 1 - reach), 1 + reach
         least, most = (
             float(root_scalar(excess, args=(share,), bracket=bracket, xtol=4e-3 * reach).root)
@@ -185,11 +184,11 @@ class Budget:
             for share in (high, low)
         )
         moved_mm = mean_absolute(x, curve.error_mm + self.only(lambda one: one.shared).along_mm(curve))
-        upper_mm = max(found_mm, most * likely_mm, float(np.quantile(moved_mm, high)))
-        return min(found_mm, least * likely_mm), upper_mm
+        upper_mm = max(mean_mm, most * likely_mm, float(np.quantile(moved_mm, high)))
+        return min(mean_mm, least * likely_mm), upper_mm
 
     def summary(self, curve: Curve) -> BudgetSummary:
-        """Return each component's standard uncertainty of mean level, mean error and station, as report.json has it."""
+        """Return each component's standard uncertainty of mean level, mean error and station, as in report.json."""
         middle = np.sign(curve.error_mm[:-1] + curve.error_mm[1:])
         parts, missing = (
             tuple(self._part(one, curve, middle) for one in group) for group in (self.components, self.missing)
@@ -198,7 +197,7 @@ class Budget:
         return BudgetSummary(parts=parts, missing=missing, scatter_known=self.scatter_known, notes=notes)
 
     def _allowed(self, one: Component, curve: Curve) -> str:
-        """Return the sentence on an error that the data cannot exclude and that nobody declared."""
+        """Return the sentence on an undeclared error that the data cannot exclude."""
         with_it, without = (
             budget.mean_mm(curve.weights())
             for budget in (self.of("readings"), self.of("readings").only(lambda other: other is not one))
@@ -206,9 +205,8 @@ class Budget:
         times = f"{with_it / without:.1f}" if without else "many"
         narrower = "hardly narrower" if times == "1.0" else f"{times} times narrower"
         return (
-            f"So few repeats cannot tell passes that differ by {PASS_MM:g} mm from passes that agree. The intervals "
-            f"allow for it; that of the mean level would be {narrower} with repeats that are declared to be no passes "
-            f"({one.setting} = 0)."
+            f"So few repeats cannot exclude a shift of {PASS_MM:g} mm between passes; the intervals include one. If "
+            f"repeats are not separate passes, set {one.setting} = 0: that of the mean level is then {narrower}."
         )
 
     def _part(self, one: Component, curve: Curve, middle: Floats) -> BudgetPart:
@@ -230,13 +228,13 @@ def rms(values: Floats) -> float:
 
 
 def draws_for(stations: int) -> int:
-    """Return how many draws of each error a budget of so many stations has."""
+    """Return the number of draws of each error for a number of stations."""
     return min(DRAWS, MOST // stations)
 
 
 @cache
 def uniforms(name: str, columns: int, draws: int = DRAWS) -> Floats:
-    """Return stratified draws from 0 to 1, (draws, columns), always the same for one name (a Latin hypercube)."""
+    """Return stratified draws from 0 to 1, (draws, columns), the same for a name each time (a Latin hypercube)."""
     random = np.random.default_rng([columns, *name.encode()])
     places = np.tile((np.arange(draws) + 0.5) / draws, (columns, 1))
     return random.permuted(places, axis=1).T.copy()
@@ -251,7 +249,7 @@ def normals(name: str, columns: int, draws: int = DRAWS) -> Floats:
 
 
 def hats(x: Floats, s_mm: Floats) -> Any:
-    """Return the share of each station's level at each x of a curve that is straight between stations, (len(x), n).
+    """Return the influence of each station's level at each x of a curve that is linear between stations, (len(x), n).
 
     It is a sparse matrix: two stations share a place.
     """
@@ -260,13 +258,13 @@ def hats(x: Floats, s_mm: Floats) -> Any:
 
 
 def arches(x: Floats, s_mm: Floats) -> Any:
-    """Return the height at each x of a parabola of height 1 over each gap between stations, (len(x), n - 1), sparse."""
+    """Return the height at each x of parabolas of height 1 over the gaps between stations, (len(x), n - 1), sparse."""
     gap, part = _gaps(x, s_mm)
     return _sparse(len(x), len(s_mm) - 1, (gap, 4 * part * (1 - part)))
 
 
 def _gaps(x: Floats, s_mm: Floats) -> tuple[Integers, Floats]:
-    """Return the gap between two stations in which each x lies, and its place in it from 0 to 1."""
+    """Return the gap between stations that contains each x, and the position in it from 0 to 1."""
     gap = np.clip(np.searchsorted(s_mm, x, side="right") - 1, 0, len(s_mm) - 2)
     return gap, np.clip((x - s_mm[gap]) / (s_mm[gap + 1] - s_mm[gap]), 0.0, 1.0)
 
@@ -280,10 +278,10 @@ def _sparse(rows: int, columns: int, *entries: tuple[Integers, Floats]) -> Any:
 
 
 def mean_absolute(x: Floats, value: Floats) -> Floats:
-    """Return the exact mean of |value| over x, for curves (..., len(x)) that are straight between the x."""
+    """Return the exact mean of |value| over x, for curves (..., len(x)) that are linear between the x."""
     size = np.abs(value)
     together = size[..., :-1] + size[..., 1:]
-    # Where the value changes its sign, two triangles are left of the trapezium.
+    # If the value changes its sign, the trapezium becomes two triangles.
     crosses = value[..., :-1] * value[..., 1:] < 0
     cut = np.where(crosses, size[..., :-1] * size[..., 1:] / np.where(crosses, together, 1.0), 0.0)
     return (together / 2 - cut) @ np.diff(x) / (x[-1] - x[0])

@@ -1,4 +1,4 @@
-"""Errors of a level by what extra runs show: inputs, size of the particles, scatter of runs, volume not kept."""
+"""Errors of a level that extra runs determine: inputs, particle size, scatter of runs, and changes of volume."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -15,7 +15,7 @@ from validate.comparison import InputDrawsRecord, InputEffect, SizeSeries
 from validate.uncertainty.budget import Component, draws_for, half_width, normals, uniforms
 from validate.units import LABELS, MODELS
 
-RUNS = 1_000  # A standard deviation by so many is known to 2 %
+RUNS = 1_000  # They give a standard deviation to 2 %
 
 
 def drawn_inputs(names: Iterable[str], runs: int = RUNS) -> Floats:
@@ -24,13 +24,13 @@ def drawn_inputs(names: Iterable[str], runs: int = RUNS) -> Floats:
 
 
 def along(s_mm: Floats, known_mm: Floats, levels_mm: Floats) -> Floats:
-    """Return levels, (runs, k), at other places."""
+    """Return levels, (runs, k), interpolated at other places."""
     return np.reshape([np.interp(s_mm, known_mm, level_mm) for level_mm in levels_mm], (-1, len(s_mm)))
 
 
 @dataclass(frozen=True)
 class Effect:
-    """The effect of one input's standard uncertainty on the simulated level."""
+    """Effect of one input's standard uncertainty on the simulated level."""
 
     name: str  # Name of the setting in [uncertainty]
     standard: float  # Declared standard uncertainty, in the unit that the name ends with
@@ -39,16 +39,16 @@ class Effect:
 
 @dataclass(frozen=True)
 class Inputs:
-    """Effects of the n moved inputs on the levels at k places, by one model."""
+    """Effects of the n varied inputs on the levels at k places, by one model."""
 
     model: Method
     standards: Mapping[str, float]  # Declared standard uncertainty of each input by its name in [uncertainty]
     straight_mm: Floats  # (n, k): change of the level for an input larger by that
-    curved_mm: Floats  # (n, k): change that adds to it for an input larger and for one smaller alike; 0 by particles
-    together_mm: Floats  # (draws, k): change by all inputs beyond the sum of each alone; no draws by particles
+    curved_mm: Floats  # (n, k): additional change, equal for a larger and a smaller input; 0 by particles
+    together_mm: Floats  # (draws, k): change by interactions of the inputs; no draws by particles
 
     def at(self, known_mm: Floats, s_mm: Floats) -> "Inputs":
-        """Return the effects at ``s_mm`` from those at ``known_mm``."""
+        """Return the effects at ``s_mm``, interpolated from ``known_mm``."""
         changes_mm = self.straight_mm, self.curved_mm, self.together_mm
         straight_mm, curved_mm, together_mm = (along(s_mm, known_mm, one) for one in changes_mm)
         return Inputs(self.model, self.standards, straight_mm, curved_mm, together_mm)
@@ -61,7 +61,7 @@ class Inputs:
             draws_mm = z * straight_mm + z**2 * curved_mm
             components.append(self._component(LABELS["inputs"][name][0], draws_mm, f"uncertainty.{name}"))
         if runs := len(self.together_mm):
-            # Runs in another order than those of each input alone.
+            # Shuffled, so that these runs are independent of the draws of single inputs.
             order = np.random.default_rng(stations).permutation(np.arange(draws_for(stations)) % runs)
             components.append(self._component("inputs together", self.together_mm[order], ""))
         return components
@@ -71,7 +71,7 @@ class Inputs:
         return Component(name, "declared", draws_mm, shared=True, kind="inputs", setting=setting)
 
     def reported(self, x: Floats) -> tuple[tuple[InputEffect, ...], float]:
-        """Return each effect on the mean level over x, and the share of the variance that no input has alone.
+        """Return each effect on the mean level over x, and the share of the variance that is due to interactions.
 
         The variance of a normal z times a plus z squared times b is a^2 + 2 b^2.
         """
@@ -98,25 +98,25 @@ class Inputs:
 
 @dataclass(frozen=True)
 class InputDraws:
-    """Runs of the fast model with inputs drawn together, against its run with the inputs as they are."""
+    """Runs of the fast model with inputs drawn at once, relative to its run with the inputs as they are."""
 
     s_mm: Numbers  # (k,)
     standards: dict[str, float]  # Declared standard uncertainty of each input by its name in [uncertainty]
-    moved_mm: Numbers  # (runs, k): level less that of the inputs as they are
+    moved_mm: Numbers  # (runs, k): level minus that of the inputs as they are
     unfit: tuple[str, ...]  # Reasons why the case is outside the model's domain, a sentence each
 
     @cached_property
     def inputs(self) -> Inputs:
-        """The effect of each input alone, by least squares of parabolas that start from the inputs as they are.
+        """Effect of each input by itself: least squares of parabolas through 0 at the inputs as they are.
 
-        The draws of two inputs are independent, so that the variance of one's parabola, over that of all runs, is its
+        The draws of two inputs are independent, so the variance of one's parabola, over that of all runs, is its
         first-order index (Saltelli et al. 2008, Global Sensitivity Analysis, 1.2).
         """
         z = drawn_inputs(self.standards, len(self.moved_mm))
         terms = np.hstack([z, z**2])
-        found = np.linalg.lstsq(terms, self.moved_mm)[0]
-        straight_mm, curved_mm = np.array(np.split(found, 2), dtype=np.float64)
-        return Inputs(FAST, self.standards, straight_mm, curved_mm, self.moved_mm - terms @ found)
+        coefficients = np.linalg.lstsq(terms, self.moved_mm)[0]
+        straight_mm, curved_mm = np.array(np.split(coefficients, 2), dtype=np.float64)
+        return Inputs(FAST, self.standards, straight_mm, curved_mm, self.moved_mm - terms @ coefficients)
 
     def recorded(self, together: float) -> InputDrawsRecord:
         """Return the record of the runs for comparison.json."""
@@ -124,19 +124,19 @@ class InputDraws:
 
 
 ORDERS = np.linspace(0.5, 2.0, 61)
-"""Orders of convergence that are allowed for: below the first an error over so few sizes looks like a constant, and the
-last is the highest that any part of the scheme has (Oberkampf & Roy 2010, 8.6.4)."""
-LEAST_RUNS = 2  # Fewest runs of a size: one alone has no scatter
-ROUNDING_MM2 = 1e-12  # Square of a residual that is rounding alone
+"""Allowed orders of convergence. Below the lowest, an error over so few sizes looks constant; the highest is that of
+the best part of the scheme (Oberkampf & Roy 2010, 8.6.4)."""
+LEAST_RUNS = 2  # Fewest runs of a size: a single one has no scatter
+ROUNDING_MM2 = 1e-12  # Square of a residual by rounding
 
 
 @dataclass(frozen=True)
 class Replicates:
-    """Numbers from runs that differ in seed at each of three particle sizes.
+    """Results of runs with different seeds at each of three particle sizes.
 
     The error of the middle size is a, by least squares of f0 + a h^p, where h is the radius over the middle one. The
-    order p is averaged over by its likelihood, for flat priors of f0 and a; one p serves all numbers, by their mean.
-    All sizes scatter alike.
+    order p is averaged over its likelihood, with flat priors of f0 and a; one p is used for all results, from their
+    mean. All sizes have the same scatter.
     """
 
     radii_mm: Sequence[float]  # From the finest to the coarsest
@@ -155,7 +155,7 @@ class Replicates:
     def size_errors(self, draws: int) -> Floats:
         """Return draws of the middle size's error, (draws, k).
 
-        Given p they have Student's t distribution, with the covariance of the k numbers that the residuals show.
+        Given p, they have Student's t distribution, with the covariance of the k results in the residuals.
         """
         error, squares, lack = self._fits(self.orders(draws))
         noise = normals("particle size", self._count + 1, draws)
@@ -164,7 +164,7 @@ class Replicates:
         return error + off / np.sqrt(squares[:, None] * _chi_squares("particle size", freedom, draws))
 
     def single_runs(self, draws: int) -> Floats:
-        """Return draws of what one run is off the mean of all that differ in seed, (draws, k)."""
+        """Return draws of the deviation of a single run from the mean over seeds, (draws, k)."""
         freedom = self._count - len(self.runs)
         off = normals("single run", self._count, draws) @ self._residuals
         return off / np.sqrt(_chi_squares("single run", freedom, draws))
@@ -188,21 +188,21 @@ class Replicates:
         return sum(map(len, self.runs))
 
     def _fits(self, orders: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return for each order the fitted a, (m, k), the squares of h^p about its mean, (m,), and the rest, (m, k)."""
+        """Return for each order the fitted a, (m, k), squares of h^p about its mean, (m,), and the residual, (m, k)."""
         weight = np.array([len(runs) for runs in self.runs], dtype=float)
         root = np.sqrt(weight)
         power = (np.asarray(self.radii_mm) / self.radii_mm[1]) ** orders[:, None]
         slope = power - (power @ weight / weight.sum())[:, None]
         squares = slope**2 @ weight
         error = (slope * weight) @ self.means / squares[:, None]
-        # The one direction of three means that no f0 and a can follow.
+        # The direction in the space of the three means that f0 and a cannot fit.
         across = np.cross(root, root * power)
         across /= np.linalg.norm(across, axis=1, keepdims=True)
         return error, squares, across @ (root[:, None] * self.means)
 
 
 def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) -> SizeSeries:
-    """Return a number over three particle sizes, given for each run of each size."""
+    """Return the record of one result at three particle sizes, given for each run of each size."""
     replicates = Replicates(radii_mm, [np.array(runs)[:, None] for runs in values])
     draws = draws_for(1)
     low, high = np.quantile(replicates.orders(draws), (0.025, 0.975))
@@ -218,8 +218,8 @@ def size_series(values: Sequence[Sequence[float]], radii_mm: Sequence[float]) ->
 def numerical_errors(replicates: Replicates, volume_level_mm: float | None) -> list[Component]:
     """Return the errors of the levels at k stations by the numerics.
 
-    Volume gained or lost may move the level everywhere, up or down, by up to ``volume_level_mm``: the fit over particle
-    sizes has an unknown part of it.
+    Volume gained or lost may shift the level everywhere, up or down, by up to ``volume_level_mm``; the fit over
+    particle sizes includes an unknown part of it.
     """
     stations = replicates.means.shape[1]
     draws = draws_for(stations)
@@ -243,9 +243,9 @@ def _chi_squares(name: str, freedom: int, draws: int) -> Floats:
 def two_level_design(inputs: int) -> Integers:
     """Return -1 or 1 for each run and input, (runs, inputs): columns of a Hadamard matrix, balanced and orthogonal.
 
-    Up to 1, 3, 7 or 15 inputs take 2, 4, 8 or 16 runs (Plackett & Burman 1946). An effect is a difference of two
-    halves of all runs, which averages out most of the scatter of single runs; the interaction of two inputs is
-    confounded with the effect of a third one.
+    Up to 1, 3, 7 or 15 inputs take 2, 4, 8 or 16 runs (Plackett & Burman 1946). An effect is a difference of two halves
+    of all runs, which averages out most of the scatter of single runs; the interaction of two inputs is confounded with
+    the effect of a third one.
     """
     return _matrix(inputs)[:, 1 : inputs + 1]
 
@@ -269,7 +269,7 @@ def _matrix(inputs: int) -> Integers:
 
 @dataclass(frozen=True)
 class SizeRuns:
-    """Levels of runs with particles of one size and the same physics, which differ in seed."""
+    """Levels of runs with particles of one size and the same physics, with different seeds."""
 
     radius_mm: float
     levels_mm: Numbers  # (runs, k)
@@ -284,9 +284,9 @@ class Spread:
     """Runs at three particle sizes: finer, the trial's own (its run first), coarser; None for the fast model."""
     effects: tuple[Effect, ...]  # Effects of the inputs whose standard uncertainty is declared, by particles
     effect_scatter_mm: float | None
-    """Standard deviation of an effect by the scatter of single runs; None if it is not known."""
+    """Standard deviation of an effect by the scatter of single runs; None if it was not computed."""
     design_radius_mm: float | None  # Particle radius in the runs of the effects; None without such runs
-    draws: InputDraws | None = None  # Runs of the fast model with moved inputs, in place of effects by particles
+    draws: InputDraws | None = None  # Runs of the fast model with varied inputs, instead of effects by particles
 
     def __post_init__(self) -> None:
         """Raise InputError if runs of one size are copies of each other."""
@@ -315,7 +315,7 @@ class Spread:
 
     @classmethod
     def of(cls, content: dict[str, Any]) -> Self:
-        """Return the spread from the content of a JSON file. Raises ValueError for others."""
+        """Return the spread from the content of a JSON file. Raises ValueError if it does not fit."""
         spread = TypeAdapter(cls).validate_python(content)
         levels_mm = [*(size.levels_mm for size in spread.sizes or ()), *(one.level_mm[None] for one in spread.effects)]
         if any(each.ndim != 2 or each.shape[1] != len(spread.s_mm) for each in levels_mm):

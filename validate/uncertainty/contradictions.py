@@ -1,4 +1,4 @@
-"""Declared errors that the readings contradict, whole passes among them: refused at a stated rate of false alarms."""
+"""Declared errors that the readings contradict, including passes: refused at a stated rate of false alarms."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ from sealtwin.core.records import Floats, Profile
 from validate.settings import PASS_MM, Readings, Uncertainty
 from validate.uncertainty.budget import Component, Source, draws_for, normals, uniforms
 
-FREEDOM_OF_PASSES = 4.0  # Degrees of freedom of the half-t prior of that deviation, so that the repeats may show more
+FREEDOM_OF_PASSES = 4.0  # Degrees of freedom of the half-t prior of a pass; few, so that repeats may exceed it
 FALSE_ALARM = 0.01  # Probability that a true declaration is refused
-ORDERS = 2_000  # Random orders of each station's repeats, which know a share of 0.3 % to 0.12 %
-NUMBERS = 1_000_000  # Readings that are put into another order at a time
+ORDERS = 2_000  # Random orders of each station's repeats: they give a share of 0.3 % to 0.12 %
+NUMBERS = 1_000_000  # Readings that are permuted at a time
 WAYS = ("{off} off the mean of all", "tilted by {off} (rms along the crack)", "bent by {off} (rms along the crack)")
 
 
@@ -31,7 +31,7 @@ def without_passes(residual_mm: Floats, s_mm: Floats, pass_mm: float | None) -> 
 def shapes_of_passes(s_mm: Floats) -> Floats:
     """Return an offset, a tilt and a bend along the crack, (n, k), orthogonal and each 1 on average (rms).
 
-    Few stations have no room for all of them.
+    Few stations allow only the first of them.
     """
     most = min(3, max(1, len(s_mm) // 2))
     place = (s_mm - s_mm.mean()) / np.ptp(s_mm)
@@ -40,23 +40,23 @@ def shapes_of_passes(s_mm: Floats) -> Floats:
 
 
 def coefficients(residual_mm: Floats, shapes: Floats) -> Floats:
-    """Return what each repeat has of each shape, (k, repeats), about the mean of all repeats."""
+    """Return each repeat's coefficient of each shape, (k, repeats), minus the mean of all repeats."""
     columns: list[Floats] = []
     for one in residual_mm.T:
         read = ~np.isnan(one)
         columns.append(np.linalg.lstsq(shapes[read], one[read])[0] if shapes.shape[1] else np.zeros(0))
-    found = np.array(columns).T
-    return found - found.mean(axis=1, keepdims=True)
+    by_repeat = np.array(columns).T
+    return by_repeat - by_repeat.mean(axis=1, keepdims=True)
 
 
 def passes_error(
-    declared_mm: float | None, found: Floats, noise_mm2: Floats, shapes: Floats, read: Floats
+    declared_mm: float | None, per_pass: Floats, noise_mm2: Floats, shapes: Floats, read: Floats
 ) -> Component:
-    """Draw what passes over all stations, or operators, leave in the mean of the repeats.
+    """Draw the error of the mean of the repeats that passes over all stations, or operators, leave in it.
 
-    Each shape has its own standard deviation t among passes. Its posterior has a half-t prior of the declared scale
-    and the spread of the coefficients, whose variance is t² and that of the scatter. The passes of the mean are drawn
-    with it: of their own mean the repeats tell nothing.
+    Each shape has its own standard deviation t among passes. Its posterior combines a half-t prior of the declared
+    scale with the spread of the coefficients, whose variance is t² plus that of the scatter. The error of the mean is
+    drawn with it, since repeats do not show an error of their own mean.
     """
     scale_mm = PASS_MM if declared_mm is None else declared_mm
     passes = read.shape[1]
@@ -64,11 +64,11 @@ def passes_error(
     draws = draws_for(len(read))
     total_mm = np.zeros((draws, len(read)))
     for number, (noise, shape) in enumerate(zip(noise_mm2, shapes.T, strict=True)):
-        squares = float((found[number] ** 2).sum())
+        squares = float((per_pass[number] ** 2).sum())
         t_mm = np.geomspace(1e-3 * scale_mm, 30 * (scale_mm + np.sqrt(squares)), 400)
         prior = -(FREEDOM_OF_PASSES + 1) / 2 * np.log1p((t_mm / scale_mm) ** 2 / FREEDOM_OF_PASSES)
         spread = noise + t_mm**2
-        # Even steps of ln t: the density of t times t.
+        # Even steps of ln t: multiply the density of t by t.
         chance = prior - (passes - 1) / 2 * np.log(spread) - squares / (2 * spread) + np.log(t_mm)
         below = np.cumsum(np.exp(chance - chance.max()))
         drawn_mm = np.interp(uniforms(f"pass {number}", 1, draws)[:, 0], below / below[-1], t_mm)
@@ -81,10 +81,10 @@ def passes_error(
 def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: str) -> None:
     """Refuse a declared ``pass_mm`` that the columns of repeats, (n, r) about their station's mean, contradict.
 
-    Repeats that are no passes may stand in any order within their station (a permutation test), and passes add their
-    own offset, tilt and bend. Columns that differ as far in at most ``FALSE_ALARM`` of all such sheets contradict the
-    declaration; each shape gets its share of that. Columns that differ less contradict nothing: passes may lack any of
-    the three. Raises InputError.
+    Under the declaration, repeats within a station could be in any order (a permutation test), plus offset, tilt and
+    bend of each pass. Columns that differ as much in at most ``FALSE_ALARM`` of all such sheets contradict it; the rate
+    is divided among the shapes. Smaller differences contradict nothing: passes need not have all three shapes. Raises
+    InputError.
     """
     shapes, read = shapes_of_passes(s_mm), ~np.isnan(residual_mm)
     (stations, passes), count = residual_mm.shape, shapes.shape[1]
@@ -100,7 +100,7 @@ def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: s
         return each_mm - each_mm.mean(axis=-1, keepdims=True)
 
     random = np.random.default_rng(stations)
-    # Readings that are there, before those that are missing.
+    # Existing readings first, missing ones last.
     places = np.argsort(~read, axis=1, kind="stable")
     columns_mm, draws = of_columns(residual_mm), list[Floats]()
     for _ in range(0, ORDERS, step := max(1, min(ORDERS, NUMBERS // residual_mm.size))):
@@ -117,28 +117,28 @@ def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: s
         return
     shape = int(more.argmin())
     column = int(np.abs(columns_mm[shape]).argmax())
-    # Upward at the crack's end: QR leaves the signs of the shapes open.
+    # Upward at the crack's end: the signs of the shapes by QR are arbitrary.
     off_mm = columns_mm[shape, column] * np.sign(shapes[-1, shape])
     off = f"{off_mm:+.2f} ± {1.96 * drawn[:, shape, column].std():.2f} mm"
     raise InputError(
         f"{source}: uncertainty.pass_mm = {pass_mm:g}: the columns of repeats contradict it. Repeat {column + 1} is "
-        f"{WAYS[shape].format(off=off)} (95 % by chance), and columns differ so far in fewer than "
-        f"1 of 100 sheets with such passes. Leave pass_mm out, or declare by how much passes differ."
+        f"{WAYS[shape].format(off=off)} (95 % by chance), and columns differ so much in fewer than "
+        "1 of 100 sheets with such passes. Remove pass_mm, or set it to the difference between passes."
     )
 
 
 COARSE = 1.2
-"""Last digits larger than this many standard deviations hide the scatter, and are modelled as cut off. Below it they
-are as good as an error of their own (Sheppard)."""
+"""Resolution, in standard deviations, above which rounding hides the scatter and is modelled explicitly. Below it,
+rounding counts as an independent error (Sheppard)."""
 WRITTEN_MM = 0.006  # Distance from a multiple of an inch's fraction that is written in hundredths of a millimetre
-ODD_SHARE = 0.05  # Share of readings that may be no multiple of the last digit, as read between two marks
+ODD_SHARE = 0.05  # Share of readings that need not be multiples of the last digit, as those between two marks
 
 
 def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncertainty) -> None:
     """Refuse declared errors that the readings contradict, naming the key. Raises InputError.
 
-    A datum's height, a limit of error, the probe's width, a shift of all stations and an error that all repeats share
-    leave no trace in readings alone, and are taken as declared.
+    A datum's height, a limit of error, the probe's width, a shift of all stations and an error shared by all repeats
+    leave no trace in the readings, and are accepted as declared.
     """
     source, (repeats_mm, residual_mm) = measured.source or "readings", repeats_of(measured)
     _require_resolution(repeats_mm, settings.resolution_mm, source)
@@ -157,7 +157,7 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
 
 
 def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -> None:
-    """Refuse a last digit that readings do not keep, up to a common height."""
+    """Refuse a last digit that the readings do not have, whatever height they count from."""
     default_mm = Readings.model_fields["resolution_mm"].default
     read_mm = repeats_mm[~np.isnan(repeats_mm)]
     if resolution_mm <= default_mm:
@@ -167,14 +167,14 @@ def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -
     count = int(odd.sum(axis=1).min())
     if count > ODD_SHARE * len(read_mm):
         raise InputError(
-            f"{source}: readings.resolution_mm = {resolution_mm:g}: {count} of {len(read_mm)} readings are no "
-            "multiples of it, whatever height they count from. It is the last digit of the caliper: give that of the "
-            "readings; what else is uncertain has keys of its own in [uncertainty]."
+            f"{source}: readings.resolution_mm = {resolution_mm:g}: {count} of {len(read_mm)} readings are not "
+            "multiples of it, whatever height they count from. Set it to the last digit of the caliper; declare other "
+            "uncertainties by their keys in [uncertainty]."
         )
 
 
 def _require_scatter(squares_mm2: float, freedom: float, declared_mm: float, resolution_mm: float, source: str) -> None:
-    """Refuse a repeatability that repeats exceed, by the chi-squared distribution of normal readings."""
+    """Refuse a repeatability that the scatter of the repeats exceeds, by the chi-squared distribution."""
     from scipy.stats import chi2
 
     variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
@@ -187,9 +187,9 @@ def _require_scatter(squares_mm2: float, freedom: float, declared_mm: float, res
 
 
 def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> tuple[str, ...]:
-    """Return a sentence on a declared repeatability that repeats stay below; it enters no interval beside repeats.
+    """Return a sentence on a declared repeatability that exceeds the scatter of the repeats; then no interval uses it.
 
-    The test is that of ``_require_scatter``, at the other end; there is none if the last digit hides the scatter.
+    The test is that of ``_require_scatter``, at the other end. It is skipped if the last digit hides the scatter.
     """
     from scipy.stats import chi2
 
@@ -202,23 +202,24 @@ def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm
         return ()
     return (
         f"uncertainty.repeatability_mm = {declared_mm:g} is not used: the repeats show the scatter, "
-        f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), and so little in fewer than "
-        "1 of 100 sheets of normal readings with that repeatability.",
+        f"{np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), and fewer than 1 of 100 sheets "
+        "of normal readings with that repeatability scatter so little.",
     )
 
 
 def _scatter(residual_mm: Floats, s_mm: Floats, declared: Uncertainty) -> tuple[float, float]:
-    """Return the sum of squares of the repeats about their stations' means, passes taken off, and its freedom."""
+    """Return the sum of squares of the repeats about their stations' means, without passes, and its freedom."""
     own_mm, shapes, _ = without_passes(residual_mm, s_mm, declared.pass_mm)
     freedom = ((~np.isnan(residual_mm)).sum(axis=1) - 1).sum() * (1 - shapes.shape[1] / len(s_mm))
     return float(np.nansum(own_mm**2)), float(freedom)
 
 
 def _require_rough(measured: Profile, own_mm: Floats, key: str, declared_mm: float, source: str) -> None:
-    """Refuse errors of each station by itself, of the standard deviations ``own_mm``, that would leave a rougher level.
+    """Refuse independent errors of each station, of standard deviations ``own_mm``, that would make the level rougher.
 
-    A bed of any shape makes it less probable that second differences along the crack are small than the errors alone do
-    (Anderson 1955, Proc. Am. Math. Soc. 6:170), so that at most ``FALSE_ALARM`` of all sheets are refused wrongly.
+    For any shape of the bed, second differences along the crack are at least as likely to be large as for the errors
+    without a bed (Anderson 1955, Proc. Am. Math. Soc. 6:170), so at most ``FALSE_ALARM`` of all sheets are refused
+    wrongly.
     """
     s_mm, level_mm = measured.s_mm, measured.level_mm
     if len(s_mm) < 4 or not own_mm.any():

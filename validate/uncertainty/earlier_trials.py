@@ -1,8 +1,8 @@
-"""Bias and scatter of a lab's earlier trials, as fire models state theirs, and what readings of a new one should be.
+"""Bias and scatter over a lab's earlier trials, as fire models report theirs, and the expected readings of a new trial.
 
-The model's error is a bias and a scatter of each quantity over all trials whose readings were held out (McGrattan &
-Toman 2011, *Fire Safety Journal* 46; FDS's validation guide). Fills, which are never negative, are compared by their
-ratio, levels and heaps by their difference.
+The model's error is a bias and a scatter of each quantity over all trials with held-out readings (McGrattan & Toman
+2011, *Fire Safety Journal* 46; FDS's validation guide). Fills, which are never negative, are compared by their ratio,
+levels and heaps by their difference.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,13 +36,13 @@ NAMES: dict[Quantity, str] = {
 
 
 def biases(trials: Sequence[EarlierTrial]) -> tuple[Bias, ...]:
-    """Return bias and scatter of each quantity; none of fewer than two trials, nor of a ratio to an empty crack.
+    """Return bias and scatter of each quantity; none with fewer than two trials, or for a ratio to an empty crack.
 
-    A quantity whose error is the same in all trials, as that of a heap that none has, shows no scatter and has none.
+    A quantity with the same error in all trials, such as the heap if no trial has one, is omitted: it shows no scatter.
     """
     if len(trials) < FEWEST:
         return ()
-    found: list[Bias] = []
+    results: list[Bias] = []
     for quantity in get_args(Quantity):
         relative = quantity == "fill_ratio"
         errors = _errors(trials, quantity)
@@ -52,72 +52,72 @@ def biases(trials: Sequence[EarlierTrial]) -> tuple[Bias, ...]:
         if scatter < ROUNDING:
             continue
         bias = float(np.exp(mean)) if relative else mean
-        found.append(Bias(quantity=quantity, relative=relative, bias=bias, scatter=scatter, trials=len(trials)))
-    return tuple(found)
+        results.append(Bias(quantity=quantity, relative=relative, bias=bias, scatter=scatter, trials=len(trials)))
+    return tuple(results)
 
 
 def expect(trials: Sequence[EarlierTrial], computed: Mapping[Quantity, float]) -> EarlierTrials | None:
-    """Return what the next trial's readings should find by the earlier ones; None without bias and scatter of a level.
+    """Return the expected readings of the next trial by the earlier ones; None without bias and scatter of a level.
 
-    With n trials of scatter s the interval's half-width is t s sqrt(1 + 1/n), t of n - 1 degrees of freedom.
+    With n trials of scatter s the interval's half-width is t s sqrt(1 + 1/n), with t of n - 1 degrees of freedom.
     """
-    found = [_expectation(bias, computed[bias.quantity]) for bias in biases(trials)]
-    level = any(one.quantity == "mean_level_mm" for one in found)
-    return EarlierTrials(trials=tuple(trials), expectations=tuple(found)) if level else None
+    expectations = [_expectation(bias, computed[bias.quantity]) for bias in biases(trials)]
+    level = any(one.quantity == "mean_level_mm" for one in expectations)
+    return EarlierTrials(trials=tuple(trials), expectations=tuple(expectations)) if level else None
 
 
 def foresee(trials: Sequence[EarlierTrial], evidence: Evidence) -> EarlierTrials | None:
-    """Return what earlier trials make of a run; None where the fast model made it, or it did not keep its volume."""
+    """Return the expectation for a run; None for the fast model, or for a run with an unsound volume."""
     if len(trials) < FEWEST or not evidence.run.has_particles or not kept_volume(evidence.volume_ratio):
         return None
     return expect(trials, computed_quantities(evidence))
 
 
-def expected_sentences(found: EarlierTrials) -> tuple[str, ...]:
-    """Return what readings are expected to find, for a reader who knows no method."""
-    told = {one.quantity: one for one in found.expectations}
-    count = counted(len(found.trials), "earlier trial")
-    level = told["mean_level_mm"]
+def expected_sentences(earlier: EarlierTrials) -> tuple[str, ...]:
+    """Return the sentences on the expected readings, for a reader without knowledge of the method."""
+    by_quantity = {one.quantity: one for one in earlier.expectations}
+    count = counted(len(earlier.trials), "earlier trial")
+    level = by_quantity["mean_level_mm"]
     side = "below" if level.bias > 0 else "above"
     off = f"{abs(level.bias):.1f} mm {side} the computed level on average"
     lay = off if round(abs(level.bias), 1) else "as high as the computed level on average"
     sentence = (
-        f"In {count} of this lab, measured and held out, the sealant lay {lay}, and this differed from trial to trial "
-        f"by {level.scatter:.1f} mm: here a mean level of {_value(level, level.expected)} is to be expected, 95 % from "
-        f"{_value(level, level.expected_95[0])} to {_value(level, level.expected_95[1])}"
+        f"In {count} of this lab, measured and held out, the sealant was {lay}, with a standard deviation from trial "
+        f"to trial of {level.scatter:.1f} mm: the mean level expected here is {_value(level, level.expected)}, 95 % "
+        f"from {_value(level, level.expected_95[0])} to {_value(level, level.expected_95[1])}"
     )
-    if (fill := told.get("fill_ratio")) is not None:
+    if (fill := by_quantity.get("fill_ratio")) is not None:
         ends = " to ".join(percent(end, 0) for end in fill.expected_95)
         sentence += f", and {percent(fill.expected, 0)} of the room below the face filled ({ends})"
     assumed = (
-        f"The ranges, by Student t of {len(found.trials)} trials, assume that these and this one are exchangeable and "
-        "their errors normal."
+        f"The ranges, by Student t of {len(earlier.trials)} trials, assume that all these trials are exchangeable "
+        "and their errors normal."
     )
     few = (f"So few trials make these ranges wide; {ENOUGH} would make them much narrower.",)
-    return (f"{sentence}.", assumed, *(few if len(found.trials) < FEW else ()))
+    return (f"{sentence}.", assumed, *(few if len(earlier.trials) < FEW else ()))
 
 
-def earlier_table(found: EarlierTrials) -> PageTable:
-    """Return bias, scatter and what is expected of each quantity, and each trial."""
+def earlier_table(earlier: EarlierTrials) -> PageTable:
+    """Return the table of bias, scatter and expectation of each quantity, and of each trial."""
     rows = [
         (
             NAMES[one.quantity],
             f"{_off(one)}; here {_value(one, one.computed)} computed, {_value(one, one.expected)} expected, 95 % from "
             f"{_value(one, one.expected_95[0])} to {_value(one, one.expected_95[1])}",
         )
-        for one in found.expectations
+        for one in earlier.expectations
     ]
-    rows += [(f"sample {one.name}", _trial(one)) for one in found.trials]
+    rows += [(f"sample {one.name}", _trial(one)) for one in earlier.trials]
     return PageTable("Earlier trials of this lab, measured and held out", tuple(rows))
 
 
-def bias_lines(found: Sequence[Bias]) -> list[str]:
+def bias_lines(of_quantities: Sequence[Bias]) -> list[str]:
     """Return a line for each quantity, for a terminal."""
-    return [f"  {NAMES[one.quantity]}: {_off(one)}" for one in found]
+    return [f"  {NAMES[one.quantity]}: {_off(one)}" for one in of_quantities]
 
 
 def computed_quantities(evidence: Evidence) -> dict[Quantity, float]:
-    """Return what a run computed, over the length that its readings cover; over all of its level without readings."""
+    """Return a run's computed quantities over the length that its readings cover; without readings, over all of it."""
     profile = evidence.profile
     from_mm, to_mm = float(profile.s_mm[0]), float(profile.s_mm[-1])
     if evidence.comparison is not None:
@@ -133,7 +133,7 @@ def computed_quantities(evidence: Evidence) -> dict[Quantity, float]:
 
 
 def _errors(trials: Sequence[EarlierTrial], quantity: Quantity) -> Floats:
-    """Return the error of each trial, a logarithm where it is relative, (n,); not finite where there is none."""
+    """Return the error of each trial, (n,): a logarithm of the ratio for fills, not finite for an empty crack."""
     if quantity == "mean_level_mm":
         return np.array([one.level_error_mm for one in trials])
     if quantity == "heap_mm2":

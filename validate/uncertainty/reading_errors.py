@@ -1,4 +1,4 @@
-"""Errors of caliper readings, by name: what the repeats show, what is declared, and what neither tells."""
+"""Errors of caliper readings, by name: those that repeats show, declared ones, and the remaining ones."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -34,12 +34,13 @@ OUTLIER = 6.0  # Distance of an outlier in robust standard deviations
 STEPS_MM = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)
 INCHES = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 0.01, 0.005)
 FEWEST_LEVELS = 5
-"""Different levels that show a step: by chance as many end in a multiple of 0.05 mm once in 600 sheets."""
+"""Smallest number of different levels that identifies a step: by chance as many end in a multiple of 0.05 mm once in
+600 sheets."""
 BENT = 2.4
-"""Largest arch between two stations, over that of the parabola whose curvature they show; the least is 0. A corner has
-none at a station, twice that in a gap's middle, and on average once."""
+"""Largest arch between two stations, relative to that of the parabola with their curvature; the smallest is 0. For a
+bed with a corner it is 0 if the corner is at a station, 2 if it is in the middle of a gap, and 1 on average."""
 ALIKE_MM = 15.0
-"""Length over which an error that all repeats share is taken for alike: that over which a bed rises and falls."""
+"""Correlation length of an error that all repeats share: that over which a bed rises and falls."""
 
 
 def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mouth_mm: Floats) -> Budget:
@@ -53,55 +54,56 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     repeats_mm, residual_mm = repeats_of(measured)
     count = (~np.isnan(repeats_mm)).sum(axis=1).astype(np.float64)
     resolution_mm = max(settings.resolution_mm, resolution_of(repeats_mm))
-    seen: Source = "detected" if resolution_mm > settings.resolution_mm else "declared"
+    origin: Source = "detected" if resolution_mm > settings.resolution_mm else "declared"
     own_mm, shapes, per_pass = without_passes(residual_mm, s_mm, declared.pass_mm)
     far, robust_mm = _far(own_mm, count, resolution_mm)
     unused = unused_repeatability(measured, declared, resolution_mm)
     notes = list(_outliers(s_mm[far.any(axis=1)].tolist(), robust_mm))
-    # Of two readings nothing tells which one is far.
+    # Of two readings, either may be the outlier.
     alone = far & (count > 2)[:, None]
-    kept_mm, count = np.where(alone, np.nan, own_mm), count - alone.sum(axis=1)
-    middle_mm = np.nanmean(kept_mm, axis=1)
+    used_mm, count = np.where(alone, np.nan, own_mm), count - alone.sum(axis=1)
+    middle_mm = np.nanmean(used_mm, axis=1)
     freedom = (count - 1) * (1 - shapes.shape[1] / stations)
-    squares_mm2 = np.nansum((kept_mm - middle_mm[:, None]) ** 2, axis=1)
+    squares_mm2 = np.nansum((used_mm - middle_mm[:, None]) ** 2, axis=1)
     components: list[Component] = []
-    known = bool(freedom.sum()) or declared.repeatability_mm is not None
+    has_scatter = bool(freedom.sum()) or declared.repeatability_mm is not None
     pooled_mm = declared.repeatability_mm or 0.0
     if freedom.sum():
         pooled_mm = float(np.sqrt(squares_mm2.sum() / freedom.sum()))
     last_digit = f"last digit, {resolution_mm:g} mm"
-    if known and resolution_mm > COARSE * pooled_mm and count.max() > 1:
+    if has_scatter and resolution_mm > COARSE * pooled_mm and count.max() > 1:
         draws_mm = rounded_errors_mm(np.where(alone, np.nan, repeats_mm), resolution_mm, draws) - middle_mm
-        components.append(Component(f"scatter and {last_digit}", seen, draws_mm))
+        components.append(Component(f"scatter and {last_digit}", origin, draws_mm))
     else:
         if freedom.sum():
             rounded_mm2 = squares_mm2 + freedom * resolution_mm**2 / 12
             sets_mm = possible_scatter_mm(rounded_mm2, freedom, draws) / np.sqrt(count)
             draws_mm = sets_mm * normals("scatter", stations, draws) - middle_mm
             components.append(Component("scatter of the repeats", "repeats", draws_mm))
-        elif known:
+        elif has_scatter:
             draws_mm = pooled_mm * normals("scatter", stations, draws)
             components.append(
                 Component("scatter of the readings", "declared", draws_mm, setting="uncertainty.repeatability_mm")
             )
         rounding_mm = resolution_mm * (uniforms("digit", stations, draws) - 0.5) / np.sqrt(count)
-        components.append(Component(last_digit, seen, rounding_mm, setting="readings.resolution_mm"))
+        components.append(Component(last_digit, origin, rounding_mm, setting="readings.resolution_mm"))
     if shapes.shape[1]:
         noise_mm2 = (pooled_mm**2 + resolution_mm**2 / 12) / (shapes**2).sum(axis=0)
         components.append(passes_error(declared.pass_mm, per_pass, noise_mm2, shapes, ~np.isnan(repeats_mm)))
     slope = _steeper_slope(s_mm, measured.level_mm)
-    told = {
+    sizes_mm = {
         "readings.datum_error_mm": settings.datum_error_mm,
         "readings.probe_mm": settings.probe_mm,
         **{f"uncertainty.{name}": getattr(declared, name) for name in ("station_mm", "station_each_mm", "common_mm")},
     }
     errors = {
-        name: _declared(name, UNDECLARED_MM if value is None else value, s_mm, slope) for name, value in told.items()
+        name: _declared(name, UNDECLARED_MM if value is None else value, s_mm, slope)
+        for name, value in sizes_mm.items()
     }
     limit_mm = settings.limit_mm * np.ones(stations) * (2 * uniforms("limit", 1, draws) - 1)
     components += [
         Component("limit of error of the caliper", "declared", limit_mm, shared=True, setting="readings.limit_mm"),
-        *(errors[name] for name, value in told.items() if value is not None),
+        *(errors[name] for name, value in sizes_mm.items() if value is not None),
         _arches(s_mm, measured.level_mm),
     ]
     if settings.probe_mm is not None:
@@ -109,17 +111,17 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
     return Budget(
         stations=stations,
         components=tuple(components),
-        missing=tuple(errors[name] for name, value in told.items() if value is None),
-        scatter_known=known,
+        missing=tuple(errors[name] for name, value in sizes_mm.items() if value is None),
+        scatter_known=has_scatter,
         notes=tuple(notes),
         unused=unused,
     )
 
 
 def resolution_of(repeats_mm: Floats) -> float:
-    """Return the largest usual step, in mm or in fractions of an inch, of which all readings are multiples; 0 if none.
+    """Return the largest common step, in mm or in fractions of an inch, that divides all readings; 0 if there is none.
 
-    They are so up to a common height, as of a datum.
+    A common offset, as of a datum, is allowed.
     """
     read_mm = np.unique(np.round(repeats_mm[~np.isnan(repeats_mm)], 6))
     if len(read_mm) < FEWEST_LEVELS:
@@ -142,32 +144,32 @@ def _declared(name: str, size_mm: float, s_mm: Floats, slope: Floats) -> Compone
     stations, ones, draws = len(s_mm), np.ones(len(s_mm)), draws_for(len(s_mm))
     common, own = normals(name, 1, draws), normals(f"{name}, each", stations, draws)
     if name == "readings.datum_error_mm":
-        told, draws_mm, shared = "height of the datum", size_mm * common * ones, True
+        label, draws_mm, shared = "height of the datum", size_mm * common * ones, True
     elif name == "readings.probe_mm":
-        # A probe reads the highest point that it covers: by up to the slope times half its width too high.
-        told, shared = "width of the probe on a slope", True
+        # A probe reads the highest point below it: too high by up to the slope times half its width.
+        label, shared = "width of the probe on a slope", True
         draws_mm = np.abs(slope) * size_mm / 2 * uniforms(name, 1, draws)
     elif name == "uncertainty.station_mm":
-        told, draws_mm, shared = "common shift of the stations", slope * size_mm * common, True
+        label, draws_mm, shared = "common shift of the stations", slope * size_mm * common, True
     elif name == "uncertainty.station_each_mm":
-        # The slope itself is known from stations that are off.
-        told, shared = "place of each station", False
+        # The slope itself is uncertain, by stations out of place.
+        label, shared = "place of each station", False
         unsure = 1 + np.sqrt(2) * size_mm / np.gradient(s_mm) * normals(f"{name}, slope", stations, draws)
         draws_mm = slope * unsure * size_mm * own
     else:
-        told, shared = "error that all repeats of a station share", False
-        # A scan's stations are so close that the error is straight between some of them.
+        label, shared = "error that all repeats of a station share", False
+        # A scan has many stations: the error is interpolated between some of them.
         place_mm = s_mm if stations <= FEW_STATIONS else np.linspace(s_mm[0], s_mm[-1], FEW_STATIONS)
         alike = np.exp(-(((place_mm[:, None] - place_mm) / ALIKE_MM) ** 2) / 2)
         root = np.linalg.cholesky(alike + 1e-9 * np.eye(len(place_mm)))
         draws_mm = size_mm * own[:, : len(place_mm)] @ root.T @ hats(s_mm, place_mm).T
-    return Component(told, "declared", draws_mm, shared=shared, setting=name)
+    return Component(label, "declared", draws_mm, shared=shared, setting=name)
 
 
 def _arches(s_mm: Floats, level_mm: Floats) -> Component:
-    """Draw the straight line's height above the bed in the middle between two stations.
+    """Draw the height of the straight line above the bed in the middle between two stations.
 
-    Each station shows a curvature; how much of it lies in the gaps beside it is drawn for each (``BENT``).
+    Each station shows a curvature; the part of it in the neighbouring gaps is drawn for each station (``BENT``).
     """
     gap_mm = np.diff(s_mm)
     turn = np.diff(np.diff(level_mm) / gap_mm) / ((gap_mm[:-1] + gap_mm[1:]) / 2)
@@ -178,10 +180,10 @@ def _arches(s_mm: Floats, level_mm: Floats) -> Component:
 
 
 def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[NDArray[np.bool_], float]:
-    """Return which reading is far from the others of its station, and the robust standard deviation, in mm.
+    """Return which readings are outliers of their station, and the robust standard deviation, in mm.
 
-    At most one of a station is: two leave a scatter that is the station's own. Readings scatter by their last digit
-    at least, where most repeats are the same.
+    A station has at most one outlier: two are its own scatter. The scatter is at least that of the last digit, even if
+    most repeats are equal.
     """
     again = count > 1
     scaled_mm = np.nan_to_num(np.abs(own_mm)) / np.sqrt(1 - 1 / np.maximum(count, 2))[:, None]
@@ -196,16 +198,16 @@ def _outliers(places: list[float], robust_mm: float) -> Iterator[str]:
     if places:
         yield (
             f"At {counted(len(places), 'station')} (s = {_listed(places)} mm) a reading is more than {OUTLIER:g} "
-            f"robust standard deviations ({robust_mm:.2g} mm) away from the others. The mean includes it; where there "
-            "are three readings or more, the intervals take the true level for that of the others."
+            f"robust standard deviations ({robust_mm:.2g} mm) away from the others. The mean includes it; if a station "
+            "has three readings or more, the intervals are based on the others."
         )
 
 
 def _touching(places: list[float], probe_mm: float) -> Iterator[str]:
     if places:
         yield (
-            f"The probe, {probe_mm:g} mm wide, is no narrower than the crack at {counted(len(places), 'station')} "
-            f"(s = {_listed(places)} mm): there it touches the walls, and reads too high by an unknown amount."
+            f"The probe, {probe_mm:g} mm wide, is as wide as the crack or wider at {counted(len(places), 'station')} "
+            f"(s = {_listed(places)} mm): it touches the walls there and reads too high by an unknown amount."
         )
 
 
@@ -215,8 +217,8 @@ def _listed(places: list[float]) -> str:
 
 UNEVEN = 0.5
 """Scale of the half-normal prior of the standard deviation of ln(scatter) among stations, the usual one for a spread of
-logarithms (Röver et al. 2021, Res. Synth. Methods 12:448): at 0.5 two stations in three are within a factor of 1.65
-of the middle one, and three times that is hardly possible."""
+logarithms (Röver et al. 2021, Res. Synth. Methods 12:448): at 0.5 two stations in three are within a factor of 1.65 of
+the middle one, and three times that is hardly possible."""
 SPREADS = np.arange(0.025, 3 * UNEVEN, 0.05)
 """Grid of the spread of ln(scatter): 0.3 % of the prior are beyond it, and a dozen stations do not resolve 0.05."""
 AROUND = np.arange(-5.0, 10.5, 0.5)
@@ -224,12 +226,12 @@ AROUND = np.arange(-5.0, 10.5, 0.5)
 
 
 def possible_scatter_mm(squares_mm2: Floats, freedom: Floats, draws: int = DRAWS) -> Floats:
-    """Draw standard deviations of a single reading at each station, (draws, n), every row equally likely.
+    """Draw standard deviations of a single reading at each station, (draws, n); all rows are equally likely.
 
-    They follow from each station's sum of squares about its mean and its degrees of freedom, (n,) each and not all 0,
-    with a fixed seed. Variances are draws of an inverse chi-square (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3), so
-    that each is better known by all the others, the more alike they are. Smyth fits that distribution; a dozen stations
-    leave it uncertain, and bands by the fitted one are too narrow. Here it is averaged over its posterior.
+    Input is each station's sum of squares about its mean and its degrees of freedom, (n,) each and not all 0; the seed
+    is fixed. Variances are draws of an inverse chi-square (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3), so each
+    station borrows from all others, more strongly the more alike they are. Smyth fits that distribution; with a dozen
+    stations the fit is uncertain and its bands are too narrow, so here it is averaged over its posterior.
     """
     behind = _freedoms_behind()[:, None]
     log_level, width = _likeliest(squares_mm2, freedom)
@@ -263,14 +265,14 @@ def _likeliest(squares_mm2: Floats, freedom: Floats) -> tuple[Floats, Floats]:
         share = squares_mm2 / (behind * np.exp(log_level[:, None]) + squares_mm2)
         slope = ((behind + freedom) * share - freedom).sum(axis=1) / 2
         curve = ((behind + freedom) * share * (1 - share)).sum(axis=1) / 2
-        # Far from the peak the curve is flat, and a whole step of Newton's method leads beyond it.
+        # Far from the peak the curve is flat, and a full Newton step would overshoot.
         log_level = log_level + np.clip(slope / curve, -1.0, 1.0)
     return log_level, 1 / np.sqrt(curve)
 
 
 @cache
 def _freedoms_behind() -> Floats:
-    """Return the degrees of freedom of the inverse chi-squares whose ln(scatter) spreads by SPREADS."""
+    """Return the degrees of freedom of the inverse chi-squares with spreads SPREADS of ln(scatter)."""
     from scipy.optimize import brentq
     from scipy.special import polygamma
 
@@ -283,15 +285,15 @@ def _freedoms_behind() -> Floats:
     )
 
 
-STEPS = 121  # Places of a station's true level within the reach of its rounded readings
+STEPS = 121  # Positions of a station's true level within the range of its rounded readings
 SPREADS_OF_STEP = np.geomspace(0.02, 1.2, 16)  # Standard deviations of a reading, in steps, from hidden to plain
 
 
 def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int = DRAWS) -> Floats:
-    """Draw the error of each station's mean, (draws, n), where readings are multiples of a step that hides the scatter.
+    """Draw the error of each station's mean, (draws, n), if readings are multiples of a step that hides the scatter.
 
-    The likelihood of a reading is the share of a normal distribution that rounds to it. The scatter, even in its
-    logarithm beforehand, is the same at all stations, and the true level anywhere near the readings.
+    The likelihood of a reading is the share of a normal distribution that rounds to it. The scatter is the same at all
+    stations, with a prior that is uniform in its logarithm, and the true level is anywhere near the readings.
     """
     from scipy.special import ndtr
 
@@ -302,8 +304,8 @@ def rounded_errors_mm(repeats_mm: Floats, step_mm: float, draws: int = DRAWS) ->
     error = reach * np.linspace(-1, 1, STEPS)
     away = (off[:, None, None, :] + error[:, None, :, None]) / SPREADS_OF_STEP[:, None, None]
     half = 0.5 / SPREADS_OF_STEP[:, None, None]
-    held = np.where(np.isnan(away), 1.0, ndtr(away + half) - ndtr(away - half))
-    chance = held.prod(axis=-1)
+    likelihood = np.where(np.isnan(away), 1.0, ndtr(away + half) - ndtr(away - half))
+    chance = likelihood.prod(axis=-1)
     by_spread = np.log(chance.sum(axis=-1) * reach + 1e-300).sum(axis=0)
     share = np.cumsum(np.exp(by_spread - by_spread.max()))
     which = np.searchsorted(share / share[-1], uniforms("spread of rounded", 1, draws)[:, 0])

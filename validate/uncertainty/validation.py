@@ -1,4 +1,4 @@
-"""Conclusions from the errors of a level: beside readings, after ASME V&V 20 (2009), or as the band of a prediction."""
+"""Conclusions from the errors of a level: with readings, after ASME V&V 20 (2009); without, a prediction's band."""
 
 from collections.abc import Sequence
 
@@ -29,7 +29,7 @@ def mean_level_budget(
 ) -> MeanLevelBudget:
     """Return the error E = S - D of the mean level with its standard uncertainties.
 
-    Whether E is above twice their sum is left open until numerics and all declared inputs are known.
+    ``resolved`` is None until numerics and all declared inputs are included.
     """
     assessed = numerics_mm is not None and inputs_mm is not None and not inputs_waiting
     return MeanLevelBudget(
@@ -54,28 +54,28 @@ def level_sentences(
 ) -> tuple[str, str]:
     """Return the sentences on the mean level and on the stations.
 
-    The first is that of ASME V&V 20 where numerics and inputs are known; else it says that there is none. Where the
-    model was ``calibrated`` on the readings, E is not the error of a prediction, which V&V 20 is about; nor is it where
-    a model for ``screening`` made the level.
+    The first is the conclusion of ASME V&V 20 if numerics and inputs are included, else that it is not assessed. If the
+    model was ``calibrated`` on the readings, E is not the error of a prediction, which V&V 20 requires; a model for
+    ``screening`` is not assessed either.
     """
     if screening:
         return "ASME V&V 20: not assessed: the level is the fast model's.", _station_sentence(
-            stations, parts, _known(mean)
+            stations, parts, _included(mean)
         )
     if mean.resolved is None:
         no_input = mean.numerics_mm is not None and mean.inputs_mm is None and not mean.inputs_waiting
         text = NO_INPUT if no_input else f"{NOT_ASSESSED}."
-        return text, _station_sentence(stations, parts, _known(mean))
+        return text, _station_sentence(stations, parts, _included(mean))
     half_mm = COVERAGE * mean.validation_mm
     span = f"{signed(mean.error_mm - half_mm, 2)} and {signed(mean.error_mm + half_mm, 2)} mm"
     figures = f"ASME V&V 20: E = {signed(mean.error_mm, 2)} mm, {COVERAGE:g} u_val = {half_mm:.2f} mm"
     if mean.resolved:
         way = "high" if mean.error_mm > 0 else "low"
-        text = f"The model's mean level is too {way} ({figures}): its error lies between {span}."
+        text = f"The model's mean level is too {way} ({figures}): its error is between {span}."
     else:
         text = (
-            f"The mean level is consistent with the readings ({figures}): the model's error in it lies between {span}. "
-            "This does not say that the model is right."
+            f"The mean level is consistent with the readings ({figures}): the model's error in it is between {span}. "
+            "This does not show that the model is right."
         )
     if calibrated:
         text += " The model was calibrated on these readings, which makes E smaller than that of a prediction."
@@ -83,23 +83,23 @@ def level_sentences(
 
 
 def with_time(comparison: Comparison, extra_runs: str) -> Comparison:
-    """Return a comparison whose findings state the time, in words, of the runs that V&V 20 needs."""
+    """Return a comparison with the time of the runs that V&V 20 needs, in words, in its findings."""
     if not extra_runs:
         return comparison
     timed = {f"{NOT_ASSESSED}.": f"{NOT_ASSESSED}, about {extra_runs}."}
     return comparison.model_copy(update={"findings": tuple(timed.get(one, one) for one in comparison.findings)})
 
 
-def _known(mean: MeanLevelBudget) -> str:
-    """Return the names of the uncertainties that are known, where not all are."""
+def _included(mean: MeanLevelBudget) -> str:
+    """Return the names of the included uncertainties if some are missing."""
     parts = ["readings"] if mean.numerics_mm is None else ["readings", "numerics"]
     return " and ".join(parts if mean.inputs_mm is None else [*parts, "some inputs"]) + " alone"
 
 
-def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], known: str) -> str:
-    """Return the sentence on the stations; the bands are those by what is ``known``, whose ``parts`` are named.
+def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], included: str) -> str:
+    """Return the sentence on the stations. The bands are by the uncertainties ``included``, of which ``parts`` are all.
 
-    Many stations are many tests, so that one is off where its error leaves the band of all together.
+    Many stations are many tests, so a station counts as off if its error is outside the band of all stations together.
     """
     count, off = len(stations.error_mm), stations.off
     above = int(stations.above.sum())
@@ -107,32 +107,32 @@ def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], know
     where = f" ({high} too high, {int(off.sum()) - high} too low)" if off.any() else ""
     chance = f"about {stations.by_chance:.0f}" if stations.by_chance >= 0.5 else "fewer than 1"
     largest = max(parts, key=lambda one: one.station_mm).name
-    verb, whose = ("lies", "its") if above == 1 else ("lie", "their")
+    verb, whose = ("is", "its") if above == 1 else ("are", "their")
     return (
-        f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the level leaves the 95 % band of the whole "
-        f"profile{where}, by {known}. {above or 'None'} {verb} outside {whose} own band; {chance} would by chance, if "
-        f"the budget of errors (mostly {largest}) is complete."
+        f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the level is outside the 95 % band of the whole "
+        f"profile{where}; the bands are by {included}. {above or 'None'} of {count} {verb} outside {whose} own 95 % "
+        f"band; {chance} would by chance, if the budget of errors (mostly {largest}) is complete."
     )
 
 
 def missing_sentence(missing: Sequence[BudgetPart]) -> str:
-    """Return the sentence on errors of the readings that are in no interval."""
+    """Return the sentence on errors of the readings that no interval includes."""
     names = ", ".join(one.name for one in missing)
-    return f"In no interval (declare it to include it): {names}."
+    return f"Not covered by any interval (declare it to include it): {names}."
 
 
-PLACES = 101  # At which the band is told; more get fewer draws
-DIGITS = 4  # Of a millimetre
+PLACES = 101  # Number of positions of the band; more would get fewer draws
+DIGITS = 4  # Decimals of a level in mm
 
 
 def predict(
     simulated: Profile, spread: Spread, declared: Uncertainty, volume_level_mm: float | None = None
 ) -> PredictedLevel:
-    """Return the band about a simulated level by the results of extra runs, as ``error_uncertainty`` has them.
+    """Return the band of a simulated level by the results of extra runs, consistent with ``error_uncertainty``.
 
-    ``volume_level_mm`` is the level that volume gained by the numerics makes, if it is known.
+    ``volume_level_mm`` is the change of level by volume that the numerics gained, if it is known.
     """
-    # The level is told at the very places that are written, since it may fall steeply between them.
+    # Evaluate the level at the rounded positions: it may fall steeply between two of them.
     s_mm = np.round(np.linspace(simulated.s_mm[0], simulated.s_mm[-1], PLACES), DIGITS)
     level_mm = np.interp(s_mm, simulated.s_mm, simulated.level_mm)
     sizes, moved = spread.at(s_mm), spread.inputs_at(s_mm)

@@ -78,7 +78,7 @@ def test_a_small_letter_that_is_another_columns_name_is_not_guessed(small, tmp_p
     ingest(small, lab, QUIET)
     _answered(lab, "P01.csv", s="A", levels="b", unit="mm", sign="down")
     assert _fates(ingest(small, lab, QUIET))["P01"] == "failed"
-    assert "'b' is no column, or both a letter and another's name" in _question(lab, "P01.csv")
+    assert "'b' is not a column, or both a letter and another's name" in _question(lab, "P01.csv")
     _answered(lab, "P01.csv", s="Stelle", levels="b:b")
     assert _fates(ingest(small, lab, QUIET))["P01"] == "new"
     assert _levels_mm(lab, "P01") == [-1.5, -1.4, -1.6]

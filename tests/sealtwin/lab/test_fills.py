@@ -58,7 +58,7 @@ def test_fills_are_read_as_labs_write_them(tmp_path, text, answers):
         ("Masse [g];Pegel\n1;-5\n2;0\n", "'Pegel': no unit.*unit"),
         ("Masse [g];Ablesung [mm]\n1;-5\n2;0\n", "sign in pairing.csv: up or down"),
         ("Masse [g];Pegel [mm];Tiefe [mm]\n1;-5;5\n2;0;0\n", "level and depth columns in one sheet"),
-        ("Masse [g];Pegel [mm]\n1;-5\n2;x\n", "line 3, column Pegel.*'x' is no number"),
+        ("Masse [g];Pegel [mm]\n1;-5\n2;x\n", "line 3, column Pegel.*'x' is not a number"),
         ("Masse [g];Pegel [mm]\n1;-5\n1;0\n", "1 after 1"),
         ("Masse [g];Pegel [mm]\n1;5\n2;6\n", "levels below the face are negative"),
         ("s_mm;level_mm\n1;5\n2;6\n", "no column of masses"),

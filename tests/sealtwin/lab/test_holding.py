@@ -22,7 +22,7 @@ def _fates(ingested):
             b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",
             "an old Excel workbook (.xls), or one with a password",
         ),
-        ("P02 mesures.xlsb", b"PK\x03\x04", "damaged, or no XLSX"),
+        ("P02 mesures.xlsb", b"PK\x03\x04", "damaged, or not an XLSX"),
     ],
 )
 def test_a_sample_whose_sheet_is_refused_is_not_sound(small, tmp_path, name, content, says):

@@ -86,7 +86,7 @@ def test_a_file_whose_name_and_rows_contradict_each_other_is_named(shared, tmp_p
     (shared / "caliper_all.csv").rename(shared / "P02.csv")
     fates = {outcome.sample.name: outcome for outcome in ingest(shared, tmp_path / "lab", QUIET).outcomes}
     assert fates["P02"].fate == "failed"
-    assert "no row of sample 'P02'; column 'Probe' names 'P01'" in fates["P02"].faults[0]
+    assert "no row of sample 'P02'; column 'Probe' contains 'P01'" in fates["P02"].faults[0]
 
 
 def test_worksheets_named_after_samples_are_theirs(shared, tmp_path):

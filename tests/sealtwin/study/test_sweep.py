@@ -109,7 +109,7 @@ def test_what_was_fitted_is_said_and_computes_nothing_again(lab, unbroken, tmp_p
         (sentence,) = (line for line in swept_lines(report) if "settings fitted" in line)
         assert sentence == report["best"]["against_baselines"]
         assert f"with {fitted} settings fitted" in sentence
-        assert ("a curve with 4 numbers would meet all 4 stations." in sentence) is (fitted == 4)
+        assert ("a curve with 4 numbers passes through all 4 stations." in sentence) is (fitted == 4)
 
 
 def test_a_result_that_was_lost_or_edited_is_computed_again_and_no_other(lab, unbroken, tmp_path):

@@ -194,7 +194,7 @@ def test_the_trials_of_the_fixture_say_what_was_fitted_and_why_their_gate_is_wha
     [
         ("fluid.u", "the nearest is 'fluid.U'"),
         ("readings.file", "no such setting"),
-        ("fluid.D_cm", "readings.fitted: fluid.D_cm is named twice"),
+        ("fluid.D_cm", "readings.fitted: fluid.D_cm is listed twice"),
     ],
 )
 def test_what_was_fitted_is_a_setting_of_the_trial_named_once(tmp_path, name, says):

@@ -59,9 +59,9 @@ def test_a_prediction_that_few_readings_meet_is_a_caution():
     # Of eight stations 20 mm of crack away the line is off by more than the band.
     assert prediction.held == np.mean(np.abs(0.1 + 0.02 * S_MM) <= 0.5)
     narrow = replace(prediction, half_mm=np.full(8, 0.3))
-    assert any("does not carry over" in text for text in _calibrated(predictions=(narrow,)).cautions)
+    assert any("does not fit this trial" in text for text in _calibrated(predictions=(narrow,)).cautions)
     same = replace(narrow, role="calibrated")
-    assert not any("does not carry over" in text for text in _calibrated(predictions=(same,)).cautions)
+    assert not any("does not fit this trial" in text for text in _calibrated(predictions=(same,)).cautions)
 
 
 def test_without_a_posterior_the_page_says_why_and_gives_no_number():

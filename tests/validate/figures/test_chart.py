@@ -141,7 +141,7 @@ def test_as_many_settings_as_stations_that_are_compared_are_said_to_be_so(length
     chart = make_chart(fitted=stations)
     short = [replace(run, profile=Profile(*_up_to(length_mm, run.profile))) for run in chart.runs]
     sentence = replace(chart, runs=tuple(short)).beside_baselines
-    assert sentence.endswith(f"a curve with {stations} numbers would meet all {stations} stations.")
+    assert sentence.endswith(f"a curve with {stations} numbers passes through all {stations} stations.")
 
 
 def _up_to(length_mm: float, profile: Profile) -> tuple[Floats, Floats]:

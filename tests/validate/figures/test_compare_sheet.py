@@ -63,12 +63,12 @@ def test_a_run_whose_volume_is_off_is_in_no_ranking_and_stands_apart():
 
 def test_the_nearest_is_held_against_its_baselines():
     finding = compare_sheet([side("a", 0.5), side("b", 0.7)]).finding
-    assert "The dispensed volume lying flat is 4.00 mm off; the simulation, which has not" in finding
+    assert "The dispensed volume lying flat is 4.00 mm off; the simulation, made without" in finding
     assert "no better" not in finding
     fitted = {"fitted": ("fluid.U", "fluid.D_cm", "crack.tilt"), "baselines": (Baseline("a parabola", 3, 0.1),)}
     tuned = compared(role="calibrated-on", **fitted)
     worse = [replace(each, comparison=tuned) for each in (side("a", 0.5), side("b", 0.7))]
-    assert "no better than a curve with no more numbers" in compare_sheet(worse).finding
+    assert "no closer to these readings than a curve with no more numbers" in compare_sheet(worse).finding
 
 
 def test_no_finding_comes_from_a_run_that_was_edited():

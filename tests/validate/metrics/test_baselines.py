@@ -85,7 +85,7 @@ def test_readings_that_a_parabola_meets_better_are_said_to_be():
     assert compared.beats_baseline is False
     assert compared.beats_flat_level
     assert "a parabola 0.00 mm; the simulation, with 3 settings fitted, 0.50 mm. " in compared.headline[1]
-    assert compared.headline[1].endswith("no better than a curve with no more numbers.")
+    assert compared.headline[1].endswith("no closer to these readings than a curve with no more numbers.")
 
 
 def test_a_lab_s_earlier_samples_are_a_baseline():
@@ -98,7 +98,7 @@ def test_a_lab_s_earlier_samples_are_a_baseline():
     assert (pool.mean_error_mm, mean.mean_error_mm) == pytest.approx((2.0, 1.0), abs=1e-3)
     words = against_baselines(1.5, (pool, mean), "held-out", None)
     assert "lying flat is 2.00 mm off, a flat level that fills as 2 earlier samples 1.00 mm; the sim" in words
-    assert words.endswith("no better than a baseline that has not seen them.")
+    assert words.endswith("no closer to these readings than a baseline made without them.")
 
 
 def test_nothing_fitted_is_another_declaration_than_none():
@@ -106,8 +106,8 @@ def test_nothing_fitted_is_another_declaration_than_none():
     pool, line = (Baseline(name=name, numbers=count, mean_error_mm=2.0 - count) for count, name in enumerate("ab"))
     words = [against_baselines(1.5, [pool, line], "calibrated-on", fitted) for fitted in (0, None)]
     assert words[0].endswith("the simulation, with no setting fitted, 1.50 mm.")
-    assert words[1].endswith("no better than a curve with no more numbers.")
-    assert "nobody declared what was fitted" in words[1]
+    assert words[1].endswith("no closer to these readings than a curve with no more numbers.")
+    assert "undeclared fitted settings" in words[1]
     assert [beaten(1.5, [pool, line], "calibrated-on", fitted) for fitted in (0, None)] == [True, False]
 
 
@@ -116,11 +116,11 @@ def test_as_many_settings_as_stations_are_said_to_be_so():
     words = against_baselines(0.5, [line], "calibrated-on", 17, stations=17)
     assert words.endswith(
         "with 17 settings fitted, 0.50 mm. So many settings can fit any readings exactly: a curve with 17 numbers "
-        "would meet all 17 stations."
+        "passes through all 17 stations."
     )
     assert beaten(0.5, [line], "calibrated-on", 17)
     assert beaten(0.5, [], "held-out", None) is None
-    assert against_baselines(0.5, [], "held-out", None).endswith("is 0.50 mm off; no baseline is known.")
+    assert against_baselines(0.5, [], "held-out", None).endswith("is 0.50 mm off; there is no baseline.")
 
 
 def _solid():

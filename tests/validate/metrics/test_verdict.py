@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from validate.comparison import Baseline, BudgetSummary, ErrorUncertainty, LevelMetrics
-from validate.metrics.verdict import Basis, basis_of, judged
+from validate.comparison import Baseline, Basis, BudgetSummary, ErrorUncertainty, LevelMetrics
+from validate.metrics.verdict import basis_of, judged
 from validate.result import Comparison
 from validate.settings import Gate
 
 GATE = 1.6
-ENOUGH = Basis(17, 1.0, 1 / 16)
+ENOUGH = Basis(17, 1.0, 5.0, True)  # Of a crack of 80 mm, as all in this file
 JUDGED = {
     "mean_error_mm": 0.1,
     "escaped_particles": 0,
@@ -35,12 +35,8 @@ def judgement_of(
 ) -> Comparison:
     """Return the judgement on a crack of 80 mm; ``more`` are fields of the metrics."""
     metrics = LevelMetrics.model_construct(
-        **JUDGED | more,
-        stations_used=basis.stations,
-        coverage=basis.coverage,
-        widest_gap_mm=80 * basis.widest_gap,
+        **JUDGED | vars(basis) | more,
         length_mm=80.0,
-        enough_readings=basis.suffices,
     )
     uncertainty = None
     if interval_mm is not None:
@@ -57,7 +53,7 @@ def judgement_of(
         ({}, ("resolved", "not used")),
         ({"screening": True}, ("not used",)),
         ({"edited": ("particles.csv",)}, ("not used",)),
-        ({"basis": Basis(3, 0.3, 0.2)}, ("not used",)),
+        ({"basis": Basis(3, 0.3, 16.0, False)}, ("not used",)),
     ],
     ids=["a verdict", "the fast model", "edited", "few readings"],
 )
@@ -79,8 +75,8 @@ def test_what_is_declared_and_not_used_is_said_without_a_verdict_too(case, findi
 def test_a_basis_is_what_lies_on_the_compared_stretch(s_mm, stations, coverage, widest_gap):
     s_mm = np.array(s_mm, dtype=float)
     basis = basis_of(s_mm, max(0.0, s_mm[0]), min(80.0, s_mm[-1]), 80.0)
-    assert basis.stations == stations
-    assert (basis.coverage, basis.widest_gap) == pytest.approx((coverage, widest_gap))
+    assert basis.stations_used == stations
+    assert (basis.coverage, basis.widest_gap_mm) == pytest.approx((coverage, 80 * widest_gap))
 
 
 @pytest.mark.parametrize(
@@ -103,7 +99,7 @@ def test_five_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
 
 
 def test_a_share_is_never_rounded_up_to_what_is_needed():
-    assert "cover 79 % of" in judgement_of(Basis(5, 0.7999, 0.2)).verdict
+    assert "cover 79 % of" in judgement_of(Basis(5, 0.7999, 16.0, False)).verdict
 
 
 @pytest.mark.parametrize(
@@ -138,27 +134,25 @@ def test_the_headline_holds_the_run_against_its_baseline(flat_mm, loses):
     """Of two equal errors the baseline's is the better one: it needs no simulation."""
     baseline = Baseline(name="the dispensed volume lying flat", numbers=0, mean_error_mm=flat_mm)
     sentence = judgement_of(mean_error_mm=0.5, baselines=(baseline,)).headline[1]
-    assert sentence.startswith(
-        f"The dispensed volume lying flat is {flat_mm:.2f} mm off; the simulation, which has not"
-    )
-    assert ("no better than a baseline" in sentence) is loses
+    assert sentence.startswith(f"The dispensed volume lying flat is {flat_mm:.2f} mm off; the simulation, made without")
+    assert ("no closer to these readings than a baseline" in sentence) is loses
 
 
 def test_what_was_fitted_is_named():
     names = "fluid.U", "fluid.freeze_after_s", "crack.wall_angle_deg"
     fitted = judgement_of(role="calibrated-on", fitted=names, stations_compared=16)
     assert "(fitted at 16 stations: U, age at freezing, wall angle)" in fitted.verdict
-    assert "(what was fitted is not declared)" in judgement_of(role="calibrated-on").verdict
-    assert "(no setting was fitted, as was declared): no test." in judgement_of(role="calibrated-on", fitted=()).verdict
+    assert "(the fitted settings are not declared)" in judgement_of(role="calibrated-on").verdict
+    assert "(declared: no setting was fitted): not a test." in judgement_of(role="calibrated-on", fitted=()).verdict
 
 
 def test_held_out_by_word_and_by_the_catalogue_are_told_apart():
-    assert "as was declared" in judgement_of().verdict
-    assert "as was declared" not in judgement_of(lab_searched=True).verdict
+    assert "Held out, as declared" in judgement_of().verdict
+    assert "as declared" not in judgement_of(lab_searched=True).verdict
 
 
 def test_a_leak_speaks_before_thin_readings():
-    judgement = judgement_of(Basis(2, 0.01, 0.01), escaped_particles=1)
+    judgement = judgement_of(Basis(2, 0.01, 0.8, False), escaped_particles=1)
     assert judgement.passed is False
     assert judgement.verdict.startswith("Do not use: 1 particle went through a wall")
 
@@ -182,7 +176,7 @@ def test_what_the_readings_cannot_tell_is_neither_passed_nor_failed(found_mm, in
 
 def test_an_interval_without_the_readings_scatter_says_so():
     judgement = judgement_of(mean_error_mm=1.0, interval_mm=(0.98, 1.02), scatter_known=False)
-    assert "(0.98 to 1.02 mm, 95 % by the readings, their scatter not known)" in judgement.verdict
+    assert "(0.98 to 1.02 mm, 95 % by the readings, their scatter unknown)" in judgement.verdict
 
 
 @pytest.mark.parametrize("gate", [GATE, None])
@@ -199,7 +193,7 @@ def test_what_somebody_edited_gets_no_verdict(gate):
     [("held-out", "Held out"), ("calibrated-on", "Calibrated on these readings")],
 )
 @pytest.mark.parametrize(
-    ("basis", "interval_mm"), [(ENOUGH, (0.05, 0.15)), (ENOUGH, (0.05, 2.0)), (Basis(4, 1.0, 0.3), None)]
+    ("basis", "interval_mm"), [(ENOUGH, (0.05, 0.15)), (ENOUGH, (0.05, 2.0)), (Basis(4, 1.0, 24.0, False), None)]
 )
 def test_every_verdict_says_whether_its_readings_were_held_out(gate, role, said, basis, interval_mm):
     verdict = judgement_of(basis, gate, role=role, interval_mm=interval_mm).verdict
@@ -208,6 +202,6 @@ def test_every_verdict_says_whether_its_readings_were_held_out(gate, role, said,
 
 
 def test_too_few_readings_and_no_gate_are_told_apart():
-    assert judgement_of(Basis(4, 1.0, 0.3)).outcome == "undecided"
+    assert judgement_of(Basis(4, 1.0, 24.0, False)).outcome == "undecided"
     assert judgement_of(gate=None).outcome == "open"
     assert judgement_of(escaped_particles=1, edited=("profile.csv",)).outcome == "failed"

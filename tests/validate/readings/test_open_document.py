@@ -63,11 +63,11 @@ def test_blank_rows_and_cells_that_are_repeated_a_million_times_are_not_unrolled
             'office:value-type="float" office:value="1" table:number-columns-repeated="9"/>'
             "</table:table-row></table:table>",
             "",
-            "more than the 10000 rows",
+            "more than 10000 rows",
         ),
         ("x" * 33_000_000, "", "unpacks to"),
-        ("&a;", '<!DOCTYPE x [<!ENTITY a "aaaa">]>', "damaged, or no ODS"),
-        ("<table:table>", "", "damaged, or no ODS"),
+        ("&a;", '<!DOCTYPE x [<!ENTITY a "aaaa">]>', "damaged, or not an ODS"),
+        ("<table:table>", "", "damaged, or not an ODS"),
     ],
     ids=["rows", "size", "entity", "broken"],
 )

@@ -11,7 +11,7 @@ from validate.readings.sheet import FaultList, Place
 def _refused(length_mm: float | None, s_mm: float) -> bool:
     faults = FaultList()
     CrackLimits(length_mm, 16.0).check_station(Place(Path("a.csv")), f"{s_mm}", s_mm, faults)
-    return bool(faults.kept)
+    return bool(faults.faults)
 
 
 @pytest.mark.parametrize("length_mm", [None, 80.0, 1000.0])

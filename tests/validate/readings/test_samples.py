@@ -35,18 +35,18 @@ def test_a_column_gives_each_row_to_its_sample(tmp_path, name):
 
 def test_which_of_several_samples_is_meant_must_be_said(tmp_path):
     path = _written(tmp_path, TABLE)
-    assert "rows of several samples: 'P08', 'P09'. Name the one that is meant: [readings] sample." in _refused(path)
-    assert "no row of sample 'P10'; column 'sample' names 'P08', 'P09'" in _refused(path, sample="P10")
+    assert "rows of several samples: 'P08', 'P09'. Select one: [readings] sample." in _refused(path)
+    assert "no row of sample 'P10'; column 'sample' contains 'P08', 'P09'" in _refused(path, sample="P10")
     nameless = _refused(_written(tmp_path, TABLE + ",10,-3\n"), sample="P09")
     assert "line 6, column sample" in nameless
     without = _written(tmp_path, "s_mm,level_1_mm\n0,-1\n5,-1\n")
-    assert "no column names samples, while [readings] sample names 'P08'" in _refused(without, sample="P08")
+    assert "no column contains sample names, but [readings] sample = 'P08'" in _refused(without, sample="P08")
 
 
 def test_another_samples_faults_are_not_this_ones(tmp_path):
     path = _written(tmp_path, TABLE.replace("-2.5", "deep"))
     assert len(read_readings(path, Declared(sample="P08")).s_mm) == 2
-    assert "'deep' is no number" in _refused(path, sample="P09")
+    assert "'deep' is not a number" in _refused(path, sample="P09")
 
 
 def test_a_column_that_names_one_sample_needs_no_word(tmp_path):

@@ -35,13 +35,13 @@ def test_a_comma_before_three_digits_is_asked_for(read, decimal, depth_mm):
     """The text 1,234 is one and a quarter, or more than a thousand."""
     text = "s [mm]\tTiefe [mm]\n5\t1,234\n10\t2,345\n"
     (fault,) = faults_of(read, text).faults
-    assert "'1,234' is 1.234, or 1234" in fault.found
-    assert "2 such here" in fault.found
+    assert "'1,234' is 1.234, or 1234" in fault.finding
+    assert "2 such numbers" in fault.finding
     assert 'decimal = "comma" or "point"' in fault.remedy
     assert (fault.place.row, fault.place.name, fault.value) == (2, "Tiefe [mm]", "1,234")
     if depth_mm is None:
         (*_, last) = faults_of(read, text, decimal=decimal).faults
-        assert "thousands" in last.found
+        assert "thousands" in last.finding
     else:
         assert read(text, decimal=decimal).repeats_mm[0, 0] == -depth_mm
 
@@ -66,7 +66,7 @@ def test_thousands_set_apart_are_refused(read, text):
 def test_which_way_readings_count_is_asked_for(read):
     text = "s [mm];rep1 [mm];rep2 [mm]\n0;-1,5;-1,6\n5;-2;-2,1\n"
     (fault,) = faults_of(read, text).faults
-    assert "upward or downward" in fault.found
+    assert "upward or downward" in fault.finding
     assert "quantity" in fault.remedy
     assert read(text, quantity="level").repeats_mm[0].tolist() == [-1.5, -1.6]
     assert read(text, quantity="depth").repeats_mm[0].tolist() == [1.5, 1.6]
@@ -75,7 +75,7 @@ def test_which_way_readings_count_is_asked_for(read):
 def test_the_unit_is_asked_for(read):
     text = "s;Tiefe\n0;1,5\n5;2\n"
     (fault,) = faults_of(read, text).faults
-    assert "no unit" in fault.found
+    assert "no unit" in fault.finding
     assert '[readings] unit = "mm"' in fault.remedy
     assert read(text, unit="cm").repeats_mm[:, 0].tolist() == [-15, -20]
 
@@ -127,7 +127,7 @@ def test_all_faults_of_a_file_are_named_at_once(read):
         (10, "Tiefe 2 [mm]", "160"),
         (9, "Abstand [mm]", "5"),
     ]
-    for row, words in {4: "no number in mm, such as -4,25", 6: "decimal comma"}.items():
+    for row, words in {4: "not a number in mm, such as -4,25", 6: "decimal comma"}.items():
         assert any(words in text for (at, _, _), text in found.items() if at == row)
     assert str(faults).count("\n") == len(found) - 1
     assert all(
@@ -149,7 +149,7 @@ def test_one_mistake_in_many_rows_is_told_once(read):
         read, "s_mm;level_mm\n" + "".join(f"{i};{word}\n" for i, word in enumerate(["x", "yy", "-"] * 4))
     )
     (line,) = str(faults).splitlines()
-    assert "line 2, column level_mm: 'x' is no number in mm" in line
+    assert "line 2, column level_mm: 'x' is not a number in mm" in line
     assert line.endswith("The same in 7 more: row 3, 5, 6, 8, 9, 11, 12.")
     (line,) = str(faults_of(read, "s_mm,level_mm\n" + "".join(f"{i},deep\n" for i in range(3_000)))).splitlines()
     assert line.endswith("The same in 999 more: row 3 to 1001.")
@@ -159,21 +159,24 @@ def test_one_mistake_in_many_rows_is_told_once(read):
     ("text", "words"),
     [
         ("s_mm,depth_mm,\n0,1,7\n5,1,\n", ["line 2", "3 fields under 2"]),
-        ("s_mm,,depth_mm\n0,7,1\n5,,1\n", ["line 1", "column B holds numbers and has no name"]),
+        ("s_mm,,depth_mm\n0,7,1\n5,,1\n", ["line 1", "column B contains numbers and has no name"]),
         ("s_mm,position_mm,depth_mm\n0,0,1\n5,5,1\n", ["'s_mm', 'position_mm' both name the station"]),
         ("s_mm,mean depth_mm\n0,1\n5,1\n", ["no column of readings beside 's_mm'", "B 'mean depth_mm' (1)", "levels"]),
         ("s_mm,depth 1_mm,rep2_mm\n0,1,1\n5,1,2\n", ["'rep2_mm': neither header"]),
-        ("s_mm,depth 1_mm,depth 2_mm,depth_mm\n0,1,1,1\n5,1,2,2\n", ["'depth_mm': no number, and there are 3 columns"]),
+        (
+            "s_mm,depth 1_mm,depth 2_mm,depth_mm\n0,1,1,1\n5,1,2,2\n",
+            ["'depth_mm': no repeat number, but there are 3 columns"],
+        ),
         ("s_mm,depth 1_mm,depth 1_cm\n0,1,1\n5,1,2\n", ["'depth 1_mm', 'depth 1_cm'"]),
         ("s_mm,repeat,depth_mm\n0,1,1\n0,1,2\n5,1,2\n", ["line 3", "repeat '1' of 0 mm"]),
         ("s_mm,repeat,depth_mm\n0,,1\n5,1,2\n", ["line 2", "column repeat"]),
-        ("s_mm,repeat,rep1_mm,rep2_mm\n0,1,1,1\n5,1,2,2\n", ["numbers the repeats of one column"]),
+        ("s_mm,repeat,rep1_mm,rep2_mm\n0,1,1,1\n5,1,2,2\n", ["numbers repeats, but there are several columns"]),
         ("s_mm,depth_mm\n0,1\n0,2\n5,2\n", ["line 3", "first in row 2", "column 'repeat'"]),
-        ("s_mm,depth_mm\n0,1\n5,2 mm\n", ["line 3", "'2 mm' is no number"]),
-        ("s_mm,depth_mm\n0,1\n5,1_0\n", ["'1_0' is no number"]),
-        ("s_mm,depth_mm\n0,1\n5,\u0661\n", ["is no number"]),
-        ("s_mm,depth_mm\n0,1\n5,1e999\n", ["'1e999' is no number"]),
-        ("s_mm,depth_mm\n0,1\n5,a\x1b[31mb\x00\n", ["'a\\x1b[31mb\\x00' is no number"]),
+        ("s_mm,depth_mm\n0,1\n5,2 mm\n", ["line 3", "'2 mm' is not a number"]),
+        ("s_mm,depth_mm\n0,1\n5,1_0\n", ["'1_0' is not a number"]),
+        ("s_mm,depth_mm\n0,1\n5,\u0661\n", ["is not a number"]),
+        ("s_mm,depth_mm\n0,1\n5,1e999\n", ["'1e999' is not a number"]),
+        ("s_mm,depth_mm\n0,1\n5,a\x1b[31mb\x00\n", ["'a\\x1b[31mb\\x00' is not a number"]),
         ("sep=|\ns_mm|depth_mm\n0|1\n", ["no column of places", "read as CSV, UTF-8"]),
     ],
 )

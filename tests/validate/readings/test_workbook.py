@@ -88,7 +88,7 @@ def test_all_cells_that_are_no_numbers_are_named_at_once(book, read):
         "cell B3",
         "'#DIV/0!' is an error",
         "cell C3",
-        "'TRUE' is no number",
+        "'TRUE' is not a number",
         "cell A4",
         "'1900-01-16 12:00'",
     ):
@@ -119,7 +119,7 @@ def test_control_characters_of_names_are_decoded(book, read):
 def test_merged_cells_are_named(book, read):
     first(book).merge_cells("B3:C3")
     (fault,) = faults_of(read, book).faults
-    assert "cells B3 to C3 are merged" in fault.found
+    assert "cells B3 to C3 are merged" in fault.finding
     first(book).unmerge_cells("B3:C3")
     first(book).insert_rows(1)
     first(book)["A1"] = "Probe 7, Messung vom 3. April"
@@ -140,7 +140,7 @@ def test_one_name_over_several_columns_is_each_ones(read):
     sheet.merge_cells("B1:C1")
     assert read(book).repeats_mm[0].tolist() == [-1.5, -1.6]
     sheet["C2"] = None
-    assert "column C holds numbers and has no name" in str(faults_of(read, book))
+    assert "column C contains numbers and has no name" in str(faults_of(read, book))
 
 
 def test_a_merged_name_with_unknown_words_is_asked_about_and_keeps_its_unit(read):
@@ -165,7 +165,7 @@ def test_several_sheets_are_named_and_one_is_asked_for(book, read):
     for row in ROWS:
         other.append(row)
     message = str(faults_of(read, book))
-    assert "2 sheets hold something: 'Sheet', '<b>Riss $2$'" in message
+    assert "2 sheets have content: 'Sheet', '<b>Riss $2$'" in message
     assert "[readings] sheet" in message
     assert "sheet '<b>Riss $2$'" in read(book, sheet="<b>Riss $2$").dialect
     assert "no sheet 'riss'" in str(faults_of(read, book, sheet="riss"))
@@ -241,7 +241,7 @@ def test_an_old_workbook_is_named(tmp_path):
 def test_another_zip_is_no_workbook(tmp_path):
     with zipfile.ZipFile(tmp_path / "a.ods", "w") as archive:
         archive.writestr("content.xml", "<x/>")
-    with pytest.raises(InputError, match="another program's format"):
+    with pytest.raises(InputError, match="a zip file, but not an XLSX"):
         read_cells(tmp_path / "a.ods", Declared())
 
 
@@ -274,8 +274,8 @@ def test_entities_are_refused(tmp_path):
     ("sheet", "words"),
     [
         (f'<c t="inlineStr"><is><t>{"x" * workbook.LARGEST_UNPACKED_BYTES}</t></is></c>', "unpacks to"),
-        (rows_of(*["<c><v>7</v></c>"] * 24_000), "more than the 10000 rows"),
-        (rows_of('<c r="XFD1"><v>7</v></c>', '<c r="A1"><v>1</v></c>'), "more than the 256 columns"),
+        (rows_of(*["<c><v>7</v></c>"] * 24_000), "more than 10000 rows"),
+        (rows_of('<c r="XFD1"><v>7</v></c>', '<c r="A1"><v>1</v></c>'), "more than 256 columns"),
     ],
     ids=["a bomb", "rows", "columns"],
 )

@@ -62,7 +62,7 @@ def test_a_column_by_an_operator_who_reads_0_3_mm_higher_contradicts_no_passes()
         check(sheets[0], NO_PASSES)
     assert str(fault.value).startswith("caliper.csv: uncertainty.pass_mm = 0: the columns of repeats contradict it.")
     assert "Repeat 3 is +0.2" in str(fault.value)
-    assert "Leave pass_mm out, or declare" in str(fault.value)
+    assert "Remove pass_mm, or set it" in str(fault.value)
     # What is declared to differ by that much, may.
     assert not refused(sheets[0], Uncertainty(pass_mm=0.2))
     assert refused(sheets[0], Uncertainty(pass_mm=0.01))
@@ -128,7 +128,7 @@ def test_readings_finer_than_the_declared_last_digit_contradict_it():
     """Readings between two marks by eye may be some; the caliper's own digit, which is the default, is not asked."""
     random = np.random.default_rng(11)
     fine_mm = np.round(BED_MM[:, None] + noise_mm(random, "normal"), 2) - BED_MM[:, None]
-    with pytest.raises(InputError, match=r"readings\.resolution_mm = 0\.5: \d+ of 51 readings are no multiples"):
+    with pytest.raises(InputError, match=r"readings\.resolution_mm = 0\.5: \d+ of 51 readings are not multiples"):
         check(fine_mm, Uncertainty(), resolution_mm=0.5)
     coarse_mm = 0.37 + np.round((BED_MM[:, None] + noise_mm(random, "normal")) * 2) / 2 - BED_MM[:, None]
     check(coarse_mm, Uncertainty(), resolution_mm=0.5)

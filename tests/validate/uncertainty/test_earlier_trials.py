@@ -116,7 +116,7 @@ def test_words_have_the_sign_of_the_bias():
     assert "-2.30 mm" in expected_sentences(high)[0]
     assert "0.3 mm above the computed level" in expected_sentences(low)[0]
     assert len(expected_sentences(high)) == 3, "few trials are called few"
-    assert "Student t of 2 trials, assume that these and this one are exchangeable" in expected_sentences(high)[1]
+    assert "Student t of 2 trials, assume that all these trials are exchangeable" in expected_sentences(high)[1]
     several = expect([trial(level=0.1 * one) for one in range(4)], HERE)
     assert several is not None
     assert len(expected_sentences(several)) == 2

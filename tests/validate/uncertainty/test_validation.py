@@ -50,7 +50,7 @@ def test_an_error_within_the_doubt_is_consistent_and_does_not_say_that_the_model
         "The mean level is consistent with the readings (ASME V&V 20: E = -0.20 mm, 2 u_val = 1.00"
     )
     assert "between -1.20 and +0.80 mm" in sentence
-    assert sentence.endswith("This does not say that the model is right.")
+    assert sentence.endswith("This does not show that the model is right.")
 
 
 @pytest.mark.parametrize(("error_mm", "way"), [(1.5, "too high"), (-1.5, "too low")])
@@ -58,7 +58,7 @@ def test_an_error_beyond_it_has_a_sign_and_bounds(error_mm, way):
     mean = mean_level_budget(error_mm, 0.5, *ALL_KNOWN)
     assert mean.resolved
     sentence, _ = level_sentences(mean, NONE_OFF, PARTS)
-    assert f"lies between {error_mm - 1:+.2f} and {error_mm + 1:+.2f} mm" in sentence
+    assert f"is between {error_mm - 1:+.2f} and {error_mm + 1:+.2f} mm" in sentence
     assert f"mean level is {way}" in sentence
     assert "onsistent" not in sentence
 
@@ -100,15 +100,15 @@ def test_stations_are_counted_by_the_side_on_which_they_are_off():
         mean_level_budget(0.0, 0.5, *ALL_KNOWN), stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4), PARTS
     )
     assert sentence.startswith("At 2 of 4 stations")
-    assert "(1 too high, 1 too low), by readings, numerics and inputs." in sentence
-    assert " 3 lie outside their own band; fewer than 1 would by chance, if " in sentence
+    assert "(1 too high, 1 too low); the bands are by readings, numerics and inputs." in sentence
+    assert " 3 of 4 are outside their own 95 % band; fewer than 1 would by chance, if " in sentence
 
 
 def test_many_stations_are_many_tests():
     """One of twenty outside its own band is chance, and the model is not called off for it."""
     _, sentence = level_sentences(mean_level_budget(0.0, 0.5, 0.1), stations([0.5, *[0.0] * 19], [0.2] * 20), PARTS)
     assert sentence.startswith("At none of 20 stations")
-    assert "by readings alone. 1 lies outside its own band; about 1 would by chance, if " in sentence
+    assert "by readings alone. 1 of 20 is outside its own 95 % band; about 1 would by chance, if " in sentence
 
 
 def test_the_number_by_chance_names_the_error_that_it_rests_on_most():
