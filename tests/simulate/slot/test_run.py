@@ -122,5 +122,5 @@ def test_u_without_a_yield_stress_is_refused_as_it_is_no_viscosity():
 def test_particles_are_not_run_in_its_place():
     crack = slot(40.0)
     fluid = Fluid(viscosity_pa_s=0.3, freeze_after_s="never")
-    with pytest.raises(InputError, match="this runs particles"):
+    with pytest.raises(InputError, match="only particles"):
         prepare(*crack, path(crack[1], 1.0), [fluid], SLOT, Nozzle(), seed=0, device="cpu")
