@@ -72,7 +72,7 @@ class Viscosity:
         self.system.at_walls, self.system.shear = state.column(float), state.column(float)
         self.system.at_walls.assign((sticks * viscosity).astype(np.float32))
         self.system.inverse = wp.zeros(rows, dtype=code.Symmetric, device=device)
-        for name in ("drag", "held"):
+        for name in ("drag", "restraint"):
             setattr(self.system, name, wp.zeros(rows, dtype=float, device=device))
         for name in ("residual", "product", "direction", "pull"):
             setattr(self._search, name, wp.zeros(rows, dtype=wp.vec3, device=device))
@@ -163,7 +163,7 @@ class Viscosity:
         wp.copy(self._other, state.velocity)
         before, after = state.velocity, self._other
         self.pass_once(before, after, 1, rows)
-        passes = max(1, math.ceil(self.system.held.numpy()[:rows].max(initial=0.0) / STABLE))
+        passes = max(1, math.ceil(self.system.restraint.numpy()[:rows].max(initial=0.0) / STABLE))
         if passes == 1:
             before = after
         else:

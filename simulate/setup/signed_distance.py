@@ -179,11 +179,11 @@ def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str) -> Floats:
     return distance_mm
 
 
-def _beside_mm(mesh: wp.Mesh, points_mm: Floats, known_mm: Floats, away_mm: Floats, device: str) -> Floats:
-    """Return the exact signed distance, (n,), of points ``away_mm`` from others with distance ``known_mm``."""
+def _beside_mm(mesh: wp.Mesh, points_mm: Floats, nearby_mm: Floats, away_mm: Floats, device: str) -> Floats:
+    """Return the exact signed distance, (n,), of points ``away_mm`` from others with distance ``nearby_mm``."""
     places = exact_distance.Places()
     places.point = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
-    places.known = wp.array(known_mm * CM, dtype=float, device=device)
+    places.nearby = wp.array(nearby_mm * CM, dtype=float, device=device)
     places.away = wp.array(away_mm * CM * SLACK, dtype=float, device=device)
     places.distance = wp.empty(len(points_mm), dtype=float, device=device)
     wp.launch(exact_distance.measure_places, len(points_mm), inputs=[mesh.id, places], device=device)
