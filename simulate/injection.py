@@ -79,8 +79,8 @@ class Injection:
     def advance(self) -> None:
         """Compute one frame. A run with a fault is given up; raises NumericalError if that was the last run.
 
-        The error names frame, time, particle and position. If frames are replayed, faults are checked only in frames
-        in which the density is sampled, and the error names such a later frame.
+        The error names frame, time, particle and position. If frames are replayed, faults are checked only when
+        the density is sampled, and the error names that later frame.
         """
         frame, engine = self.done, self.engine
         began = time.perf_counter()
@@ -221,7 +221,7 @@ class Injection:
         return added_viscosity(self.solver.size_mm * CM, self.engine.step_s) / CM2_IN_M2
 
     def remarks_on(self, number: int) -> tuple[str, ...]:
-        """Return the remarks on a fluid that are known before the first frame."""
+        """Return the remarks on a fluid, also before the first frame."""
         return tuple(remarks_on(self.fluids[number], self.outline, self.solid, self.solver, self.schedule))
 
     def _d_cm(self, number: int) -> float:

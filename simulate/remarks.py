@@ -92,7 +92,7 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
 
 
 def _stands_s(fluid: Fluid, stands_pa: float, lasts_s: float) -> float:
-    """Return the age from which walls hold paste that is soft at first; infinite if it is above ``lasts_s``."""
+    """Return the age from which walls support paste that is soft at first; infinite if it is above ``lasts_s``."""
     age_s = np.linspace(0.0, lasts_s, AGES)
     stands = _at(fluid, age_s)[1] > stands_pa
     return float(age_s[stands.argmax()]) if stands.any() else math.inf

@@ -110,7 +110,7 @@ def check_fit(
 
 
 def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm: float | None = None) -> str:
-    """Return a sentence on the radii with which this crack can run; its distance grid may set a lower limit."""
+    """Return a sentence on the radii that this crack allows; its distance grid may set a lower limit."""
     abreast_mm = outline.mean_width_mm / 8
     if _carried(solid, outline, abreast_mm):
         four_abreast = f'{abreast_mm:.3f} is four abreast, as in the paper, and so is "auto"'
@@ -145,7 +145,7 @@ def check_damping(solver: Solver, step_s: float) -> None:
 
 
 def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float) -> float:
-    """Return D as given, or the D with the total drag of walls to which the fluid sticks."""
+    """Return D as given, or the D with the total drag of no-slip walls."""
     if fluid.D_cm is not None:
         return fluid.D_cm
     return no_slip_weight(paste.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
@@ -326,7 +326,7 @@ def check_outlet(
 ) -> None:
     """Raise InputError if a particle would be released inside the solid or nearer to it than its clearance.
 
-    The message proposes settings, each of which would be enough, and has been tried if it is a diameter or a height.
+    The message proposes settings that would each be enough; a diameter and a height have been tried.
     """
     blocked = _blocked(schedule.position_mm, barrier)
     if not blocked.any():

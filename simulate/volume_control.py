@@ -24,20 +24,20 @@ from simulate.vessel import TURN, vessel_of
 
 PERIOD_S = 0.1  # Time between two measurements: a third of the time in which paste comes to rest
 MEMORY_S = 0.4
-"""Time in which a lack of volume is made up; with 0.7 stiff paste falls asleep before it is."""
+"""Time to make up for a lack of volume; with 0.7 stiff paste falls asleep before."""
 FLOWS_MM_S = 1.0  # Speed from which paste with a yield stress counts as flowing; slower paste responds late, in jumps
 LEAST_FLOWING = 0.3
 """Least share of the bed that is assumed to flow; the less flows, the more each particle must make up for. With 0.1,
 and a memory of 0.25 s, few particles make up for too much, overshoot, and wake the sleeping bed.
 """
 STANDS = 0.05
-"""Flowing share of the bed below which paste counts as standing, and its factor is not raised: the yield stress would
-resist until the paste gives way at once.
+"""If at most this share of the bed flows, the factor is not raised: the yield stress would resist until the paste gives
+way at once.
 """
 LEAST_SETTLED = 0.05
-"""Share of the dispensed volume from which a bed is measured; a smaller bed is mostly surface."""
+"""Least bed that is measured, over the dispensed volume; a smaller one is mostly surface."""
 CELL = 0.5
-"""Width over R of the columns in which a bed is measured; with 4/3 beds with hollows are up to 1 % wrong."""
+"""Width of the measured columns over R; with 4/3 beds with hollows are up to 1 % wrong."""
 LEAST_FACTOR, MOST_FACTOR = 0.95, 1.2
 """Bounds of the factor: hollows under stiff paste and films on the face must not change its density further."""
 MOST_TOPS = 4_000_000

@@ -147,7 +147,7 @@ class _Helper:
         Thread(target=_help, args=(self._tasks,), daemon=True).start()
 
     def begin(self, commands: Sequence[Any]) -> None:
-        """Hand launches over, with a new queue for the answer: after Ctrl-C the old one may still have an answer."""
+        """Hand launches over, with a new queue for the answer: after Ctrl-C the old one may not be empty."""
         self._answer = SimpleQueue()
         self._tasks.put((commands, self._answer))
 

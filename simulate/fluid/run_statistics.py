@@ -12,7 +12,7 @@ from simulate.fluid.solver import FluidSolver
 
 
 class RunStatistics:
-    """Figures for the health of each run, collected in frames in which something moves."""
+    """Figures for the health of each run, collected in frames with movers."""
 
     def __init__(self, runs: int) -> None:
         self._runs = runs

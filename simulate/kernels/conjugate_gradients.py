@@ -107,7 +107,7 @@ def squares_of(particles: Particles, system: System, search: Search, row: int):
 
 @wp.func
 def keep_sum(search: Search, part: int, lane: int, own: Sums):
-    """Store the sum over the threads of a part's block, all of which must call this."""
+    """Store the sum over the threads of a part's block; all must call this."""
     total = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
     if lane == 0:
         search.partial[part // CHUNKS, part % CHUNKS] = total
@@ -115,7 +115,7 @@ def keep_sum(search: Search, part: int, lane: int, own: Sums):
 
 @wp.func
 def whole_sum(search: Search, run: int, lane: int):
-    """Return the sum over the parts of a run to all threads of a block, all of which must call this."""
+    """Return the sum over the parts of a run to all threads of a block; all must call this."""
     own = Sums(0.0)
     for chunk in range(lane, CHUNKS, wp.block_dim()):
         own += search.partial[run, chunk]

@@ -1,7 +1,7 @@
 """Device code: signed distances by the solid's mesh, for the grid of ``distance``. Centimetres.
 
-Warp's query of the nearest point is exact, except next to needles, where it returns up to 0.08 mm too much; the face
-around a crack has many. The nodes of the grid have another search, which takes half the time.
+Warp's query of the nearest point is exact, except next to needles, of which the face around a crack has many: there it
+returns up to 0.08 mm too much. The nodes of the grid have another search, which takes half the time.
 """
 
 import warp as wp
@@ -35,7 +35,7 @@ class Blocks:
 @run_kernel
 def measure_places(
     mesh: wp.uint64,
-    places: Places,  # out: distance, NaN where no triangle is within reach
+    places: Places,  # out: distance, NaN if no triangle is within reach
 ):
     """Exact signed distance, negative if a ray crosses the surface an odd number of times."""
     i = wp.tid()
@@ -66,7 +66,7 @@ def with_sign(mesh: wp.uint64, x: wp.vec3, size: float, nearby: float, away: flo
 
 @wp.func
 def row_of_owner(solid: Distance, a: int, b: int, c: int, own: int) -> int:
-    """Return the row of a block whose first nodes are the last ones of block ``own``, or ``own`` if it has none."""
+    """Return the row of a block whose first nodes are the last ones of block ``own``, or ``own`` without one."""
     row = row_at(solid, a, b, c)
     return wp.where(row >= 0, row, own)
 
@@ -101,8 +101,8 @@ def measure_nodes(
 ):
     """Exact signed distance at the nodes of blocks.
 
-    Nodes of several blocks are measured by one block; a second launch, ``shared``, copies them to the others. For all
-    nodes of a block the few triangles are found at once that can be nearest to one of them.
+    Nodes of several blocks are measured by one block; a second launch, ``shared``, copies them to the others. The few
+    triangles that can be nearest to a node are searched once for all nodes of a block.
     """
     row = wp.tid()
     block = blocks.number[row]

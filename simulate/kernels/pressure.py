@@ -316,8 +316,8 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
     ):
         """Density, and each particle's data for the coarse level.
 
-        Walls respond to a multiplier, but not to its gradient: only the fluid neighbours of a particle beside a wall
-        contribute to that gradient, and so the particle has a larger share in its nodes' multipliers.
+        Walls respond to a multiplier, but not to its gradient: only the fluid neighbours of a particle near a wall
+        contribute to it, and so the particle has a larger share in its nodes' multipliers.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]

@@ -150,7 +150,7 @@ def _changes(
     fitness: Fitness,
     poured: Callable[[Trajectory, HerschelBulkley], tuple[Filled, Fitness]],
 ) -> tuple[str, ...]:
-    """Return settings with which a fill is inside the domain; none if the case is, or if no such fill was found."""
+    """Return settings that bring a fill into the domain; none if the case is inside, or if no such fill was found."""
     if not fitness.unfit:
         return ()
     shares = np.arange(FULLEST, 0.0, -FILL_STEP)

@@ -75,7 +75,7 @@ class Trapezoids:
         return area_mm2, np.where(bound, 2 * self.reach_mm, 4 * free_mm)
 
     def height_mm(self, area_mm2: Floats) -> Floats:
-        """Return the height to which an area fills each section."""
+        """Return the height of each section's filled area."""
         opening, floor_mm = self.opening, self.floor_mm
         inside_mm2 = np.clip(area_mm2, 0.0, self.full_mm2)
         # This form of the root has no difference of nearly equal numbers, and works for upright walls too.
@@ -94,7 +94,7 @@ class Trapezoids:
         return height_mm
 
     def wetted_mm(self, height_mm: Floats) -> Floats:
-        """Return the length of floor and walls below a height; there is no drag above the mouth."""
+        """Return the length of floor and walls below a height; nothing drags above the mouth."""
         return self.floor_mm + self.slant * np.minimum(np.maximum(height_mm, 0.0), self.depth_mm)
 
     def slenderness(self, area_mm2: Floats, height_mm: Floats) -> Floats:
