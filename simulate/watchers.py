@@ -24,7 +24,7 @@ from simulate.injection import Injection
 from simulate.setup.release_schedule import ROUNDING
 
 EVERY_S = 10.0  # Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles.
-LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Larger files are refused; a particle takes less than some kilobytes
+LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Largest checkpoint that is read: 4 kB for each of a million particles
 PAST_THE_END = 1.02
 """Factor on a run's duration up to which a moment means the end of the run: the paper shows 15 s, and the nozzle of
 the reconstructed trial stops after 14.8 s."""
