@@ -135,9 +135,9 @@ class Fluid(Settings):
     def _with(self, material: Material, file: Path) -> Self:
         """Return a copy with the numbers of a material, and the material itself."""
         if (self.viscosity_pa_s is None) == (material.viscosity_pa_s is None):
-            problem = "no viscosity: give fluid.viscosity_pa_s too"
+            problem = "no viscosity: give fluid.viscosity_pa_s beside it"
             if material.viscosity_pa_s is not None:
-                problem = f"a viscosity, and fluid.viscosity_pa_s is {self.viscosity_pa_s:g}: leave that out"
+                problem = f"a viscosity, and fluid.viscosity_pa_s is {self.viscosity_pa_s:g} beside it: leave it out"
             raise InputError(f"{file}: has {problem}.")
         numbers = {
             "viscosity_pa_s": self.viscosity_pa_s or material.viscosity_pa_s,
