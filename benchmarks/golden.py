@@ -110,6 +110,7 @@ class Rule:
 OF_A_TRIAL = "[mst]*-*"  # Cases whose answer is run.json: mesh-, sheet-, trace-, trial-
 MOVED: tuple[Rule, ...] = (
     Rule("sweep/runs/*", "*health/volume_ratio", "a study's run records it as a trial's does", "sweep", ("came",)),
+    Rule("*.json", "*health/kernels_a_frame", "CPUs solve the viscosity with two launches fewer"),
     Rule("*run.json", "version", "parts of a result are records of their own, with all their figures, not rounded"),
     Rule("*run.json", "sample/*", "likewise", changes=("rounded",)),
     Rule("*run.json", "fluid*", "likewise", changes=("came", "rounded")),

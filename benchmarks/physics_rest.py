@@ -182,7 +182,7 @@ def passes() -> list[Finding]:
     engine.find_neighbours()
     engine.pressure.measure_density(engine.rows)
     engine.viscosity.pass_explicit(engine.rows)
-    diagonal = float(engine.viscosity.system.held.numpy().max())
+    diagonal = float(engine.viscosity.system.restraint.numpy().max())
     before, after = (wp.zeros(len(fluid) + 2, dtype=wp.vec3, device="cpu")[: len(fluid)] for _ in range(2))
     before.assign(np.random.default_rng(0).normal(0, 1, (len(fluid), 3)).astype(np.float32))
     growth = 0.0

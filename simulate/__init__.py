@@ -3,7 +3,7 @@
 PART_OF = "sealtwin"
 
 STAGE_NUMBER = 1
-"""Raised by one whenever the same input gives another number in the results of this stage; what moves no bit leaves it.
+"""Raised by one when the same input gives other numbers in the results of this stage.
 
-Runs of another number are computed anew. ``python -m tests.stage_record`` remakes the record that a test holds it to.
+Runs of another number are computed again. ``python -m tests.stage_record`` remakes the record that a test compares.
 """

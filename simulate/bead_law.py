@@ -1,10 +1,10 @@
 """The yield stress of a bead of paste at rest on a plate, by its volume and its whole outline.
 
-Where paste has come to rest after it flowed over a rough plate, its thrust falls toward the edge as fast as the yield
-stress lets it, so that its height is a function of the distance d to the nearest edge: h^2 = 2 tau d / (rho g) where it
-is flat, in a ridge as in its round ends and in a disc (Roussel and Coussot 2005). Stretching takes STRETCH tau h off
-the thrust rho g h^2 / 2 of a section (Nye 1951: pi / 2 in a plane). The outline needs no straight middle then, and what
-lies in the middle of a bead is known without the flow that laid it.
+The thrust of paste at rest on a rough plate falls towards the edge at the rate that the yield stress allows. Its height
+then depends on the distance d to the nearest edge: h^2 = 2 tau d / (rho g) if it is flat, in a ridge, in its round ends
+and in a disc (Roussel and Coussot 2005). Stretching reduces the thrust rho g h^2 / 2 of a section by STRETCH tau h (Nye
+1951: pi / 2 in a plane). The outline need not have a straight middle, and the section in the middle follows without the
+flow that laid it.
 """
 
 import math
@@ -15,21 +15,22 @@ import numpy as np
 from sealtwin.core.records import Floats
 
 STRETCH = math.pi / 2
-"""Thrust that stretching takes off a section, over tau h, in a plane: 2 tau of Tresca's limit and its mean over a depth
-in which the shear stress grows evenly to tau. In a disc it is 1.36, in both for the same reason."""
+"""Reduction of a section's thrust by stretching, over tau h, in a plane: 2 tau of Tresca's limit, averaged over a depth
+in which the shear stress grows evenly to tau. In a disc it is 1.36, by the same averaging."""
 
 
-TOLD_OF = (0.0315, 0.066, 0.105, 0.152)
-STRESS_TOLD = (1.0, 1.052, 1.008, 0.925)
-SECTION_TOLD = (0.908, 0.915, 0.923, 0.95)
-"""Stress and section that the closed form says, over those of bars in particles, by its stress over rho g sqrt(A): the
-geometric means of a bar as high as its filament and one 1.6 times as wide (``benchmarks/beads.py``, kind ``fit``). Ends
-go out, and drain the middle a little, by how high they were laid, which nobody measures."""
+CLOSED_STRESS = (0.0315, 0.066, 0.105, 0.152)
+STRESS_RATIO = (1.0, 1.052, 1.008, 0.925)
+SECTION_RATIO = (0.908, 0.915, 0.923, 0.95)
+"""Stress and section of the closed form over those of bars in particles, by its stress over rho g sqrt(A): geometric
+means of a bar as high as its filament and one 1.6 times as wide (``benchmarks/beads.py``, kind ``fit``). The ends
+spread and drain the middle a little, depending on the height at which they were laid, which is not measured.
+"""
 
 
 @dataclass(frozen=True)
 class Bead:
-    """Straight bead as a nozzle leaves it, before it slumps: a bar, ``wide`` times as wide as the thickest filament."""
+    """Straight bead before it slumps: a bar, ``wide`` times as wide as the thickest filament from the nozzle."""
 
     length_mm: float
     section_mm2: float
@@ -44,10 +45,10 @@ class Bead:
         return self.length_mm * self.section_mm2
 
     def lattice_mm(self, side_mm: float, kept_mm: float) -> Floats:
-        """Return points of a lattice that just fills it, (n, 3), each with the volume of a cube of that side."""
+        """Return points of a lattice that fills it, (n, 3), each with the volume of a cube of side ``side_mm``."""
         sizes = np.array([self.length_mm, self.section_mm2 / self.height_mm, self.height_mm])
         counts = np.maximum(1, np.round(sizes / side_mm)).astype(int)
-        # As many particles as have its volume, whatever the rounding across.
+        # The number along it makes the volume right, despite rounding across.
         counts[0] = round(self.volume_mm3 / side_mm**3 / (counts[1] * counts[2]))
         axes = [(np.arange(count) + 0.5) / count * size for count, size in zip(counts, sizes, strict=True)]
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -56,18 +57,18 @@ class Bead:
 
 @dataclass(frozen=True)
 class PasteArea:
-    """Area on which paste lies by its distance to the nearest edge, (m,): all, and that of a piece in its middle."""
+    """Area under paste by its distance to the nearest edge, (m,): the whole, and a piece in its middle."""
 
     inward_mm: Floats
     area_mm2: Floats
     edge_mm: float  # Length of the edge
     middle_area_mm2: Floats
-    middle_mm: float  # Length of that piece
+    middle_mm: float  # Length of the piece
 
     def volume_mm3(self, per_mm: Floats, scale: Floats, outward_mm: Floats, stretch: float) -> tuple[Floats, Floats]:
         """Return the volume of the heap and the section in its middle, in mm3 and mm2, (n,) each.
 
-        ``per_mm`` is tau / (rho g). All lengths are ``scale`` times as long, and the edge lies ``outward_mm`` farther.
+        ``per_mm`` is tau / (rho g). Lengths are multiplied by ``scale``; the edge is moved out by ``outward_mm``.
         """
         height = heap_height_mm(per_mm, np.maximum(0.0, scale * self.inward_mm[:, None] + outward_mm), stretch)
         rim = outward_mm * heap_height_mm(per_mm, np.maximum(0.0, outward_mm / 2), stretch)
@@ -78,7 +79,7 @@ class PasteArea:
         """Return tau / (rho g) of heaps of a volume, (n,)."""
         per_mm = np.full(np.shape(volume_mm3), 1.0)
         for _ in range(14):
-            # The volume grows about as the root of the stress, and at most in proportion to it.
+            # The volume grows about with the root of the stress, and at most in proportion to it.
             per_mm = per_mm * (volume_mm3 / self.volume_mm3(per_mm, scale, outward_mm, stretch)[0]) ** (4 / 3)
         return per_mm
 
@@ -89,10 +90,10 @@ def heap_height_mm(per_mm: Floats, inward_mm: Floats, stretch: float) -> Floats:
 
 
 def slumped_stress(per_mm: Floats, section_mm2: Floats) -> Floats:
-    """Return tau / (rho g) of beads by that of the closed form, (n,), as bars that slumped in particles have it."""
-    return per_mm / np.interp(per_mm / np.sqrt(section_mm2), TOLD_OF, STRESS_TOLD)
+    """Return tau / (rho g) of beads, (n,): that of the closed form, corrected by bars in particles."""
+    return per_mm / np.interp(per_mm / np.sqrt(section_mm2), CLOSED_STRESS, STRESS_RATIO)
 
 
 def laid_section(per_mm: Floats, section_mm2: Floats) -> Floats:
-    """Return the section that was laid by that in the middle of the closed form, in mm2, (n,)."""
-    return section_mm2 / np.interp(per_mm / np.sqrt(section_mm2), TOLD_OF, SECTION_TOLD)
+    """Return the section that was laid, in mm2, (n,), from that of the closed form in the middle."""
+    return section_mm2 / np.interp(per_mm / np.sqrt(section_mm2), CLOSED_STRESS, SECTION_RATIO)

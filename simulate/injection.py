@@ -1,4 +1,4 @@
-"""An injection that can be followed frame by frame: one fluid, or several in the same crack under the same nozzle."""
+"""A run of particles that is advanced frame by frame: of one fluid, or of several in the same crack and trajectory."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -30,13 +30,13 @@ from simulate.setup_checks import check_damping, check_fit, check_outlet, domain
 from simulate.volume_control import VolumeControl
 
 NO_SLIP = "no slip"
-"""Origin of D for fluid that sticks to the walls; settings that name no origin have D as it was given."""
+"""Recorded origin of D if the fluid sticks to the walls; without an origin D is the user's."""
 SAMPLE_EVERY = 50  # Frames between two samples of the density error
 
 
 @dataclass
 class Injection:
-    """A prepared run with its inputs and its progress. ``prepare`` makes it."""
+    """A prepared run with its inputs and its progress, returned by ``prepare``."""
 
     solid: Solid
     outline: Outline
@@ -49,20 +49,21 @@ class Injection:
     engine: FluidSolver
     frames: int  # Number of frames to the end of settling
     work: list[int]
-    """Expected computing work before each frame and after the last: in moving particles, as ``ParticleCounts`` has it,
-    or in half frames for paste that falls asleep."""
+    """Expected computing work before each frame and after the last, in moving particles (``ParticleCounts.work``), or
+    in half frames for paste that falls asleep.
+    """
     setup_s: float
     statistics: RunStatistics
     volume_control: VolumeControl | None
     slope: SampleSlope = LEVEL
     done: int = 0  # Number of finished frames
-    moving: int = 0  # Particles that move, over all runs, when last counted: in every frame on a CPU, else at a sample
+    moving: int = 0  # Moving particles of all runs at the last count: of every frame on a CPU, of a sample on a GPU
     failed: dict[int, NumericalError] = field(default_factory=dict)
-    """Errors of the runs that were given up, by number; the other runs continue."""
+    """Errors of the runs that were given up, by their number; the others continue."""
 
     @property
     def t_s(self) -> float:
-        """Simulated time after the frames that are done."""
+        """Simulated time at the end of the last finished frame."""
         return self.done * self.schedule.frame_s
 
     @property
@@ -72,14 +73,14 @@ class Injection:
 
     @property
     def at_rest(self) -> bool:
-        """Nothing moves, and no release is left."""
+        """True if nothing moves and all particles have been released."""
         return self.done >= len(self.schedule.released) and self.moving == 0
 
     def advance(self) -> None:
-        """Compute one frame. A run with a fault is given up; raises NumericalError where no run is left.
+        """Compute one frame. A run with a fault is given up; raises NumericalError if that was the last run.
 
-        The error names frame, time, particle and position. Where frames are replayed, faults are looked for only in
-        frames in which the density is sampled, and the error names that later frame.
+        The error names frame, time, particle and position. If frames are replayed, faults are checked only when
+        the density is sampled, and the error names that later frame.
         """
         frame, engine = self.done, self.engine
         began = time.perf_counter()
@@ -96,30 +97,30 @@ class Injection:
         self.statistics.frames_s += time.perf_counter() - began
 
     def wait(self) -> None:
-        """Wait until the device has finished its frames, and count the time as theirs; arrays may then be read."""
+        """Wait until the device has finished, so that arrays can be read; the time counts as computing time."""
         began = time.perf_counter()
         wp.synchronize_device(self.engine.state.device)
         self.statistics.frames_s += time.perf_counter() - began
 
     def snapshot(self) -> dict[str, NDArray[Any]]:
-        """All that the remaining frames depend on, and the statistics so far, by name."""
+        """Return all arrays that later frames depend on, and the statistics so far, by name."""
         self.wait()
-        # On the CPU numpy() is a view of what the next frame writes to.
+        # Copied, because on the CPU numpy() is a view of an array that the next frame changes.
         device = {name: there.numpy().copy() for name, there in self.engine.lasting().items()}
         return {"done": np.array(self.done), **device, **self.statistics.snapshot()}
 
     def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
-        """Return to the state of ``snapshot``: on the same CPU the run then continues to the same bits.
+        """Return to the state of ``snapshot``: on the same CPU the run then continues with the same bits.
 
-        Raises KeyError or ValueError, with nothing changed, for a snapshot of a run unlike this one.
+        Raises KeyError or ValueError, and changes nothing, if the snapshot is of another kind of run.
         """
         lasting = self.engine.lasting()
         for name, here in self.snapshot().items():
-            found = snapshot[name]
-            # The statistics grow with the run.
-            alike = found.shape == here.shape if name in lasting else found.ndim == here.ndim
-            if found.dtype != here.dtype or not alike:
-                raise ValueError(f"{name} is {found.dtype} {found.shape}, not {here.dtype} {here.shape}")
+            array = snapshot[name]
+            # The statistics grow during a run.
+            alike = array.shape == here.shape if name in lasting else array.ndim == here.ndim
+            if array.dtype != here.dtype or not alike:
+                raise ValueError(f"{name} is {array.dtype} {array.shape}, not {here.dtype} {here.shape}")
         if not 0 <= snapshot["done"] <= self.frames:
             raise ValueError(f"{snapshot['done']} of {self.frames} frames are done")
         for name, there in lasting.items():
@@ -130,18 +131,18 @@ class Injection:
         self.moving = self.engine.count_movers()
 
     def results(self) -> list[Run]:
-        """A Run for each fluid, as it is now. Raises NumericalError where one was given up."""
+        """Return a Run for each fluid, in its present state. Raises NumericalError if one was given up."""
         outcomes = self.outcomes()
         if self.failed:
             raise self.failed[min(self.failed)]
         return [run for run in outcomes if isinstance(run, Run)]
 
     def outcomes(self) -> list[Run | NumericalError]:
-        """A Run for each fluid, or the error for which it was given up."""
+        """Return a Run for each fluid, or the error for which the run was given up."""
         self.wait()
         engine, schedule = self.engine, self.schedule
         status_of = _final_status(engine)
-        # One copy from a GPU, and not one for every run.
+        # Copied from a GPU once for all runs.
         position_mm, velocity_mm_s = engine.state.position_mm(), engine.state.velocity_mm_s()
         count, swelling = schedule.particles, engine.state.swelling.numpy()
         facts = self._facts()
@@ -178,13 +179,13 @@ class Injection:
         fluid, engine = self.fluids[number], self.engine
         steps = {"substeps": engine.substeps, "iterations": engine.iterations[number].number}
         effective = self.solver.scheme._asdict() | steps
-        # Left out, D follows from the viscosity.
+        # Without D_cm, D follows from the viscosity.
         drag = {"D_cm": self._d_cm(number), "D_from": NO_SLIP} if fluid.D_cm is None else {}
-        # A fluid without tables is recorded as it always was.
+        # Empty tables are not recorded: older runs have none.
         tables = {} if fluid.curve is not None else {"curve", "cooling"}
         return {
             "fluid": fluid.model_dump(exclude=tables) | drag,
-            # A run of particles is recorded as it always was.
+            # The model is not recorded for particles: older runs do not have it.
             "solver": self.solver.model_dump(exclude={"model"}) | effective,
             "nozzle": self.nozzle.model_dump(),
             "seed": self.seed,
@@ -192,9 +193,9 @@ class Injection:
         }
 
     def _effects(self, number: int) -> dict[str, Any]:
-        """Quantities in effect that follow from a fluid's settings, and its flow regime."""
+        """Return the values in effect that follow from a fluid's settings, and its flow regime."""
         fluid, paste = self.fluids[number], self.pastes[number]
-        # Sealant of the paper's U moves before its viscosity acts: like water, however large U is (decision 0155).
+        # With the paper's U, particles move before viscosity acts: like water, even if U is large (decision 0155).
         viscosity_pa_s = paste.viscosity_pa_s if paste.moves_as_solved else None
         viscosity_m2_s = None if viscosity_pa_s is None else viscosity_pa_s / fluid.density_kg_m3
         regime = regime_of(
@@ -220,7 +221,7 @@ class Injection:
         return added_viscosity(self.solver.size_mm * CM, self.engine.step_s) / CM2_IN_M2
 
     def remarks_on(self, number: int) -> tuple[str, ...]:
-        """Remarks on a fluid, for before the first frame."""
+        """Return the remarks on a fluid, also before the first frame."""
         return tuple(remarks_on(self.fluids[number], self.outline, self.solid, self.solver, self.schedule))
 
     def _d_cm(self, number: int) -> float:
@@ -242,7 +243,7 @@ class Injection:
         }
 
     def _give_up_faulty(self) -> None:
-        """Give up the runs with a fault. Raises NumericalError where no run is left, with all as the fault left it."""
+        """Give up the runs with a fault. Raises NumericalError, and leaves the arrays as they are, for the last run."""
         for run, fault in self.engine.faults.found().items():
             self.failed[run] = NumericalError(self._in_words(run, fault))
             if len(self.failed) == len(self.fluids):
@@ -250,11 +251,11 @@ class Injection:
             self.engine.give_up(run)
 
     def _in_words(self, run: int, fault: RunFault) -> str:
-        said = f"{SENTENCES[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
+        sentence = f"{SENTENCES[fault.kind]} Frame {self.done}, t = {self.t_s:.3f} s"
         if fault.particle is not None:
             x, y, z = self.engine.state.position_mm()[run * self.schedule.particles + fault.particle]
-            said += f", particle {fault.particle} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
-        return f"{said}. Try more solver.substeps, a smaller solver.radius_mm or, of thick sealant, a thinner one."
+            sentence += f", particle {fault.particle} at ({x:.2f}, {y:.2f}, {z:.2f}) mm"
+        return f"{sentence}. Try more solver.substeps, a smaller solver.radius_mm or, of thick sealant, a thinner one."
 
 
 def prepare(
@@ -273,13 +274,13 @@ def prepare(
 ) -> Injection:
     """Prepare schedule, walls and particles for the first frame.
 
-    Several ``fluids`` are computed at once, each as if it were alone, if they need the same number of substeps; files
-    of their tables lie in the current folder.
-    ``enclosure`` is that of an earlier run in this crack, with particles of this size on this device; None builds it.
-    Raises InputError where the settings do not fit the crack, and ValueError where the numbers of substeps differ.
+    Several ``fluids`` with the same number of substeps are computed at once, with the results of single runs. File
+    names of their tables are relative to the current folder. ``enclosure`` is that of an earlier run in this crack with
+    particles of this size on this device; None builds one.
+    Raises InputError if the settings do not fit the crack, and ValueError if the numbers of substeps differ.
     """
     if solver.model == "slot":
-        raise InputError('solver.model = "slot": this runs particles. Leave it out.')
+        raise InputError('solver.model = "slot": only particles are computed here. Leave it out, or call fill.')
     solver = solver.for_crack(outline.mean_width_mm)
     fluids = [fluid.loaded(Path()) for fluid in fluids]
     for fluid in fluids:
@@ -334,7 +335,7 @@ def prepare(
     frames, statistics = courses[0].frames, RunStatistics(len(pastes))
     each = np.sum([course.work for course in courses], axis=0)
     if engine.sleeps:
-        # How much of a paste is awake is not known before: as much while it is given, and half as it falls asleep.
+        # The number of awake particles cannot be predicted: twice the work per frame while sealant flows.
         each = np.where(np.arange(frames) < len(schedule.released), 2, 1)
     return Injection(
         solid=solid,
@@ -360,7 +361,7 @@ def _rms_speed_mm_s(velocity_mm_s: NDArray[np.floating]) -> float | None:
 
 
 def _final_status(engine: FluidSolver) -> NDArray[np.integer]:
-    """Status of each particle. The mesh itself decides on escapes, not the distance grid that stopped particles."""
+    """Return each particle's status. Escapes are judged by the mesh, not by the distance grid that stops particles."""
     status_of = engine.state.status_of()
     inside = engine.barrier.exact_mm(engine.state.position_mm()) < 0
     status_of[(status_of <= int(status.FROZEN)) & inside] = int(status.ESCAPED)

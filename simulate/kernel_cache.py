@@ -1,4 +1,4 @@
-"""Warp's cache of compiled kernels: a damaged kernel is compiled again, a place that cannot be written is named."""
+"""Warp's cache of compiled kernels: damaged kernels are compiled again; a folder that cannot be written is an error."""
 
 import functools
 import shutil
@@ -13,13 +13,13 @@ import warp as wp
 from sealtwin.core.errors import InputError
 
 NEEDED_BYTES = 20_000_000
-"""Room that compiling a module takes at most, ten times the largest object; LLVM ends the process if a disk is full."""
+"""Disk space that must be free, ten times the largest compiled module: LLVM ends the process if a disk is full."""
 REMEDY = "Set WARP_CACHE_PATH to a folder with {needed:.0f} MB to spare that can be written."
 
 
 @contextmanager
 def naming_the_cache() -> Iterator[None]:
-    """Turn an OSError from within into an InputError that names the cache and WARP_CACHE_PATH."""
+    """Convert an OSError into an InputError that names the cache and WARP_CACHE_PATH."""
     try:
         yield
     except OSError as fault:
@@ -27,7 +27,7 @@ def naming_the_cache() -> Iterator[None]:
 
 
 def guard_kernel_cache() -> None:
-    """Let every load of a module check the cache; Warp loads one where a kernel is first launched."""
+    """Check the cache at each load of a module, which Warp does when a kernel is first launched."""
     if not hasattr(wp.Module.load, "__wrapped__"):
         wp.Module.load = _guarded(wp.Module.load)
 
@@ -46,7 +46,7 @@ def _guarded(load: Any) -> Any:
             with naming_the_cache():
                 return load(module, device, block_dim, *others, **more)
         except Exception:
-            # What is compiled now fails by a bug of ours; what lay in the cache may be damaged.
+            # A module from the cache may be damaged; if it was compiled just now, the fault is in our code.
             if not cached:
                 raise
         shutil.rmtree(home, ignore_errors=True)
@@ -59,7 +59,7 @@ def _guarded(load: Any) -> Any:
 
 
 def _require_room() -> None:
-    """Raise InputError if the cache cannot take a module; a quota shows only when something is written."""
+    """Raise InputError if the cache cannot take a module. It writes a file, because only that detects a quota."""
     with naming_the_cache(), tempfile.TemporaryFile(dir=wp.config.kernel_cache_dir) as probe:
         probe.write(bytes(NEEDED_BYTES))
 

@@ -1,4 +1,4 @@
-"""A measured paste: material.toml, with method, date, uncertainty, and what it must not be used for."""
+"""A measured paste: material.toml, with method, date, uncertainties and limits of use."""
 
 from pathlib import Path
 from typing import Annotated, Self
@@ -9,16 +9,16 @@ from sealtwin.core.records import DataKind
 from sealtwin.core.settings import Settings, read_settings
 
 Sentence = Annotated[str, Field(min_length=1, max_length=300, pattern=r"^[^\x00-\x1f\x7f]*$")]
-# A fluid is looked at before it is checked, and pydantic then no longer knows that a list was JSON's.
+# Not strict: after a validator with mode="before", pydantic no longer accepts a JSON list as a tuple.
 Sentences = Annotated[tuple[Sentence, ...], Field(max_length=20, strict=False)]
 STARTER = "'sealtwin material spread PHOTO' or 'sealtwin material rheometer CSV' writes one"
 
 
 class Material(Settings):
-    """A paste as it was measured; 'sealtwin material' writes it. Errors are standard uncertainties."""
+    """A measured paste, written by 'sealtwin material'. Errors are standard uncertainties."""
 
     method: Sentence
-    """Method of the measurement: another gives other numbers for the same paste."""
+    """Method of the measurement; numbers by different methods differ."""
     date: Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$")]
     """Day of the measurement, as 2026-11-21."""
     data: DataKind
@@ -30,7 +30,7 @@ class Material(Settings):
     yield_stress_95_pa: Annotated[tuple[float, float], Field(strict=False)]
     """Its 95 % interval."""
     viscosity_pa_s: float | None = Field(default=None, gt=0, le=1e4)
-    """Plastic viscosity, where it was measured."""
+    """Plastic viscosity, if it was measured."""
     viscosity_error_percent: float | None = Field(default=None, ge=0, le=1000)
     """Its standard uncertainty."""
     density_kg_m3: float = Field(ge=1, le=2e4)
@@ -38,13 +38,13 @@ class Material(Settings):
     density_error_kg_m3: float = Field(ge=0, le=2e4)
     """Its standard uncertainty."""
     basis: Sentences = ()
-    """Sentences on what was measured, and where the uncertainty comes from."""
+    """Sentences on what was measured and on the sources of the uncertainty."""
     not_for: Sentences
     """Uses that these numbers must not be put to."""
     radius_mm: float | None = Field(default=None, gt=0, le=10)
-    """Particle radius at which a calibration found these numbers; a run with another one is refused."""
+    """Particle radius of the calibration that gave these numbers; a run with another radius is refused."""
     substeps: int | None = Field(default=None, ge=1, le=1000)
-    """Substeps of the runs of that calibration."""
+    """Substeps per frame of the calibration's runs."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:

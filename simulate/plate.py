@@ -1,4 +1,4 @@
-"""A plate with paste on it, in particles: the floor of a wide, flat-bottomed block."""
+"""Paste on a plate, in particles. The plate is the floor of a wide, flat hollow in a block."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,14 +22,14 @@ from simulate.spread_law import Cone
 from simulate.vessel import Vessel
 from simulate.volume_control import VolumeControl
 
-RIM_MM = 5.0  # Of the block around the dish and below it
-HEADROOM = 1.1  # Depth of the dish over the height of the cone: sealant above the face would be looked for beside it
-SCATTER = 0.05  # Of a lattice, over its spacing: exactly even rows stack up on top of each other
+RIM_MM = 5.0  # Thickness of the block around the hollow and below it
+HEADROOM = 1.1  # Depth of the hollow over the cone's height: the surroundings of the face are not modelled
+SCATTER = 0.05  # Scatter of a lattice over its spacing: exactly even rows stay on top of each other
 
 
 @dataclass
 class PastePlate:
-    """Paste on a plate, whose top is z = -depth in the solver's frame."""
+    """Paste on a plate. The plate's top is z = -depth in the solver's coordinates."""
 
     engine: FluidSolver
     control: VolumeControl
@@ -47,7 +47,7 @@ class PastePlate:
         density_kg_m3: float,
         curve: Mapping[str, Sequence[float]],
     ) -> "PastePlate":
-        """Put paste of a shape in the middle of a plate that reaches ``reach_mm`` to all sides.
+        """Put paste of a shape in the middle of a plate of half side ``reach_mm``.
 
         ``curve`` is its viscosity and yield stress over age.
         """
@@ -79,7 +79,7 @@ class PastePlate:
         return cls(engine, control, Vessel(solid), radius_mm, depth_mm)
 
     def run(self, seconds: float, every_s: float) -> Iterator[float]:
-        """Let time pass until all rests; yield the time every so often, and at the end."""
+        """Compute ``seconds``, or until all is at rest; yield the time every ``every_s``, and at the end."""
         step_s = self.engine.step_s
         often = max(1, round(every_s / step_s))
         for number in range(1, round(seconds / step_s) + 1):
@@ -112,20 +112,20 @@ class PastePlate:
         return float(self._place_mm[:, 2].max()) + self.depth_mm + self._half_mm
 
     def edge_mm(self, beyond: float) -> float:
-        """Radius of the footprint: half a spacing outside of all particles but a share ``beyond``."""
+        """Radius that holds all but a share ``beyond`` of the particles, plus half a spacing."""
         return float(np.quantile(np.hypot(*self._place_mm[:, :2].T), 1 - beyond)) + self._half_mm
 
     @property
     def particles_mm(self) -> tuple[Floats, float]:
-        """Places of the particles on the plate, (n, 2), and half of what each takes."""
+        """Places of the particles on the plate, (n, 2), and half the side of a particle's cube."""
         return self._place_mm[:, :2], self._half_mm
 
 
 def _filled(shape: Cone | Bead, radius_mm: float) -> Floats:
-    """Particles of a shape on z = 0, (n, 3): a lattice as dense as paste, a little uneven."""
+    """Return the particles of a shape on z = 0, (n, 3): a lattice with the density of paste, and some scatter."""
     side = float(np.cbrt(particle_volume(radius_mm)))
     points = shape.lattice_mm(side, CLEARANCE * radius_mm)
-    # Rounding at its sides, as many particles as have its volume: the rest follows by stretching.
+    # The lattice ends at its sides with a rounding error; stretching makes its volume exact.
     points *= (shape.volume_mm3 / (len(points) * side**3)) ** (1 / 3)
     return points + np.random.default_rng(0).uniform(-SCATTER, SCATTER, points.shape) * side
 
@@ -144,7 +144,7 @@ def _all_at_once(position_mm: Floats, frame_s: float, radius_mm: float) -> Sched
 
 
 def _dish(reach_mm: float, depth_mm: float) -> tuple[Solid, Outline]:
-    """A block with a square, flat hollow, and the outline that a run wants of a crack: a line across it."""
+    """Return a block with a square, flat hollow, and a line across it as the outline that a run needs."""
     out_mm = reach_mm + RIM_MM
     body = manifold3d.Manifold.cube((2 * out_mm, 2 * out_mm, depth_mm + RIM_MM)).translate(
         (-out_mm, -out_mm, -depth_mm - RIM_MM)

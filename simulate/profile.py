@@ -3,12 +3,12 @@
 Lengths in mm, speeds in mm/s. ``measure_profile`` follows the paper's extraction (side view as pixels, smoothing by a
 box of ones, longest run of each column, its top edge) and removes what the pixels and the box add:
 
-- A box of 2R + 1 pixels shows a particle's top up to R before and behind the particle. On a slope m that lifts the
-  surface by up to m R. A reading is therefore put where its particle is, and columns between readings interpolate.
-- The top edge of a pixel lies up to a pixel above the particle's. The pixels choose the particle, its own z is read.
-- A particle stands for a cube of side Vp^(1/3) (Eq. 6: 1.73 R), so the liquid ends half a side above the topmost
-  centres. A liquid's level multiplied by its width gives back the volume; paste stands higher in the middle of a
-  crack, which a side view reads (``simulate/slot/mound.py``).
+- A box of 2R + 1 pixels shows a particle's top up to R before and behind the particle, which lifts the surface by up
+  to m R on a slope m. A reading is therefore assigned to its particle's place, and other columns interpolate.
+- The top edge of a pixel is up to a pixel above that of the particle. Pixels select the particle; its own z is read.
+- A particle has the volume of a cube of side Vp^(1/3) (Eq. 6: 1.73 R), so the liquid ends half a side above the topmost
+  centres. A liquid's level times its width is then its volume. Paste is higher in the middle of a crack, and the side
+  view shows that height (``simulate/slot/mound.py``).
 """
 
 import numpy as np
@@ -26,16 +26,16 @@ GRAVITY_MM_S2 = 9810.0
 
 
 def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
-    """Level of the sealant over s = 0 to the crack's length, every 0.2 mm, square to the face however it lies.
+    """Return the level of the sealant from s = 0 to the crack's length, every 0.2 mm, square to the face on any slope.
 
-    Sealant in the cavity or above its mouth counts. Sealant that rests on the face beside the mouth is left out,
-    although the paper's side view shows it: a caliper measures in the crack, and a film at 0.8 mm beside a crack that
-    is filled to -0.5 mm does not raise the level in it. Over a full crack both give the same heap.
+    Sealant in the cavity or above its mouth counts. Sealant on the face next to the mouth does not, although the
+    paper's side view shows it: a caliper measures in the crack, and a film at 0.8 mm next to a crack that is filled to
+    -0.5 mm does not raise the level in it. Over a full crack both ways show the same heap.
 
-    Particles over the sample's edge and particles in flight are left out as well. A column without a particle is the
-    floor; gaps of up to one particle's diameter, in a column or between columns, are packing and are closed.
+    Particles beyond the sample's edge and particles in flight do not count either. The level of a column without a
+    particle is that of the floor. Gaps of up to a particle's diameter, in a column or between columns, are closed.
 
-    The fast model has computed its level. Raises NumericalError if a position is not finite.
+    A run of the fast model has its level already. Raises NumericalError if a position is not finite.
     """
     if isinstance(run, Run) and run.level is not None:
         return run.level
@@ -49,7 +49,7 @@ def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
 
     particle_s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
     counted = settled(run, solid.depth_at_mm(particle_s_mm)) & over_cavity(run.position_mm, solid)
-    # Sealant in the corners of an oblique open end is in the crack, but beside its profile.
+    # Sealant in the corners of an oblique open end is in the crack, but beyond the ends of its profile.
     counted &= (particle_s_mm > -4 * run.radius_mm) & (particle_s_mm < outline.length_mm + 4 * run.radius_mm)
     if counted.any():
         view = _SideView(particle_s_mm[counted], run.position_mm[counted, 2], run.radius_mm, pixel_mm=s_mm[1])
@@ -59,16 +59,16 @@ def measure_profile(run: Bed, outline: Outline, solid: Solid) -> Profile:
 
 
 def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
-    """Volume between the walls and a height map of the settled particles, over the dispensed volume.
+    """Return the volume between the walls and a height map of the settled particles, over the dispensed volume.
 
-    Heaps above the face and films on it are part of it; spilled particles and particles in flight are not, so they
-    lower the ratio. Each particle lifts the map within 1/sqrt(2) of its spacing, the reach that closes a square
-    lattice; a vertical line ends at the solid below and above it, undercut walls included.
+    Heaps above the face and films on it count; spilled particles and particles in flight do not, and lower the ratio.
+    Each particle lifts the map within 1/sqrt(2) of its spacing, the distance that closes a square lattice. A vertical
+    line ends at the solid below and above it, also at undercut walls.
 
-    Bias: lattices of known volume, also with 20 % scatter, in vertical, leaning and flaring slots are read at 0.984 to
-    1.004. The edge of a film on the face gains up to 0.2 R, a slope m about 0.4 m R.
+    Bias: lattices of a given volume, without and with 20 % scatter, in vertical, leaning and flaring slots are measured
+    at 0.984 to 1.004. The edge of a film on the face gains up to 0.2 R, a slope m about 0.4 m R.
 
-    The fast model has recorded the ratio of its level.
+    A run of the fast model has its ratio already.
     """
     if not run.has_particles and run.health.volume_ratio is not None:
         return run.health.volume_ratio
@@ -80,11 +80,12 @@ def volume_ratio(run: Run, solid: Solid, cell_mm: float = 0.4) -> float:
 
 
 def settled(run: Bed, depth_mm: Floats) -> Mask:
-    """Mask of the particles on the sample, (n,), not over its edge or in flight. ``depth_mm`` is the floor's, (n,).
+    """Return the mask of particles on the sample, (n,), not beyond its edge or in flight.
 
-    A particle is in flight if it falls, along gravity, faster than after a free fall of one radius, sqrt(2 g R), which
-    no particle on others can do, and is more than a radius above all slower ones within a diameter around: a surface in
-    which some particles move fast keeps them. Under the nozzle the jet made a spike of 2.6 mm.
+    ``depth_mm`` is the floor's depth below each particle, (n,). A particle is in flight if it falls, along gravity,
+    faster than after a free fall of one radius, sqrt(2 g R), and is more than a radius above all slower particles
+    within a diameter: fast particles in a surface are not in flight. If it counted, the jet would add a spike of 2.6 mm
+    under the nozzle.
     """
     on_sample = ~run.spilled
     down = SampleSlope.model_validate(run.settings.get("sample", {})).down
@@ -94,7 +95,7 @@ def settled(run: Bed, depth_mm: Floats) -> Mask:
     fast_mm, reach_mm = run.position_mm[fast, :2], 2 * run.radius_mm
     slow = on_sample.copy()
     slow[fast] = False
-    # What flies does so over a small part of the bed.
+    # Only the part of the bed below particles in flight is searched.
     low_mm, high_mm = fast_mm.min(axis=0) - reach_mm, fast_mm.max(axis=0) + reach_mm
     slow &= ((low_mm <= run.position_mm[:, :2]) & (run.position_mm[:, :2] <= high_mm)).all(axis=1)
     slow_mm = run.position_mm[slow]
@@ -107,22 +108,22 @@ def settled(run: Bed, depth_mm: Floats) -> Mask:
 
 
 def fastest_fall_mm_s(radius_mm: float) -> float:
-    """Speed after a free fall of one radius, along gravity."""
+    """Return the speed after a free fall of one radius."""
     return np.sqrt(2 * GRAVITY_MM_S2 * radius_mm)
 
 
 def half_spacing_mm(run: Bed) -> float:
-    """Height of the liquid above the topmost centres: half the side of the cube that a particle stands for."""
+    """Return the height of the liquid above the topmost centres: half the side of a particle's cube."""
     return half_side_mm(run.radius_mm, run.particle_volume_mm3)
 
 
 def half_side_mm(radius_mm: float, particle_volume_mm3: float) -> float:
-    """Half the side of the cube that a particle stands for, and no more than its radius."""
+    """Return half the side of a cube of a particle's volume, but at most its radius."""
     return min(radius_mm, float(np.cbrt(particle_volume_mm3)) / 2)
 
 
 def over_cavity(position_mm: Floats, solid: Solid) -> Mask:
-    """Mask of the particles below the face, or above it and not over the face's own triangles, (n,)."""
+    """Return the mask of particles below the face, or above it but not over the face's triangles, (n,)."""
     counted = np.ones(len(position_mm), dtype=bool)
     above = np.flatnonzero(position_mm[:, 2] > 0)
     point = position_mm[above, :2]
@@ -136,7 +137,7 @@ def over_cavity(position_mm: Floats, solid: Solid) -> Mask:
 class _SideView:
     """Particles as pixels of s and z, smoothed by a box of 2R + 1 pixels of ones.
 
-    The first station lies in the middle of column ``margin``, and every column holds one station.
+    The first station is in the middle of column ``margin``, and each further column has one station.
     """
 
     def __init__(self, s_mm: Floats, z_mm: Floats, radius_mm: float, pixel_mm: float) -> None:
@@ -144,13 +145,13 @@ class _SideView:
         self.half = int(np.ceil(radius_mm / pixel_mm - 1e-9))
         self.gap = round(2 * radius_mm / pixel_mm)
         nearest = np.rint(s_mm / pixel_mm).astype(int)
-        # Room for the box and for closing, which would otherwise erode at the border.
+        # Room for the box and for closing, which erodes at a border.
         self.margin = self.half + self.gap + 1 - min(0, int(nearest.min()))
         self.column = nearest + self.margin
         self.row = np.floor((z_mm - z_mm.min()) / pixel_mm).astype(int) + self.margin
 
     def surface(self, stations: int) -> tuple[Mask, Floats]:
-        """Mask of the stations with liquid, and the height of the topmost centres there, both (stations,)."""
+        """Return the mask of stations with liquid, and the height of their topmost centres, both (stations,)."""
         columns = max(int(self.column.max()), self.margin + stations) + self.margin + 1
         filled = np.zeros((columns, self.row.max() + self.margin + 1), dtype=bool)
         filled[self.column, self.row] = True
@@ -168,7 +169,7 @@ class _SideView:
         return covered[window], height_mm[window]
 
     def _readings(self, top_row: Integers) -> tuple[Integers, Floats]:
-        """Columns with particles whose box makes the top of a longest run, and the mean height of those particles."""
+        """Return columns with a particle whose box is at the top of a longest run, and the mean height of such ones."""
         makes_top = np.zeros(len(self.column), dtype=bool)
         for shift in range(-self.half, self.half + 1):
             makes_top |= top_row[self.column + shift] == self.row + self.half
@@ -177,13 +178,13 @@ class _SideView:
 
 
 def _closed(pixels: Mask, gap: tuple[int, ...]) -> Mask:
-    """The pixels with gaps of up to ``gap`` pixels filled, along each axis whose gap is above 1."""
+    """Return the pixels with gaps of up to ``gap`` pixels closed, along axes with a gap above 1."""
     structure = np.ones([size + 1 if size > 1 else 1 for size in gap])
     return np.asarray(ndimage.binary_closing(pixels, structure), dtype=bool)
 
 
 def _longest_run_top(column: Mask) -> int:
-    """Last index of the longest run of ones, the upper of two equal ones; -1 where there is none."""
+    """Return the last index of the longest run of ones, of the upper one of two equal runs; -1 without ones."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], column.view(np.int8), [0]])))
     begins, ends = edges[::2], edges[1::2]
     if not len(begins):

@@ -1,4 +1,4 @@
-"""Remarks on a fluid that hold before the first frame."""
+"""Remarks on a fluid, made before the first frame: what its run will not show."""
 
 import math
 from collections.abc import Iterator
@@ -14,26 +14,26 @@ from simulate.setup.signed_distance import CM
 from simulate.setup_checks import solved_as
 
 THIN = 0.1
-"""Share of a viscosity that the particles may add to it without a remark: the bar of the channels' flow."""
+"""Largest share of a viscosity that particles may add to it without a remark: the tolerance of the channel tests."""
 SUNK = 1.5
-"""Sinking by the sealant's weight over the depth of the crack, without a remark.
+"""Least sinking by the sealant's weight over the depth of the crack, without a remark.
 
-Of 24 pours between walls 2 and 3.1 mm apart those of up to 1.4 depths stood over hollows, by up to 71 % of their
-volume; those of 1.9 depths or more kept their volume to 2.4 %.
+Of 24 pours between walls 2 and 3.1 mm apart, those that sank up to 1.4 depths left hollows of up to 71 % of their
+volume; those that sank 1.9 depths or more kept their volume to 2.4 %.
 """
 
 FED = 0.75
-"""Way of the nozzle until paste stands, over the width of the crack, without a remark.
+"""Least way of the nozzle before paste is too stiff to sink, over the width of the crack, without a remark.
 
-Of pours of thin paste that stiffens those of up to 0.62 widths stood over hollows, by 54 % of their volume or more;
-those of 0.92 widths or more kept it to 3 % (decision 0173).
+Of pours of thin paste that stiffens, those with up to 0.62 widths left hollows of 54 % of their volume or more; those
+with 0.92 widths or more kept it to 3 % (decision 0173).
 """
-AGES = 1000  # Ages at which viscosity and yield stress are taken
-LEAST_PA_S = 1e-6  # Instead of no viscosity at all
+AGES = 1000  # Number of ages at which viscosity and yield stress are evaluated
+LEAST_PA_S = 1e-6  # Viscosity that replaces 0 in a division
 
 
 def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, schedule: Schedule) -> Iterator[str]:
-    """Yield what a run of particles cannot show of a fluid; ``schedule`` is the plan of its releases.
+    """Yield sentences on what a run of particles cannot show of a fluid; ``schedule`` has its releases.
 
     Raises InputError for a fluid that cannot be solved for.
     """
@@ -81,8 +81,7 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
                 "stands, over hollows."
             )
             return
-    # A D_cm of the user's holds walls less, and sealant of the paper's U, which has one, moves before its viscosity
-    # acts.
+    # With D_cm walls drag less than no slip does; the paper's U has a D_cm, and particles move before it acts.
     if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SUNK * solid.depth_mm:
         yield (
             f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm apart it sinks by its "
@@ -93,14 +92,14 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
 
 
 def _stands_s(fluid: Fluid, stands_pa: float, lasts_s: float) -> float:
-    """Age from which paste that is soft at first stands; infinite if it does not in ``lasts_s``."""
+    """Return the age from which walls support paste that is soft at first; infinite if it is above ``lasts_s``."""
     age_s = np.linspace(0.0, lasts_s, AGES)
     stands = _at(fluid, age_s)[1] > stands_pa
     return float(age_s[stands.argmax()]) if stands.any() else math.inf
 
 
 def _at(fluid: Fluid, age_s: Floats, viscosity_pa_s: float = 0.0) -> tuple[Floats, Floats]:
-    """Return viscosity or consistency, ``viscosity_pa_s`` without a curve, and yield stress in Pa by age, (n,) each."""
+    """Return viscosity and yield stress in Pa by age, (n,) each; ``viscosity_pa_s`` is used without a curve."""
     if (course := fluid.course) is not None:
         return course.at(age_s)
     grown_pa = fluid.yield_stress_pa + fluid.structuration_pa_per_s * age_s
@@ -108,9 +107,9 @@ def _at(fluid: Fluid, age_s: Floats, viscosity_pa_s: float = 0.0) -> tuple[Float
 
 
 def _sinks_mm_s(fluid: Fluid, viscosity_pa_s: float, width_mm: float, lasts_s: float) -> Floats:
-    """Mean speed between upright plates by the paste's own weight, at even ages up to ``lasts_s``, (n,).
+    """Return the mean speed between upright plates by the paste's weight, at even ages up to ``lasts_s``, (n,).
 
-    It is the plane flow of Herschel and Bulkley's paste (Bird, Armstrong and Hassager 1987, table 4.2-1, with a plug).
+    It is the plane flow of a Herschel-Bulkley paste (Bird, Armstrong and Hassager 1987, table 4.2-1, with a plug).
     """
     consistency, stress_pa = _at(fluid, np.linspace(0.0, lasts_s, AGES), viscosity_pa_s)
     m = 1 / (fluid.flow_index or 1.0)

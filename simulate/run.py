@@ -1,4 +1,4 @@
-"""One way to fill a crack, whichever method computes it: frame by frame with particles, or by the fast model."""
+"""Fill a crack with the method of the settings: frame by frame with particles, or by the fast model."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -34,8 +34,8 @@ def fill(
 ) -> Filled:
     """Follow the trajectory, let the sealant settle for ``solver.settle_s`` and measure its level.
 
-    ``solver.model`` names the method. The fast model takes no device and no threads, and calls no watcher. Bit for bit
-    the same on one CPU for the same input, seed and number of threads.
+    ``solver.model`` is the method. The fast model ignores device, threads and watchers. On one CPU the same input,
+    seed and number of threads give the same bits.
 
     Raises InputError if the settings do not fit the crack, NumericalError if the run has a numerical fault.
     """
@@ -66,15 +66,15 @@ def fill_each(
     device: str,
     slope: SampleSlope = LEVEL,
 ) -> list[Filled | NumericalError]:
-    """Fill one crack with each fluid, all in one launch, with the results that ``fill`` has; no frame is shown.
+    """Fill one crack with each fluid, all in one launch, with the results of ``fill`` for each.
 
     Raises InputError if one of the fluids cannot be run, NumericalError if all runs have a fault.
     """
     if not solver.has_particles:
         return [pour(sample, fluid, solver, nozzle, seed=seed, slope=slope) for fluid in fluids]
     injection = ready(sample, fluids, solver, nozzle, seed=seed, device=device, slope=slope)
-    # Replayed on a CPU frames take two thirds of the time, with the same bits, if freezing keeps few particles moving:
-    # rows are launched for as many as may ever move.
+    # On a CPU replayed frames take two thirds of the time, with the same bits, if few particles move because of
+    # freezing: a replay launches rows for the largest number that can move.
     if all(fluid.freezes for fluid in fluids) and solver.viscosity_solve == "implicit":
         injection.engine.replays = True
     follow(injection, Progress())
@@ -97,9 +97,9 @@ def ready(
     device: str,
     slope: SampleSlope = LEVEL,
 ) -> Injection:
-    """Prepare particle runs for their first frame, with the walls of the last call if they are the same.
+    """Prepare particle runs for their first frame; reuse the walls of the last call if sample and radius are the same.
 
-    Walls take a fifth of a run to make. Raises InputError if one of the fluids cannot be run.
+    Making the walls takes a fifth of a run's time. Raises InputError if one of the fluids cannot be run.
     """
     start_warp()
     enclosure = _enclosure(sample, solver.for_crack(sample.outline.mean_width_mm).size_mm, device)
@@ -110,7 +110,7 @@ def ready(
 def check(
     sample: Sample, fluid: Fluid, solver: Solver, nozzle: Nozzle, *, seed: int, slope: SampleSlope = LEVEL
 ) -> None:
-    """Prepare a run up to its first frame on this machine's CPU, and drop it. Raises InputError as ``fill`` would."""
+    """Prepare a run on this machine's CPU and discard it. Raises InputError as ``fill`` would."""
     if not solver.has_particles:
         pour(sample, fluid, solver, nozzle, seed=seed, slope=slope)
         return
@@ -118,7 +118,7 @@ def check(
 
 
 def follow(injection: Injection, progress: Progress, watchers: Sequence[Watcher] = ()) -> None:
-    """Compute every frame that is left, until the last or until nothing moves.
+    """Compute the remaining frames, until the last one or until nothing moves.
 
     Raises NumericalError if every run was given up.
     """

@@ -24,101 +24,102 @@ from simulate.material_curve import (
 from simulate.material_file import Material, read_material
 
 STIFFEST_U = 1e6
-"""A hundred times the paper's stiffest: it stands like a solid. What a run can solve for depends on its substep."""
+"""Largest U: a hundred times the paper's stiffest fluid, and as stiff as a solid. A run may solve for less only, as its
+substep allows.
+"""
 THICKNESSES = ("U", "viscosity_pa_s", "consistency_pa_s_n")
-"""Settings of which one says how thick a fluid is, unless a curve does."""
+"""Settings of the viscosity: a fluid without a curve has exactly one."""
 
-MOST_YIELD_PA = 1e4  # Paste that has set: a column of a metre stands
+MOST_YIELD_PA = 1e4  # Yield stress of paste that has set: it carries a column of a metre
 
 
-PAPERS_D_CM = 0.3  # D of the paper, found together with its U; no measurement of a user gives it
+PAPERS_D_CM = 0.3  # The paper's D, fitted together with its U: it cannot be measured
 
 
 REPLACED_BY_CURVE = (
     *("U", "viscosity_pa_s", "consistency_pa_s_n", "flow_index"),
     *("yield_stress_pa", "structuration_pa_per_s", "yield_stress_most_pa"),
 )
-"""Settings of a fluid that its curve gives."""
+"""Settings of a fluid that a curve replaces."""
 BESIDE_NO_MATERIAL = (
     *("U", "consistency_pa_s_n", "flow_index", "density_kg_m3", "yield_stress_pa", "structuration_pa_per_s"),
     *("yield_stress_most_pa", "curve", "cooling"),
 )
-"""Settings that a measured material gives, or that another rheology would need."""
+"""Settings that must be absent beside a material: it gives them, or they belong to another rheology."""
 MaterialOrFile = Annotated[Annotated[Path, Tag("one")] | Annotated[Material, Tag("several")], ByForm]
 
 
 class FreshPaste(NamedTuple):
-    """Stress of fresh sealant at a shear: its yield stress and, at 1/s, its viscosity times the shear."""
+    """Viscosity at a shear of 1/s and yield stress of sealant that leaves the nozzle."""
 
-    viscosity_pa_s: float | None  # None beside U
+    viscosity_pa_s: float | None  # None if U is given
     yield_stress_pa: float
 
 
 class Fluid(Settings):
-    """The sealant: the paper's U and D, a viscosity, Herschel and Bulkley's two numbers, or a curve; one of them."""
+    """The sealant, by one of: the paper's U and D, a viscosity, Herschel and Bulkley's K and n, or a curve."""
 
     U: float | None = Field(default=None, ge=0, le=STIFFEST_U)
-    """Weight of the fluid's own viscosity in Eq. 5; without a unit if lengths are in cm, as in the paper. A frame of
-    7.23 ms at a radius of 0.4 mm turns U = 1 into 1.07e-6 m2/s, about water; without a yield stress particles move
-    before it acts, and no U makes them viscous.
+    """Weight of the fluid's own viscosity in Eq. 5, dimensionless with lengths in cm, as in the paper. In a frame of
+    7.23 ms at a radius of 0.4 mm, U = 1 is 1.07e-6 m2/s, about water. Without a yield stress particles move before
+    U acts: then a large U does not make them viscous.
     """
     D_cm: float | None = Field(default=None, ge=0, le=1e3)
-    """Weight of the walls' drag in Eq. 5, of a whole frame. Left out, it is the paper's 0.3 beside U, and beside
-    any other viscosity the fluid sticks to the walls.
+    """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given; with any other
+    viscosity the fluid sticks to the walls.
     """
     viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
-    """Dynamic viscosity in place of U, which follows from the radius and the frame. Particles move with the velocity
-    that it leaves; with U, and without a yield stress, they move before it acts, as in the paper (decision 0155).
+    """Dynamic viscosity, in place of U. Particles move with the velocity after viscosity has acted; with U and without
+    a yield stress they move before, as in the paper (decision 0155).
     """
     consistency_pa_s_n: float | None = Field(default=None, ge=0, le=1e4)
-    """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n; in place of viscosity_pa_s
-    where flow_index is not 1. It is the viscosity at a shear of 1/s.
+    """K of Herschel and Bulkley's stress, yield_stress_pa + K gamma^flow_index, in Pa s^n: the viscosity at a shear of
+    1/s. Replaces viscosity_pa_s if flow_index is not 1.
     """
     flow_index: float | None = Field(default=None, ge=0.2, le=2)
-    """Power n of the shear in the stress. Left out, or 1, the viscosity does not depend on it; less thins as it is
-    sheared, and needs consistency_pa_s_n.
+    """Power n of the shear in the stress. Default: 1, a viscosity independent of shear. Below 1 the paste thins as it
+    is sheared, above 1 it thickens; both need consistency_pa_s_n.
     """
     density_kg_m3: float = Field(default=1690.0, ge=1, le=2e4)
-    """Density of the sealant; by default of cement paste of water-cement ratio 0.67, whose parts have 3150 and 1000. It
-    turns viscosity_pa_s into U, and stresses into what they can hold against gravity. The fluid falls alike at any
-    density. Below 1 it is a gas.
+    """Density of the sealant. Default: cement paste of water-cement ratio 0.67, from cement of 3150 and water of 1000.
+    It converts viscosity_pa_s into U, and relates stresses to weight. It does not change the speed of fall. Below 1 it
+    would be a gas.
     """
     yield_stress_pa: float = Field(default=0.0, ge=0, le=1e4)
-    """Yield stress of fresh paste, below which it stands like a solid (Bingham). Cement grouts have 5 to 37 Pa."""
+    """Yield stress of fresh paste: under less stress it does not flow (Bingham). Cement grouts have 5 to 37 Pa."""
     structuration_pa_per_s: float = Field(default=0.0, ge=0, le=1e3)
-    """Growth of the yield stress per second, at rest and in motion, as the paste cures."""
+    """Growth of the yield stress per second as the paste cures, at rest and in motion alike."""
     yield_stress_most_pa: float | None = Field(default=None, ge=0, le=1e4)
-    """Yield stress at which curing ends; left out, curing does not end."""
+    """Yield stress at which curing ends. Default: curing does not end."""
     curve: CurveOrFile | None = None
-    """Viscosity and yield stress over age or over temperature, in place of U, viscosity_pa_s and the three settings of
-    the yield stress: a CSV file, or its columns viscosity_pa_s, yield_stress_pa and either age_s or temperature_c.
-    Between rows the logarithm of the viscosity is linear, and so is the yield stress. Before the first age and after
-    the last they stay.
+    """Viscosity and yield stress over age or temperature, in place of U, viscosity_pa_s and the three settings of the
+    yield stress: a CSV file, or its columns viscosity_pa_s, yield_stress_pa and either age_s or temperature_c. Between
+    rows the yield stress and the logarithm of the viscosity are linear; outside the ages they are constant.
     """
     cooling: CoolingOrFile | None = None
     """Temperature of the sealant over its age, for a curve over temperature: a CSV file, or its columns age_s and
-    temperature_c. It may not leave the curve's temperatures.
+    temperature_c. It must stay within the curve's temperatures.
     """
     material: MaterialOrFile | None = None
-    """A material.toml of 'sealtwin material', which gives yield stress, density and, if it has one, the viscosity.
-    Their uncertainties are those of [uncertainty] unless others are declared.
+    """A material.toml of 'sealtwin material', which gives yield stress, density and, if measured, the viscosity. Its
+    uncertainties are used unless [uncertainty] declares others.
     """
     freeze_after_s: float | Literal["never"] = "never"
-    """Age at which a particle is fixed where it is, or "never": the default in Python, and a trial file must say it. It
-    stands for the paste's stiffening, and makes the slope of the bed. The paper's solver froze at 2.58 s, its limit of
-    2,500 moving particles, and had no yield stress. A fluid with neither levels out.
+    """Age at which a particle is fixed in place, or "never": the default in Python; required in a trial file. It models
+    stiffening, and so the slope of the bed. The paper's solver froze particles at 2.58 s, to stay below 2,500 moving
+    ones, and had no yield stress. A fluid without either levels out.
     """
 
     @model_validator(mode="before")
     @classmethod
     def _beside_u(cls, table: Any) -> Any:
-        """The paper's D_cm beside U, so that a trial reads alike whether or not it says so."""
+        """Add the paper's D_cm if U is given without it, so that both forms of a trial are equal."""
         if isinstance(table, dict) and table.get("U") is not None and table.get("D_cm") is None:
             return {**table, "D_cm": PAPERS_D_CM}
         return table
 
     def loaded(self, folder: Path) -> Self:
-        """The same with the columns of its tables in place of their files, which lie in ``folder``.
+        """Return a copy with the tables of its files, which are in ``folder``.
 
         Raises InputError for a file that cannot be used.
         """
@@ -132,12 +133,12 @@ class Fluid(Settings):
         return self.model_copy(update={"curve": curve, "cooling": cooling})
 
     def _with(self, material: Material, file: Path) -> Self:
-        """Return the same with the numbers of a material, whose record it keeps."""
+        """Return a copy with the numbers of a material, and the material itself."""
         if (self.viscosity_pa_s is None) == (material.viscosity_pa_s is None):
-            said = "no viscosity: give fluid.viscosity_pa_s beside it"
+            problem = "no viscosity: give fluid.viscosity_pa_s beside it"
             if material.viscosity_pa_s is not None:
-                said = f"a viscosity, and fluid.viscosity_pa_s is {self.viscosity_pa_s:g} beside it: leave it out"
-            raise InputError(f"{file}: has {said}.")
+                problem = f"a viscosity, and fluid.viscosity_pa_s is {self.viscosity_pa_s:g} beside it: leave it out"
+            raise InputError(f"{file}: has {problem}.")
         numbers = {
             "viscosity_pa_s": self.viscosity_pa_s or material.viscosity_pa_s,
             "yield_stress_pa": material.yield_stress_pa,
@@ -147,14 +148,14 @@ class Fluid(Settings):
 
     @property
     def course(self) -> Course | None:
-        """Viscosity and yield stress over age, of a fluid with a curve whose files are read."""
+        """Viscosity and yield stress over age, once files are loaded; None without a curve."""
         if isinstance(self.curve, Path) or isinstance(self.cooling, Path):
-            raise ValueError("the curve is a file that is not read yet; see loaded")
+            raise ValueError("the curve is a file that is not read yet; call loaded first")
         return None if self.curve is None else course_of_tables(self.curve, self.cooling)
 
     @property
     def fresh(self) -> "FreshPaste":
-        """The sealant as it leaves the nozzle."""
+        """Rheology of the sealant that leaves the nozzle."""
         if (course := self.course) is not None:
             viscosity, stress = course.at(np.zeros(1))
             return FreshPaste(float(viscosity[0]), float(stress[0]))
@@ -171,12 +172,12 @@ class Fluid(Settings):
 
     @property
     def yields(self) -> bool:
-        """The paste has a yield stress, or gets one."""
+        """True if the paste has a yield stress at some age."""
         return self.most_yield_stress_pa > 0
 
     @property
     def freezes(self) -> bool:
-        """Particles are fixed by their age."""
+        """True if particles are fixed at an age."""
         return self.freeze_after_s != "never"
 
     @model_validator(mode="after")
@@ -185,13 +186,13 @@ class Fluid(Settings):
             self.material.yield_stress_pa,
             self.material.density_kg_m3,
         ):
-            raise ValueError("material is a table of other numbers than those beside it: leave either out")
+            raise ValueError("the numbers of material differ from yield_stress_pa or density_kg_m3: give one of both")
         if isinstance(self.material, Path):
             beside = [key for key in BESIDE_NO_MATERIAL if getattr(self, key) != Fluid.model_fields[key].default]
             if beside:
                 raise ValueError(
-                    f"{', '.join(beside)} beside material: it gives yield stress, density and viscosity itself, and "
-                    "the others need another law; leave them out"
+                    f"{', '.join(beside)} beside material, which gives yield stress, density and viscosity itself; "
+                    "other laws of flow cannot be combined with it: leave them out"
                 )
         elif self.curve is not None or self.cooling is not None:
             self._check_curve()
@@ -232,23 +233,23 @@ class Fluid(Settings):
 
 
 ABREAST = 4
-"""Particles from wall to wall, as in the paper: with fewer they bridge the walls, with more a run takes long."""
+"""Particles from wall to wall for radius "auto", as in the paper: fewer bridge the walls, more take long."""
 
 
 class Scheme(NamedTuple):
-    """The constants that the two presets choose; effective values, nothing left open."""
+    """Constants of a preset: the values in effect."""
 
     iterations: int  # Pressure iterations a substep
     volume_factor: float
-    """Volume of a particle in the density sum over 4 sqrt(2) f^3 R^3 of Eq. 6: at the start, where the run keeps its
-    volume by itself.
+    """Volume of a particle in the density sum over 4 sqrt(2) f^3 R^3 of Eq. 6; only the start value if the run controls
+    its volume.
     """
     wall: Literal["calibrated", "source"]
-    """Strength of wall particles: completing the missing half of the kernel, or 1 / W(0)."""
-    frozen_answer: float  # Multiplier that a frozen neighbour answers with, over the particle's own
+    """Strength of wall particles: enough for the half of the kernel that a wall cuts off, or 1 / W(0)."""
+    frozen_answer: float  # Multiplier of a frozen neighbour over the particle's own
 
 
-PACKING = 0.97  # f of Eq. 6, the paper's: the effective radius of a particle over its radius.
+PACKING = 0.97  # The paper's f of Eq. 6: effective radius of a particle over its radius
 
 
 def particle_volume(radius: float) -> float:
@@ -257,115 +258,115 @@ def particle_volume(radius: float) -> float:
 
 
 SPHERE = 4 / 3 * math.pi / particle_volume(1.0)
-"""Volume of a sphere of radius R over that of Eq. 6: the mass in the solver that the paper built on. 0.811."""
+"""Volume of a sphere of radius R over that of Eq. 6, 0.811: the mass of a particle in the paper's solver."""
 
 PRESETS = {
-    # Where a run begins; it ends between 0.95 and 1.20 (decision 0113).
+    # The run starts at this volume factor and ends between 0.95 and 1.20 (decision 0113).
     "accurate": Scheme(iterations=4, volume_factor=1.07, wall="calibrated", frozen_answer=1.0),
     "paper": Scheme(iterations=4, volume_factor=SPHERE, wall="source", frozen_answer=0.0),
 }
 
 LEAST_TWO_LEVEL_ITERATIONS = 4
-"""Least number of iterations of two-level pressure: with 3 a column at rest moves at 9 cm/s, since particles have no
-time to answer their nodes.
+"""Least number of iterations of two-level pressure. With 3, a column at rest moves at 9 cm/s, because the particles'
+own parts lag behind the nodes.
 """
 TWO_LEVEL = PRESETS["accurate"]._replace(iterations=5, volume_factor=1.05)
-"""Constants of two-level pressure. With 4 iterations one particle in a hundred of a settled column is 2 % too dense.
-Decision 0065.
+"""Constants of two-level pressure (decision 0065). With 4 iterations 1 % of the particles of a settled column are 2 %
+too dense.
 """
 
 
 MOST_SUBSTEPS = 1000
-STEEPEST_DEG = 45.0  # Bound of both slopes of a sample: roads stay below 12 degrees
+STEEPEST_DEG = 45.0  # Largest slope of a sample; roads stay below 12 degrees
 
 
 class Solver(Settings):
     """The numerical method. Equations: Macklin & Müller 2013 (PBF), and the paper's Eqs 1 to 6."""
 
     model: Method | None = None
-    """particles, the default: the fluid in three dimensions. slot: the flow along the crack, averaged over sections, in
-    a tenth of a second; for screening within its domain, which a report names. It has no particles, jet or overspill.
+    """particles (default): the fluid in three dimensions. slot: the flow along the crack, averaged over sections, in a
+    tenth of a second; for screening within its domain, which the report names. It does not model jet or overspill.
     """
     preset: Literal["accurate", "paper"] = "accurate"
-    """accurate keeps the dispensed volume; paper takes the constants of the solver that the paper built on, which
-    lose a fifth to a quarter of it. Lean walls fit the paper's bed with the second, flared walls with the first.
+    """accurate keeps the dispensed volume. paper uses the constants of the paper's solver, which lose a fifth to a
+    quarter of it. The paper's bed is fitted by accurate in flared walls, and by paper in leaning walls.
     """
     radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = 0.4
-    """Radius of a particle: 0.4 is four abreast in a crack of 3.1 mm, as in the paper; "auto" is four abreast in this
-    crack. Half the radius takes about ten times as long.
+    """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper; "auto" gives four
+    across this crack. Half the radius takes about ten times as long.
     """
     substeps: int | None = Field(default=None, ge=1, le=MOST_SUBSTEPS)
     """Substeps per frame. Default: enough that a particle falls less than 0.03 h in one, 4 in the paper's trial.
     Compression falls with their square.
     """
     pressure: Literal["local", "two-level"] = "local"
-    """local: iterations hand pressure from neighbour to neighbour, and leave a column of 16 mm 12 % compressed at its
-    floor. two-level: each solves for the whole crack too, and leaves it under 2 %, but for one particle in a hundred;
-    a run takes about a quarter longer.
+    """local: iterations pass pressure from neighbour to neighbour; a column of 16 mm stays 12 % compressed at its
+    floor. two-level: each iteration also solves for the whole crack; 99 % of the particles are compressed by less than
+    2 %, and a run takes about a quarter longer.
     """
     iterations: int | None = Field(default=None, ge=1, le=1000)
-    """Pressure iterations a substep; left out, 4, or 5 where the pressure has two levels. Fluids in physical units or
-    with a yield stress that are viscous enough to carry pressure over from the last substep have 3, or 2.
+    """Pressure iterations per substep. Default: 4, or 5 with two-level pressure, or 3 for a fluid in physical units or
+    with a yield stress that is viscous enough to carry pressure over from the last substep.
     """
     volume_factor: float | None = Field(default=None, ge=0.5, le=2)
-    """Volume of a particle in the density sum over that of Eq. 6. Left out, preset accurate finds it on the way, so
-    that the bed keeps the dispensed volume, and the run records the one it ended with; paper has 0.811.
+    """Volume of a particle in the density sum over that of Eq. 6. Default: preset accurate adjusts it during the run so
+    that the bed keeps the dispensed volume, and the run records its last value; preset paper has 0.811.
     """
     relaxation: float = Field(default=1.5, ge=1e-3, le=1e3)
-    """epsilon h^2 of Eq. 1: 60 per cm2 at h = 1.6 mm, as in the paper, and the same at any scale. At 0 a particle
-    alone has no multiplier; far above the limit nothing holds the fluid apart.
+    """epsilon h^2 of Eq. 1: 60 per cm2 at h = 1.6 mm, as in the paper, and scaled with h. At 0 the multiplier of an
+    isolated particle is undefined; far above the limit pressure vanishes.
     """
     damping_per_s: float = Field(default=0.2, ge=0, le=1e3)
-    """eta of Eq. 4, as a rate: divided by a particle's mass of 0.3 mg it would be unstable. No more than
-    one over a substep, in which it then takes all of a particle's speed: 550 in the paper's trial.
+    """eta of Eq. 4, as a rate: divided by a particle's mass of 0.3 mg it would be unstable. At most 1 over the substep
+    (550 in the paper's trial), at which a particle loses all its speed.
     """
     viscosity_solve: Literal["implicit", "explicit"] = "implicit"
-    """implicit: one linear solve a substep, whatever U, by pairs that keep momentum. explicit: Eq. 5 in q passes as
-    the paper has it; the reference, slow for U above 1000 or D above 1. At most 5000 passes: pastes of under 1 Pa.
+    """implicit: one linear solve per substep for any U, which conserves momentum. explicit: Eq. 5 in q passes, as in
+    the paper; the reference, slow for U above 1000 or D above 1. At most 5000 passes, enough for pastes below 1 Pa.
     """
     sleep: bool = True
-    """Paste with a yield stress that has come to rest is left where it lies until something hits it or flows on beside
-    it: nearly the same bed, in three fifths to three quarters of the time. False computes on.
+    """Stop computing paste with a yield stress that has come to rest, until something hits it or flows past it. The bed
+    is nearly the same and the run takes 60-75 % of the time. False disables sleeping.
     """
     settle_s: float = Field(default=0.0, ge=0, le=3600)
-    """Time between the last release and the profile. None in the paper."""
+    """Time between the last release and the profile; 0 in the paper."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.pressure == "two-level":
             if self.preset == "paper":
                 raise ValueError(
-                    'pressure is "two-level" and preset "paper", which is the solver that the paper built on, as it '
-                    'was: take preset = "accurate", or pressure = "local"'
+                    'pressure is "two-level", which preset "paper", the solver of the paper, does not have: take '
+                    'preset = "accurate", or pressure = "local"'
                 )
             if self.iterations is not None and self.iterations < LEAST_TWO_LEVEL_ITERATIONS:
                 raise ValueError(
                     f'iterations is {self.iterations}: with pressure = "two-level" fewer than '
-                    f"{LEAST_TWO_LEVEL_ITERATIONS} leave the fluid boiling; give more, or leave it out"
+                    f"{LEAST_TWO_LEVEL_ITERATIONS} make the fluid boil; give more, or leave it out"
                 )
         return self
 
     @property
     def has_particles(self) -> bool:
-        """False for the fast model, which needs no device, no checkpoint and no estimate of time."""
+        """False for the fast model, which uses no device, no checkpoint and no estimate of time."""
         return self.model != FAST
 
     @property
     def size_mm(self) -> float:
-        """The radius, once it is a number: ``for_crack`` makes it one."""
+        """The radius as a number; raises ValueError for "auto", which ``for_crack`` replaces."""
         if self.radius_mm == "auto":
-            raise ValueError("the radius follows from the crack's width; see for_crack")
+            raise ValueError("the radius follows from the crack's width; call for_crack first")
         return self.radius_mm
 
     def for_crack(self, width_mm: float) -> Self:
-        """The same with a radius for a crack of that mean width, where the radius is "auto"."""
+        """Return a copy in which radius "auto" is a number, for a crack of this mean width."""
         if self.radius_mm != "auto":
             return self
         return self.model_copy(update={"radius_mm": min(10.0, float(f"{width_mm / ABREAST / 2:.3g}"))})
 
     @property
     def scheme(self) -> Scheme:
-        """The preset's constants with what the user set in their place."""
+        """Constants of the preset, with the user's settings in place of some."""
         preset = TWO_LEVEL if self.pressure == "two-level" else PRESETS[self.preset]
         return preset._replace(
             iterations=self.iterations or preset.iterations, volume_factor=self.volume_factor or preset.volume_factor
@@ -373,24 +374,24 @@ class Solver(Settings):
 
     @property
     def carries_pressure(self) -> bool:
-        """Pressure may begin with what the last substep's came to; on two levels, or as the paper's, it begins at 0."""
+        """True if pressure may start from the last substep's; with two levels or preset paper it starts at 0."""
         return self.preset == "accurate" and self.pressure == "local"
 
     @property
     def keeps_volume(self) -> bool:
-        """The run finds its volume factor on the way."""
+        """True if the run adjusts its volume factor."""
         return self.preset == "accurate" and self.volume_factor is None
 
 
 class SampleSlope(Settings):
-    """The slopes of the sample's face. Its frame stays square to the face, and gravity turns in it."""
+    """Slopes of the sample's face. Coordinates stay square to the face; gravity is turned."""
 
     crossfall_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
-    """Slope of the face along y: above 0 it rises towards +y, and sealant runs towards -y. The surface of a liquid at
-    rest leaves the face by this angle in the plane of y and z.
+    """Slope of the face along y: if above 0 it rises towards +y, and sealant runs towards -y. The surface of a liquid
+    at rest makes this angle with the face in the plane of y and z.
     """
     gradient_deg: float = Field(default=0.0, ge=-STEEPEST_DEG, le=STEEPEST_DEG)
-    """Slope of the face along x: above 0 it rises towards +x, and sealant runs towards -x."""
+    """Slope of the face along x: if above 0 it rises towards +x, and sealant runs towards -x."""
 
     @property
     def level(self) -> bool:
@@ -398,7 +399,7 @@ class SampleSlope(Settings):
 
     @property
     def table(self) -> dict[str, Any]:
-        """The table [sample] of a run's recorded settings, by its name; none for a level sample."""
+        """The table [sample] of a run's recorded settings; empty for a level sample."""
         return {} if self.level else {"sample": self.model_dump()}
 
     @property
@@ -406,7 +407,7 @@ class SampleSlope(Settings):
         """Unit vector of gravity in the sample's frame."""
         x, y = (math.tan(math.radians(angle)) for angle in (self.gradient_deg, self.crossfall_deg))
         length = math.hypot(x, y, 1.0)
-        # Subtracted, so that a level sample has no -0.0.
+        # Subtracted from 0.0, so that a level sample has 0.0 and not -0.0.
         return 0.0 - x / length, 0.0 - y / length, -1.0 / length
 
 
@@ -414,7 +415,7 @@ LEVEL = SampleSlope()
 
 
 class Nozzle(Settings):
-    """The outlet. Its path, height and flow are the trajectory's."""
+    """The outlet. Path, height and flow are in the trajectory."""
 
     diameter_mm: float = Field(default=2.4, gt=0, le=100)
-    """Inner diameter; 2.4 in the paper. Each release is as many particles as pack its disc: seven, of radius 0.4."""
+    """Inner diameter; 2.4 in the paper. A release has as many particles as fit its disc: seven of radius 0.4."""

@@ -1,4 +1,4 @@
-"""Checks that settings fit a crack, and their conversion to the solver's units."""
+"""Checks that the settings of particles fit a crack, and the fluid in the solver's units."""
 
 import math
 from collections.abc import Callable
@@ -25,36 +25,35 @@ from simulate.setup.signed_distance import CM, Barrier, crack_box_mm, grid_fits
 
 ACROSS_AT_LEAST = 2  # Least number of particles abreast in a crack of mean width
 CELLS_AT_MOST = 4_000_000
-"""Largest number of cells of the neighbour search, 90 times the paper's trial. Each substep scans them all: 2 ms."""
+"""Largest number of cells of the neighbour search, 90 times the paper's trial. A substep scans all cells, in 2 ms."""
 STIFFEST = 1000.0
-"""Largest kinematic viscosity that is solved for, times a substep over h^2: that of 2,400 Pa s at a radius of 0.4 mm.
-Pours at 1000 are solved in slots 1.2 to 12 mm wide; at 4000 particles are flung away.
+"""Largest kinematic viscosity that is solved for, times a substep over h^2: 2,400 Pa s at a radius of 0.4 mm. At this
+limit pours in slots 1.2 to 12 mm wide are solved; at 4000 particles are flung away.
 """
 HOLDS_SUPPORTS = 100.0
-"""Largest yield stress of fresh paste that is solved for, over rho g h: 2,650 Pa at a radius of 0.4 mm. Pours at 100
-take up to a fifth of the iterations that a solve may take, whatever their substep; at 200 one of 18 fails (decision
-0173).
+"""Largest yield stress of fresh paste that is solved for, over rho g h: 2,650 Pa at a radius of 0.4 mm. At this limit
+pours take up to a fifth of the allowed iterations with any substep; at 200 one pour of 18 fails (decision 0173).
 """
 STIFFENS = 150.0
-"""Largest gain of yield stress in ``STIFFENING_S`` over rho h^2 / dt, in 1/s: 105 Pa/s at a radius of 0.4 mm. Fresh
-paste that faster stiffening paste encloses is compressed until it collapses, from a gain of 180 on.
+"""Largest gain of yield stress in ``STIFFENING_S`` over rho h^2 / dt, in 1/s: 105 Pa/s at a radius of 0.4 mm. From a
+gain of 180 on, stiffened paste compresses the fresh paste that it encloses until that collapses.
 """
-STIFFENING_S = 3.0
+STIFFENING_S = 3.0  # Longest time over which a gain is counted
 LIMP = 30.0  # Yield stress over rho h^2 / dt, in 1/s, up to which paste may stiffen at any rate
-SHEARED = 100.0  # Shear in 1/s of a jet that hits a bed, at which paste that thickens by shear is as stiff as it gets
+SHEARED = 100.0  # Shear in 1/s of a jet that hits a bed: the largest, at which shear-thickening paste is stiffest
 MOST_PASSES = 5000
-"""Most explicit passes of a substep, as many as iterations that a solve may take. Paste at rest takes the most: that of
-1 Pa at a radius of 0.6 mm 2,600, and 36 particles of it in substeps of 2.8 ms a minute for each second of their pour.
+"""Largest number of explicit passes of a substep, equal to the limit of a solve's iterations. Paste at rest takes most:
+2,600 with 1 Pa at a radius of 0.6 mm, where 36 particles in substeps of 2.8 ms take a minute for a second of pouring.
 """
-MOST_AGES = 1_000_000  # Frames up to which a curve is followed where nobody says how long a run lasts
-TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps of diameters and heights, and of radii, that are proposed
+MOST_AGES = 1_000_000  # Frames up to which a curve is tabulated if the length of the run is not given
+TICK_MM, TICK_OF_RADIUS_MM = 0.1, 1e-3  # Steps of the diameters and heights, and of the radii, in proposals
 ROUNDING_MM = 1e-3  # Tolerance of distances, which are float32: a release at just the clearance is allowed
 
 
 def check_fit(
     outline: Outline, solid: Solid, fluid: Fluid, solver: Solver, nozzle: Nozzle, slope: SampleSlope = LEVEL
 ) -> None:
-    """Raises InputError if settings of particles that are fine alone are impossible in this crack."""
+    """Raise InputError if valid settings of particles are impossible in this crack."""
     if not solver.has_particles:
         return
     radius_mm = solver.for_crack(outline.mean_width_mm).size_mm
@@ -111,16 +110,16 @@ def check_fit(
 
 
 def _radii_allowed(outline: Outline, solid: Solid, widest_mm: float, too_fine_mm: float | None = None) -> str:
-    """Return the radii at which a crack of that width can run, which its distance grid may limit from below."""
+    """Return a sentence on the radii that this crack allows; its distance grid may set a lower limit."""
     abreast_mm = outline.mean_width_mm / 8
     if _carried(solid, outline, abreast_mm):
-        said = f'{abreast_mm:.3f} is four abreast, as in the paper, and so is "auto"'
+        four_abreast = f'{abreast_mm:.3f} is four abreast, as in the paper, and so is "auto"'
         least = "at most"
         if too_fine_mm is not None:
             ends = math.ceil(abreast_mm / TICK_OF_RADIUS_MM), math.floor(too_fine_mm / TICK_OF_RADIUS_MM)
             ticks = _bisect(*ends, lambda ticks: _carried(solid, outline, ticks * TICK_OF_RADIUS_MM))
             least = f"{ticks * TICK_OF_RADIUS_MM:.3f} to"
-        return f"Allowed is {least} {widest_mm:.3f}; {said}."
+        return f"Allowed is {least} {widest_mm:.3f}; {four_abreast}."
     too_fine = f'"auto", {abreast_mm:.3f}, is too fine for a run'
     if _carried(solid, outline, 0.99 * widest_mm):
         return f"Take {0.99 * widest_mm:.3f}; {too_fine}."
@@ -146,14 +145,14 @@ def check_damping(solver: Solver, step_s: float) -> None:
 
 
 def effective_d_cm(fluid: Fluid, paste: Rheology, support: float, frame_s: float) -> float:
-    """D as given, or the one whose drag in all is that of walls to which the fluid sticks."""
+    """Return D as given, or the D with the total drag of no-slip walls."""
     if fluid.D_cm is not None:
         return fluid.D_cm
     return no_slip_weight(paste.viscosity_pa_s / fluid.density_kg_m3 * CM2_IN_M2, support, frame_s)
 
 
 def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST_AGES) -> Rheology:
-    """The fluid in the solver's units, up to an age of ``frames``."""
+    """Return the fluid in the solver's units, up to an age of ``frames``."""
     (viscosity_pa_s, fresh_stress_pa), u, by_age = fluid.fresh, fluid.U or 0.0, None
     if viscosity_pa_s is None:
         viscosity_pa_s = dynamic_viscosity(u, fluid.density_kg_m3, support, frame_s)
@@ -180,10 +179,10 @@ def rheology_of(fluid: Fluid, support: float, frame_s: float, frames: int = MOST
 
 
 def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tuple[Rheology, int]:
-    """The fluid in the solver's units, and the number of substeps of a frame.
+    """Return the fluid in the solver's units, and the number of substeps of a frame.
 
-    Raises InputError if the fluid is stiffer than the viscosity's linear system can be solved for, or needs more
-    explicit passes than a run has time for, or stiffens so fast that it collapses.
+    Raises InputError if the fluid is too stiff for the viscosity's linear solve, needs too many explicit passes, or
+    stiffens so fast that it collapses.
     """
     support = 4 * solver.size_mm * CM
     paste = rheology_of(fluid, support, frame_s, frames)
@@ -198,7 +197,7 @@ def solved_as(fluid: Fluid, solver: Solver, frame_s: float, frames: int) -> tupl
 
 
 def _check_passes(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float, substeps: int, frames: int) -> None:
-    """Raises InputError by the passes of paste that creeps as it comes to rest, at its stiffest age."""
+    """Raise InputError if paste that comes to rest would need too many passes at its stiffest age."""
     lasts_s = frame_s * min(frames, paste.frames_to_freeze)
     support, shears_per_s = 4 * solver.size_mm * CM, (SLOWEST_SHEAR, SHEARED)
     parts = explicit_parts(paste, support, frame_s, substeps, shears_per_s=shears_per_s, lasts_s=lasts_s)
@@ -211,15 +210,15 @@ def _check_passes(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float,
     if (passes := sum(parts) / STABLE) <= MOST_PASSES:
         return
     part, (key, verb, value) = max(zip(parts, of, strict=True), key=lambda one: one[0])
-    left = STABLE * MOST_PASSES - (sum(parts) - part)
-    found, allowed = f"fluid.{key} {verb} {value:.6g}" if fluid.curve is None else "fluid.curve is too stiff", "Give"
-    if left > 0 and fluid.curve is None:
-        softer = rheology_of(fluid.model_copy(update={key: value * left / part}), support, frame_s, frames)
+    spare = STABLE * MOST_PASSES - (sum(parts) - part)
+    cause, allowed = f"fluid.{key} {verb} {value:.6g}" if fluid.curve is None else "fluid.curve is too stiff", "Give"
+    if spare > 0 and fluid.curve is None:
+        softer = rheology_of(fluid.model_copy(update={key: value * spare / part}), support, frame_s, frames)
         # Softer sealant may have longer substeps, in which all parts are larger.
-        left = STABLE * MOST_PASSES * min(1.0, substeps_for(solver, softer, frame_s) / substeps) - (sum(parts) - part)
-        allowed = f"Give at most {_rounded_down(value * left / part)}, or" if left > 0 else "Give"
+        spare = STABLE * MOST_PASSES * min(1.0, substeps_for(solver, softer, frame_s) / substeps) - (sum(parts) - part)
+        allowed = f"Give at most {_rounded_down(value * spare / part)}, or" if spare > 0 else "Give"
     raise InputError(
-        f'{found}: with solver.viscosity_solve = "explicit" paste that comes to rest takes {passes:.3g} passes a '
+        f'{cause}: with solver.viscosity_solve = "explicit" paste that comes to rest takes {passes:.3g} passes a '
         f"substep {_in_substeps(solver, frame_s, substeps)}, and {MOST_PASSES} are allowed. {allowed} "
         'solver.viscosity_solve = "implicit".'
     )
@@ -242,7 +241,7 @@ def _check_viscosity(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: flo
 
 
 def _check_yield_stress(fluid: Fluid, solver: Solver) -> None:
-    """Raises InputError by the stress of fresh paste alone: what is older is at rest, and takes few iterations."""
+    """Raise InputError if fresh paste is too stiff; older paste is at rest and takes few iterations."""
     stress_pa = fluid.fresh.yield_stress_pa
     column_pa = 1e-3 * fluid.density_kg_m3 * GRAVITY_M_S2 * 4 * solver.size_mm
     if stress_pa > HOLDS_SUPPORTS * column_pa:
@@ -282,21 +281,21 @@ def _in_substeps(solver: Solver, frame_s: float, substeps: int) -> str:
 
 
 def _or_more(substeps: float) -> str:
-    """A proposal of so many substeps, if a frame can have them."""
+    """Return a proposal of at least so many substeps, or "" if that is more than a frame can have."""
     least = math.ceil(substeps)
     return f", or solver.substeps of at least {least}" if least <= MOST_SUBSTEPS else ""
 
 
 def _rounded_down(value: float) -> str:
-    """Three significant digits, of which the last is not rounded up."""
+    """Return a value with three significant digits, rounded down."""
     tick = 10 ** (math.floor(math.log10(value)) - 2)
     return f"{float(f'{math.floor(value / tick + ROUNDING_MM) * tick:.3g}'):g}"
 
 
 def domain_of(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm: float) -> Domain:
-    """Box of the neighbour search: the crack, the face around it, and the path on which the nozzle gives sealant.
+    """Return the box of the neighbour search: the crack, the face around it, and the path while sealant flows.
 
-    Raises InputError where a path leads so far away that the box has too many cells.
+    Raises InputError if the path is so far away that the box has too many cells.
     """
     support_mm = 4 * radius_mm
     low_mm, high_mm = crack_box_mm(solid, outline, radius_mm)
@@ -325,9 +324,9 @@ def check_outlet(
     diameter_mm: float,
     seed: int,
 ) -> None:
-    """Raises InputError where a particle would be released nearer to the solid than its clearance, or inside it.
+    """Raise InputError if a particle would be released inside the solid or nearer to it than its clearance.
 
-    The message proposes what would be allowed, each change alone; a diameter and a height are tried first.
+    The message proposes settings that would each be enough; a diameter and a height have been tried.
     """
     blocked = _blocked(schedule.position_mm, barrier)
     if not blocked.any():
@@ -352,12 +351,12 @@ def check_outlet(
 
 
 def _blocked(points_mm: Floats, barrier: Barrier) -> np.ndarray:
-    """Mask of the points nearer to the solid than the clearance, (n,)."""
+    """Return the mask of points nearer to the solid than the clearance, (n,)."""
     return barrier.exact_mm(points_mm) < barrier.clearance / CM - ROUNDING_MM
 
 
 def _larger_trim(blocked_s_mm: Floats, length_mm: float) -> str:
-    """A proposal in whole millimetres: discs are turned at random, and anew for another path."""
+    """Return a proposal in whole millimetres, not tried: with another path discs are turned otherwise."""
     from_end_mm = np.minimum(blocked_s_mm, length_mm - blocked_s_mm)
     trim_mm = math.floor(from_end_mm.max()) + 1
     return f"path.trim_mm of at least {trim_mm}" if 2 * trim_mm < length_mm - 1 else ""
@@ -391,7 +390,7 @@ def _higher_nozzle(points_mm: Floats, trajectory: Trajectory, barrier: Barrier) 
 
 
 def _bisect(good: int, bad: int, fits: Callable[[int], bool]) -> int:
-    """The value next to the change of ``fits``, on the side of ``good``, for which it holds."""
+    """Return the last value that fits, between ``good``, which fits, and ``bad``, which does not."""
     while abs(good - bad) > 1:
         middle = (good + bad) // 2
         good, bad = (middle, bad) if fits(middle) else (good, middle)

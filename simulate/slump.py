@@ -21,21 +21,21 @@ from simulate.spread_law import (
     stretched_stress_pa,
 )
 
-LEAST_DIAMETERS = 4.0  # Least height of a heap in particle diameters: fewer layers shear as one
+LEAST_DIAMETERS = 4.0  # Least height of a heap in particle diameters: fewer layers shear as one layer
 FINEST = 32.0  # Least width of a cone in particle radii: with 44 a heap of 60 Pa ends 0.8 % narrower
 MOST_PARTICLES = 60_000  # Largest number of particles of a slump: about four minutes of one core
 
 
 @dataclass(frozen=True)
 class Slump:
-    """Course of a slump in particles: radius over time, from the moment the cone is gone."""
+    """A slump in particles: radius over time, from the lifting of the cone on."""
 
     stress_pa: float
     volume_mm3: float
     density_kg_m3: float
     t_s: Floats
     radius_mm: Floats  # (n,)
-    viscosity_pa_s: float | None  # None where it changed on the way
+    viscosity_pa_s: float | None  # None if it was changed during the slump
     height_mm: float
 
     @property
@@ -43,35 +43,35 @@ class Slump:
         return float(self.radius_mm[-1])
 
 
-FLAT_GALILEI = 10.0  # rho^2 g V / mu^2 of a slump without inertia, as of a cone that is lifted slowly
-THINNED = 20.0  # Viscosity at the start over that at the end, when what is left of the way is short
+FLAT_GALILEI = 10.0  # rho^2 g V / mu^2 of a slump without inertia, as for a cone that is lifted slowly
+THINNED = 20.0  # Viscosity at the start over that at the end, when little of the way remains
 THICK_UNTIL, THIN_FROM, ENDS = 28.0, 110.0, 450.0  # Times in units of mu / (rho g V^(1/3))
-OUTERMOST = 0.005  # Share of the paste beyond the radius from which the edge is told, where a particle may have strayed
+OUTERMOST = 0.005  # Share of the paste outside the radius that defines the edge: single particles may stray
 WALL_ROOM = 1.25  # Half side of the plate over the radius of the flat heap
 
 
 def radius_of_particles_mm(cone: Cone, stress_pa: float, density_kg_m3: float) -> float:
     """Return the radius of particles for a slump: as coarse as its heap and its cone allow.
 
-    Raises InputError where so fine ones would be too many.
+    Raises InputError if that needs too many particles.
     """
     at_rest_mm = spread_radius_mm(stress_pa, cone.volume_mm3, density_kg_m3)
     height_mm = float(heap_height_mm(np.array(stress_pa), at_rest_mm, density_kg_m3))
     radius_mm = min(height_mm / LEAST_DIAMETERS / 2, cone.bottom_mm / FINEST)
     if (particles := cone.volume_mm3 / particle_volume(radius_mm)) > MOST_PARTICLES:
         raise InputError(
-            f"the heap would be {height_mm:.1f} mm high, and {LEAST_DIAMETERS:g} particles over each other that small "
-            f"are {particles:,.0f} in all, where {MOST_PARTICLES:,} are allowed. Use a larger cone or more paste, so "
-            f"that the heap is flatter than {FLATTEST:g} of its radius and needs no particles."
+            f"the heap would be {height_mm:.1f} mm high; with {LEAST_DIAMETERS:g} particles over each other it has "
+            f"{particles:,.0f} particles, and {MOST_PARTICLES:,} are allowed. Use a larger cone or more paste: a heap "
+            f"lower than {FLATTEST:g} of its radius is computed without particles."
         )
     return radius_mm
 
 
 def slump(cone: Cone, stress_pa: float, density_kg_m3: float, *, steady: bool = False, finer: float = 1.0) -> Slump:
-    """Let a cone of paste go down on a plate, without inertia; on the CPU, tens of seconds.
+    """Compute the slump of a cone of paste on a plate, without inertia; on the CPU, in tens of seconds.
 
-    The viscosity falls on the way, which brings it to rest sooner and no farther; ``steady`` keeps it.
-    Particles are ``finer`` times smaller than need be.
+    The viscosity is reduced during the slump, unless ``steady``: it comes to rest sooner, with the same radius.
+    Particles are ``finer`` times smaller than necessary.
     """
     radius_mm = radius_of_particles_mm(cone, stress_pa, density_kg_m3) / finer
     start_warp()
@@ -92,7 +92,7 @@ def slump(cone: Cone, stress_pa: float, density_kg_m3: float, *, steady: bool = 
         t_s.append(time_s)
         radii_mm.append(plate.edge_mm(OUTERMOST))
     if not np.isfinite(radii_mm).all():
-        raise NumericalError(f"the slump of {stress_pa:g} Pa has no numbers any more; please report it.")
+        raise NumericalError(f"the slump of {stress_pa:g} Pa has a radius that is not finite; please report it.")
     return Slump(
         stress_pa,
         plate.volume_mm3,
@@ -104,31 +104,31 @@ def slump(cone: Cone, stress_pa: float, density_kg_m3: float, *, steady: bool = 
     )
 
 
-STEP = 1.6  # Ratio of yield stresses of two slumps between which a third is told
+STEP = 1.6  # Ratio of the yield stresses of two slumps between which others are interpolated
 MOST_SLUMPS = 8
 
 
 @dataclass
 class SlumpCurve:
-    """Radius at rest by yield stress, for cones of one shape, computed where it is asked for.
+    """Radius at rest by yield stress, for cones of one shape, computed on demand.
 
-    Slumps of one shape are alike in R / V^(1/3) and tau / (rho g V^(1/3)), so that a cone a little larger or heavier
-    needs no other. Their stresses are powers of ``STEP``, and ``known`` keeps them: a file of them is taken up again.
+    Slumps of one shape are similar in R / V^(1/3) and tau / (rho g V^(1/3)), and serve for a cone a little larger or
+    heavier too. Their stresses are powers of ``STEP``; ``radii`` may be filled from a file.
     """
 
     cone: Cone
     density_kg_m3: float
-    known: dict[int, float]
+    radii: dict[int, float]
     """R / V^(1/3) by the power of ``STEP`` that is tau / (rho g V^(1/3))."""
 
     def at(self, power: int) -> float:
-        """Return R / V^(1/3) of one slump, computed unless it is known."""
-        if power not in self.known:
+        """Return R / V^(1/3) of one slump, computed unless it is in ``radii``."""
+        if power not in self.radii:
             length_mm = self.cone.volume_mm3 ** (1 / 3)
             stress_pa = STEP**power * self.density_kg_m3 * GRAVITY_M_S2 * length_mm * 1e-3
-            found = slump(self.cone, stress_pa, self.density_kg_m3)
-            self.known[power] = found.at_rest_mm / found.volume_mm3 ** (1 / 3)
-        return self.known[power]
+            computed = slump(self.cone, stress_pa, self.density_kg_m3)
+            self.radii[power] = computed.at_rest_mm / computed.volume_mm3 ** (1 / 3)
+        return self.radii[power]
 
     def around(self, reach: float, first: float) -> Iterator[int]:
         """Yield powers whose slumps bracket R / V^(1/3), beginning at ``first``, the likely one, and a stiffer one."""
@@ -139,19 +139,19 @@ class SlumpCurve:
             power += step
             yield power
             if (self.at(power) > reach) != (step > 0):
-                # The stiffer takes least time.
+                # The third slump is a stiffer one, which takes least time.
                 yield power + 1 if step > 0 else power + 2
                 return
         raise InputError(
-            "no slump of a cone of that shape ends at the spread that was measured: check the cone's sizes, the mass "
-            "and the scale, and that the plate was level."
+            "a cone of that shape does not slump to the measured spread with any yield stress: check the cone's sizes, "
+            "the mass and the scale, and that the plate was level."
         )
 
     def stress_pa(self, volume_mm3: Floats, radius_mm: Floats, density_kg_m3: Floats) -> Floats:
         """Return the yield stress of heaps at rest, (n,), each with its own volume, radius and density.
 
-        It is that of the closed form, times what slumps have over it: a straight line through three of them, since that
-        changes by few percent from one to the next, and radii of so coarse particles are off by one.
+        It is that of the closed form times the ratio of slumps to it, a straight line through three slumps: the ratio
+        changes by few percent from one to the next, and radii with such coarse particles are off by one percent.
         """
         length_mm = np.cbrt(volume_mm3)
         reach = radius_mm / length_mm
@@ -160,7 +160,7 @@ class SlumpCurve:
         place = np.log(closed_pa / unit_pa)
         likely = float(np.median(place)) / math.log(STEP)
         powers = np.array(sorted(set(self.around(float(np.median(reach)), likely))))
-        # Of a volume of 1 mm3 and a weight of 1 Pa/mm.
-        known = stretched_stress_pa(1.0, np.array([self.at(int(power)) for power in powers]), 1e3 / GRAVITY_M_S2)
-        slope, start = np.polyfit(np.log(known), STEP ** powers.astype(float) / known, 1)
-        return closed_pa * (start + slope * np.clip(place, np.log(known[0]), np.log(known[-1])))
+        # For a volume of 1 mm3 and a weight of 1 Pa/mm.
+        closed = stretched_stress_pa(1.0, np.array([self.at(int(power)) for power in powers]), 1e3 / GRAVITY_M_S2)
+        slope, start = np.polyfit(np.log(closed), STEP ** powers.astype(float) / closed, 1)
+        return closed_pa * (start + slope * np.clip(place, np.log(closed[0]), np.log(closed[-1])))

@@ -1,10 +1,10 @@
 """The yield stress of a heap of paste at rest on a plate, in closed form.
 
-A heap that has come to rest on a rough plate carries rho g h dh/dr by its yield stress at the plate; where it is flat,
-that alone gives its radius (Roussel and Coussot 2005). Less flat paste was also stretched in all directions as it
-spread, and its yield stress resists that too: the thrust rho g h^2 / 2 of a section is less by sqrt(3) pi / 4 tau h
-(the plane problem's pi / 2 of Nye 1951 and Dubash et al. 2009, for equal stretching along and around). The heap is
-higher for it, and the flat formula calls its yield stress too large: by a fifth where it is a 13th as high as wide.
+In a heap at rest on a rough plate the yield stress at the plate balances rho g h dh/dr; in a flat heap that alone
+determines the radius (Roussel and Coussot 2005). A higher heap was also stretched in all directions as it spread, and
+its yield stress resists that too: the thrust rho g h^2 / 2 of a section is less by sqrt(3) pi / 4 tau h (the plane
+problem's pi / 2 of Nye 1951 and Dubash et al. 2009, for equal stretching along and around). The heap is higher for it,
+and the flat formula overestimates its yield stress: by a fifth if the height is a 13th of the width.
 """
 
 import math
@@ -16,16 +16,16 @@ from sealtwin.core.records import Floats
 
 GRAVITY_M_S2 = 9.81
 STRETCH = math.sqrt(3) * math.pi / 4
-"""Thrust that stretching takes off a section, over tau h: sqrt(3) tau of the von Mises limit where nothing shears, and
-its mean over a depth in which the shear stress grows evenly to tau."""
-FLATTEST = 0.1  # Height over radius of a heap up to which the closed form is used
+"""Reduction of a section's thrust by stretching, over tau h: sqrt(3) tau of the von Mises limit without shear, averaged
+over a depth in which the shear stress grows evenly to tau."""
+FLATTEST = 0.1  # Largest height over radius of a heap for which the closed form is used
 
 
 @dataclass(frozen=True)
 class Cone:
-    """Frustum in which paste stands before it is lifted; its smaller end is up."""
+    """Frustum that contains the paste before it is lifted; its smaller end is up."""
 
-    bottom_mm: float  # Inner diameters, and height
+    bottom_mm: float  # Inner diameter, as top_mm
     top_mm: float
     height_mm: float
 
@@ -61,22 +61,22 @@ def heap_height_mm(stress_pa: Floats, radius_mm: Floats | float, density_kg_m3: 
 
 
 def stretched_stress_pa(volume_mm3: Floats | float, radius_mm: Floats | float, density_kg_m3: Floats | float) -> Floats:
-    """Return the yield stress of a heap whose stretching counts, to the first order in its height over its radius.
+    """Return the yield stress of a heap with stretching, to the first order in its height over its radius.
 
-    With w = rho g and c = STRETCH tau / w, w h^2 / 2 - STRETCH tau h = tau (R - r) makes the heap
-    h = c + sqrt(c^2 + 2 tau (R - r) / w), whose volume is that of the flat one for c = 0.
+    With w = rho g and c = STRETCH tau / w, w h^2 / 2 - STRETCH tau h = tau (R - r) gives the heap
+    h = c + sqrt(c^2 + 2 tau (R - r) / w). For c = 0 it is the flat heap.
     """
     flat = np.atleast_1d(flat_stress_pa(volume_mm3, radius_mm, density_kg_m3)).astype(float)
     volume, radius, density = np.broadcast_arrays(volume_mm3, radius_mm, density_kg_m3)
     stress = flat.copy()
     for _ in range(30):
-        # The volume grows about as the root of the stress.
+        # The volume grows about with the root of the stress.
         stress = stress * (np.atleast_1d(volume) / _heap_mm3(stress, radius, density)) ** 1.5
     return stress if np.ndim(radius_mm) or np.ndim(volume_mm3) or np.ndim(density_kg_m3) else stress[0]
 
 
 def spread_radius_mm(stress_pa: float, volume_mm3: float, density_kg_m3: float) -> float:
-    """Return the radius of that heap for a yield stress: the inverse of ``stretched_stress_pa``."""
+    """Return the radius of a heap by its yield stress: the inverse of ``stretched_stress_pa``."""
     from scipy.optimize import root_scalar
 
     def excess_mm3(radius_mm: float) -> float:
@@ -87,10 +87,10 @@ def spread_radius_mm(stress_pa: float, volume_mm3: float, density_kg_m3: float) 
 
 
 def _heap_mm3(stress_pa: Floats | float, radius_mm: Floats | float, density_kg_m3: Floats | float) -> Floats:
-    """Volume of a heap: 2 pi times the integral of r h, with u = R - r, in closed form."""
+    """Return the volume of a heap: 2 pi times the integral of r h, with u = R - r, in closed form."""
     per_mm = np.atleast_1d(np.asarray(stress_pa) / (np.asarray(density_kg_m3) * GRAVITY_M_S2)) * 1e3
     radius, edge = np.asarray(radius_mm), STRETCH * per_mm
-    # With q = edge^2 + 2 per_mm u, u and du are in q, and the integral is of powers of its root.
+    # With q = edge^2 + 2 per_mm u as the variable, the integral is of powers of its root.
     low, high = edge, np.sqrt(edge**2 + 2 * per_mm * radius)
     roots = (radius + edge**2 / (2 * per_mm)) * (high**3 - low**3) / (3 * per_mm)
     roots = roots - (high**5 - low**5) / (10 * per_mm**2)

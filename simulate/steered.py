@@ -1,7 +1,7 @@
-"""A pour whose flow is set on the way: particles along a known motion of the nozzle, for the emulation of control.
+"""A run of particles along a given motion of the nozzle with a flow that is set during the run, to emulate control.
 
-On a CPU, whose arrays the host writes to; and with a volume factor that is given, since a run finds its own by the
-volume that its schedule promises.
+It runs on a CPU, because the host writes into the arrays, and needs a given volume factor: a run can only find one if
+its volume is scheduled.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from simulate.setup.signed_distance import CM
 
 
 class SteeredPour:
-    """A fluid run that is advanced from moment to moment, each with the flow that the nozzle has then."""
+    """A fluid run that is advanced step by step, each with the nozzle's present flow."""
 
     def __init__(
         self,
@@ -36,9 +36,9 @@ class SteeredPour:
         seed: int,
         slope: SampleSlope = LEVEL,
     ) -> None:
-        """Prepare a run along ``motion``, whose own flow does not count, with at most ``most_mm3_s`` at any time.
+        """Prepare a run along ``motion``, whose flow is ignored; the flow may never exceed ``most_mm3_s``.
 
-        Raises InputError without solver.volume_factor, and as any run.
+        Raises InputError without solver.volume_factor, or if the run cannot be prepared.
         """
         if solver.keeps_volume:
             raise InputError("solver.volume_factor: a steered pour needs it; a run of the same trial records its own.")
@@ -65,14 +65,14 @@ class SteeredPour:
         return self._asked_mm3
 
     def advance(self, until_s: float, flow_mm3_s: Callable[[float], float]) -> None:
-        """Compute frames up to a moment, each with the flow at its middle. Raises NumericalError as any run."""
+        """Compute frames up to a time, each with the flow at its middle. Raises NumericalError for a fault."""
         frame_s = self._run.schedule.frame_s
         while self.t_s + frame_s / 2 < until_s:
             self._release(flow_mm3_s(self.t_s + frame_s / 2), frame_s)
             self._run.advance()
 
     def level(self) -> Profile:
-        """Return the level along the crack as it is now."""
+        """Return the present level along the crack."""
         self._run.wait()
         state, own = self._run.engine.state, slice(0, self._out)
         bed = Bed(
@@ -86,7 +86,7 @@ class SteeredPour:
         return measure_profile(bed, self._run.outline, self._solid)
 
     def _release(self, flow_mm3_s: float, frame_s: float) -> None:
-        """Let a disc of particles leave as soon as one more is asked for than is out."""
+        """Release a disc of particles once the dispensed volume exceeds that of the released ones."""
         self._asked_mm3 += flow_mm3_s * frame_s
         frame, state = self._run.done, self._run.engine.state
         if flow_mm3_s > 0 and self._asked_mm3 / self._volume_mm3 > self._out + 1e-6:

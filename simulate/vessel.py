@@ -1,4 +1,4 @@
-"""The volume of a bed between the walls of its solid and its surface, along the vertical lines of square cells."""
+"""The volume of a bed between its solid's walls and its surface, summed over vertical lines in square cells."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -14,15 +14,15 @@ from simulate.kernels.vessel import Lines, Liquid, raise_surface
 Mask = NDArray[np.bool_]
 TURN = np.cos(np.radians(18.0)), np.sin(np.radians(18.0))
 """Cosine and sine of the angle by which the solid is turned about the z axis."""
-ROUNDED = 1e-6  # Cells
+ROUNDED = 1e-6  # Tolerance of a cell's middle, in cells
 
 
 class Vessel:
-    """The solid as vertical lines through the middles of square cells, which a bed is measured on."""
+    """The solid as vertical lines through the middles of square cells, along which a bed is measured."""
 
     def __init__(self, solid: Solid, cell_mm: float = 0.4) -> None:
-        # Turned by 18 degrees, no wall along an axis, or at 30, 45 or 60 degrees to one, runs along the cells: along
-        # them a 3.1 mm slot would count 7 or 8 cells of 0.4 mm for 7.75.
+        # Turned by 18 degrees, so that walls along an axis, or at 30, 45 or 60 degrees to one, do not run along the
+        # cells: a slot of 3.1 mm along them would have 7 or 8 cells of 0.4 mm across, instead of 7.75.
         triangle_mm = _turned(solid.vertices_mm)[solid.faces]
         low = np.floor(triangle_mm[:, :, :2].min(axis=(0, 1)) / cell_mm).astype(int)
         shape = np.floor(triangle_mm[:, :, :2].max(axis=(0, 1)) / cell_mm).astype(int) - low + 1
@@ -38,16 +38,16 @@ class Vessel:
         lines.cell_mm, lines.low, lines.shape = cell_mm, wp.vec2i(*map(int, low)), wp.vec2i(*map(int, shape))
         lines.z_mm = wp.array(self._z_mm, dtype=wp.float64, device="cpu")
         lines.last, lines.cell, lines.upward = (wp.array(of, dtype=int, device="cpu") for of in (last, cell, inside))
-        # Turned so, cells of 0.5 mm take up 0.3 % less than a slot 6 mm wide: their area makes the empty cavity right.
+        # Turned cells of 0.5 mm sum up to 0.3 % less than a slot 6 mm wide: their area is scaled to the empty cavity.
         lines_mm = float((np.minimum(self._ceiling_mm, 0.0)[inside] - np.minimum(self._z_mm, 0.0)[inside]).sum())
-        known = lines_mm > 0 and solid.cavity_volume_mm3 > 0
-        self.cell_mm2 = solid.cavity_volume_mm3 / lines_mm if known else cell_mm**2
+        has_cavity = lines_mm > 0 and solid.cavity_volume_mm3 > 0
+        self.cell_mm2 = solid.cavity_volume_mm3 / lines_mm if has_cavity else cell_mm**2
 
     def volume_mm3(self, position_mm: Floats, half_mm: float) -> float:
-        """Volume below the surface of particles, (n, 3), that end ``half_mm`` above their centres.
+        """Return the volume below the surface of particles, (n, 3), that end ``half_mm`` above their centres.
 
-        It is the sum over cells and over the free stretches of each cell's vertical line. A stretch begins at an upward
-        facet and ends at the next downward one, if any; liquid fills it from its foot to its highest particle.
+        It is summed over the cells and over the free stretches of each cell's vertical line. A stretch begins at an
+        upward facet and ends at the next downward one, if any; liquid fills it from its foot to its highest particle.
         """
         liquid = Liquid()
         liquid.top_mm = wp.full(len(self._z_mm), -np.inf, dtype=wp.float64, device="cpu")
@@ -59,7 +59,7 @@ class Vessel:
         return float((np.minimum(reached_mm, self._ceiling_mm) - self._z_mm)[wet].sum()) * self.cell_mm2
 
     def lines_on(self, device: str) -> tuple[Any, wp.array]:
-        """The lines for kernels on a device, and the end of the free stretch above each of their crossings."""
+        """Return the lines on a device, and the end of the free stretch above each of their crossings."""
         here, there = self._lines, Lines()
         there.cell_mm, there.low, there.shape = here.cell_mm, here.low, here.shape
         for name in ("last", "cell", "z_mm", "upward"):
@@ -69,23 +69,23 @@ class Vessel:
 
 @lru_cache(maxsize=2)
 def vessel_of(solid: Solid, cell_mm: float) -> Vessel:
-    """Return the vessel of a solid. The last two are kept: a study's runs share the two that each of them needs."""
+    """Return the vessel of a solid. The last two are cached: each run of a study needs the same two."""
     return Vessel(solid, cell_mm)
 
 
 def _turned(point_mm: Floats) -> Floats:
-    """The points turned about the z axis by 18 degrees."""
+    """Return the points turned about the z axis by 18 degrees."""
     cosine, sine = TURN
     return point_mm @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _crossings(triangle_mm: Floats, cell_mm: float, low: Integers, shape: Integers) -> tuple[Integers, Floats, Mask]:
-    """Crossings of the cells' vertical lines with the solid's facets: cell, height, and mask of upward facets."""
+    """Return the crossings of the cells' vertical lines with the facets: cell, height, and mask of upward facets."""
     a, b, c = triangle_mm.transpose(1, 0, 2)
     doubled_area = cross(b - a, c - a)
-    kept = np.abs(doubled_area) >= 1e-12
-    a, b, c, doubled_area = a[kept], b[kept], c[kept], doubled_area[kept]
-    # Row by row along y, so that a needle askew to the cells costs no more than its length.
+    has_area = np.abs(doubled_area) >= 1e-12
+    a, b, c, doubled_area = a[has_area], b[has_area], c[has_area], doubled_area[has_area]
+    # Row by row along y, so that the cost of an oblique needle is in proportion to its length.
     row, owner = counted(*_cells_between(*_ends((a, b, c), 0), cell_mm, low[0], shape[0]))
     first, last = _cells_between(*_stretch((a, b, c), owner, (row + low[0] + 0.5) * cell_mm), cell_mm, low[1], shape[1])
     column, which = counted(first, last)
@@ -101,13 +101,13 @@ def _crossings(triangle_mm: Floats, cell_mm: float, low: Integers, shape: Intege
 
 
 def _ends(corners: Sequence[Floats], axis: int) -> tuple[Floats, Floats]:
-    """The least and the greatest coordinate of each triangle, (f,) each."""
+    """Return the least and the greatest coordinate of each triangle, (f,) each."""
     places = np.stack([corner[:, axis] for corner in corners])
     return places.min(axis=0), places.max(axis=0)
 
 
 def _stretch(corners: Sequence[Floats], owner: Integers, x_mm: Floats) -> tuple[Floats, Floats]:
-    """Ends in y of the line at ``x_mm`` inside the triangle ``owner``, (n,) each."""
+    """Return the ends in y of the line at ``x_mm`` inside the triangle ``owner``, (n,) each."""
     low, high = np.full(len(owner), np.inf), np.full(len(owner), -np.inf)
     least, greatest = (end[owner] for end in _ends(corners, 0))
     x_mm = np.clip(x_mm, least, greatest)
@@ -120,9 +120,9 @@ def _stretch(corners: Sequence[Floats], owner: Integers, x_mm: Floats) -> tuple[
 
 
 def _cells_between(low_mm: Floats, high_mm: Floats, cell_mm: float, low: int, count: int) -> tuple[Integers, Integers]:
-    """First and last cell, counted from cell ``low``, whose middle lies on each stretch along an axis.
+    """Return the first and last cell, from cell ``low`` on, with its middle on each stretch along an axis.
 
-    A stretch that ends at a middle, to rounding, has it: the edges decide.
+    Middles at the ends of a stretch, to rounding, are included: the facet's edges decide.
     """
     first = np.ceil(low_mm / cell_mm - 0.5 - ROUNDED).astype(int) - low
     last = np.floor(high_mm / cell_mm - 0.5 + ROUNDED).astype(int) - low
@@ -130,14 +130,14 @@ def _cells_between(low_mm: Floats, high_mm: Floats, cell_mm: float, low: int, co
 
 
 def counted(first: Integers, last: Integers) -> tuple[Integers, Integers]:
-    """Every whole number of each range, one after the other, and its range's index."""
+    """Return the whole numbers of all ranges, one range after the other, and each number's range."""
     count = np.maximum(last - first + 1, 0)
     index = np.repeat(np.arange(len(count)), count)
     return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count), index
 
 
 def inside(corners: Sequence[Floats], point: NDArray[np.floating]) -> Mask:
-    """Mask of the points in a triangle of the plane, edges included, (n,); no point is in one without an area."""
+    """Return the mask of points in a triangle of the plane, edges included, (n,); empty for one without area."""
     a, b, c = corners
     sign = np.sign(cross(b - a, c - a))
     beside = [sign * cross(n - m, point - m) >= 0 for m, n in ((a, b), (b, c), (c, a))]
@@ -145,5 +145,5 @@ def inside(corners: Sequence[Floats], point: NDArray[np.floating]) -> Mask:
 
 
 def cross(u: NDArray[np.floating], v: NDArray[np.floating]) -> NDArray[np.floating]:
-    """The vertical component of cross products, (n,)."""
+    """Return the vertical component of cross products, (n,)."""
     return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]

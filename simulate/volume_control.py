@@ -1,9 +1,9 @@
-"""Keeps a bed's volume at what was dispensed: by how much a particle counts for in the density, run by run.
+"""Controls a bed's volume: each run adjusts the weight of its particles in the density so that the bed keeps it.
 
-The volume that a bed takes depends on more than one constant can know. Its column is compressed; at a free surface half
-of the kernel is empty, so that the layers there lie closer; paste that yields comes to rest before its packing is as
-dense as it might be; and new sealant presses into what has frozen. The sum of them is measured on the run's own bed,
-between the walls and its surface, and what is missing or too much is made up by what still flows.
+One constant cannot do this. A column is compressed by its weight; at a free surface half of the kernel is empty, so
+that layers there are closer; paste with a yield stress comes to rest before it is densely packed; new sealant presses
+into frozen sealant. The volume of the run's own bed, between the walls and its surface, is therefore measured, and
+particles that still flow make up for the difference.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,30 +22,32 @@ from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
 from simulate.vessel import TURN, vessel_of
 
-PERIOD_S = 0.1  # Time between two measurements: a third of what paste needs to come to rest
+PERIOD_S = 0.1  # Time between two measurements: a third of the time in which paste comes to rest
 MEMORY_S = 0.4
-"""Time in which a lack of volume is made up: with 0.7 stiff paste is asleep before."""
-FLOWS_MM_S = 1.0  # Speed from which paste that yields flows; what creeps more slowly answers late, and then at once
+"""Time to make up for a lack of volume; with 0.7 stiff paste falls asleep before."""
+FLOWS_MM_S = 1.0  # Speed from which paste with a yield stress counts as flowing; slower paste responds late, in jumps
 LEAST_FLOWING = 0.3
-"""Least share of the bed that is taken to flow: the less does, the more must it make up for. With 0.1, and a
-memory of 0.25 s, few particles that make up for much overshoot and wake the bed that sleeps.
+"""Least share of the bed that is assumed to flow; the less flows, the more each particle must make up for. With 0.1,
+and a memory of 0.25 s, few particles make up for too much, overshoot, and wake the sleeping bed.
 """
 STANDS = 0.05
-"""Share of the bed up to which paste stands, and is given nothing: its yield stress holds that until it gives way."""
+"""If at most this share of the bed flows, the factor is not raised: the yield stress would resist until the paste gives
+way at once.
+"""
 LEAST_SETTLED = 0.05
-"""Share of the dispensed volume from which a bed is measured: a smaller one is all surface."""
+"""Least bed that is measured, over the dispensed volume; a smaller one is mostly surface."""
 CELL = 0.5
-"""Width over R of the columns that a bed is measured in: those of 4/3 read beds with hollows up to 1 % wrong."""
+"""Width of the measured columns over R; with 4/3 beds with hollows are up to 1 % wrong."""
 LEAST_FACTOR, MOST_FACTOR = 0.95, 1.2
-"""Bounds of the factor: hollows that a stiff paste bridges are no fault of its density, nor are films on the face."""
+"""Bounds of the factor: hollows under stiff paste and films on the face must not change its density further."""
 MOST_TOPS = 4_000_000
-"""Tops of liquid that are kept at one time, 32 MB: those of as many runs as fit, and of one at least. The paper's
-sample has 145,510 of them a run in columns of 0.3 mm, so that 27 runs are measured at once.
+"""Largest number of tops of liquid in memory, 32 MB: of as many runs as fit, but of at least one. The paper's sample
+has 145,510 per run in columns of 0.3 mm, so that 27 runs are measured at once.
 """
 
 
 class BedFigures(NamedTuple):
-    """Numbers of particles of a run, and the volume that its bed takes."""
+    """Numbers of particles of a run, and the volume of its bed."""
 
     lying: int
     moving: int
@@ -56,7 +58,7 @@ class BedFigures(NamedTuple):
 
 
 class VolumeControl:
-    """Measures each run's bed on the device, and changes ``State.swelling`` of each run as if it were alone."""
+    """Measures each run's bed on the device, and changes that run's ``State.swelling``."""
 
     def __init__(
         self,
@@ -71,7 +73,7 @@ class VolumeControl:
     ) -> None:
         """``factor`` is the volume factor that ``State.swelling`` multiplies, ``down`` the direction of gravity.
 
-        ``yields`` says of each run whether its sealant has a yield stress.
+        ``yields`` is True for each run whose sealant has a yield stress.
         """
         self._schedule, self._state, self._factor, self._yields = schedule, state, factor, yields
         self._vessel = vessel = vessel_of(solid, CELL * radius_mm)

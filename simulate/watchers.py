@@ -1,4 +1,4 @@
-"""Watchers of a run of particles: what is written while it computes, frame by frame, and is whole at any moment."""
+"""Watchers of a run of particles: they write files while it computes, which are complete at any moment."""
 
 import math
 import re
@@ -24,10 +24,10 @@ from simulate.injection import Injection
 from simulate.setup.release_schedule import ROUNDING
 
 EVERY_S = 10.0  # Wall time between checkpoints. Writing one takes 10 ms for 15,000 particles.
-LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Limit of a checkpoint, some kilobytes for each of millions of particles
+LARGEST_CHECKPOINT_BYTES = 4_000_000_000  # Largest checkpoint that is read: 4 kB for each of a million particles
 PAST_THE_END = 1.02
-"""Factor of a run's duration up to which a moment counts as its end: the paper shows 15 s, and the nozzle of the
-reconstructed trial stops after 14.8 s."""
+"""Factor on a run's duration up to which a moment means the end of the run: the paper shows 15 s, and the nozzle of
+the reconstructed trial stops after 14.8 s."""
 FRAME = re.compile(r"\d{4,}\.\d{3}s\.vtp")
 COLUMNS = (
     "frame",
@@ -41,8 +41,9 @@ COLUMNS = (
     "viscosity_iterations",
     "ms_a_frame",
 )
-"""``particles`` have left the nozzle. Density errors are compressions of those that move, over the rest density;
-iterations a substep and ms are means since the previous row; where nothing moved, errors and iterations are empty.
+"""``particles`` counts those that have left the nozzle. Density errors are compressions of moving particles over the
+rest density. Iterations per substep and ms are means since the previous row. Errors and iterations are empty if nothing
+moved.
 """
 ROWS_EVERY = 10  # Number of frames to a row
 PROGRESS_EVERY_S = 1.0  # Wall time between two writings of the progress
@@ -51,8 +52,8 @@ PROGRESS_EVERY_S = 1.0  # Wall time between two writings of the progress
 class Watcher:
     """Called after every frame of a run.
 
-    The first of several watchers begins first and is called last after a frame: when it keeps a checkpoint, the others
-    have written theirs.
+    The first of several watchers begins first and is called last after a frame: when it writes a checkpoint, the other
+    watchers have written the frame's files.
     """
 
     def begin(self, injection: Injection) -> None:
@@ -63,10 +64,10 @@ class Watcher:
 
 
 class Checkpoint(Watcher):
-    """A watcher that keeps a run's state at ``path``, and restores it in a run of the same ``key``."""
+    """A watcher that saves a run's state at ``path``, and restores it in a run of the same ``key``."""
 
     def __init__(self, path: Path, key: str, note: Callable[[str], None]) -> None:
-        """``key`` stands for all that the run depends on. ``note`` receives what was done with a checkpoint."""
+        """``key`` is a hash of all inputs of the run; ``note`` receives sentences on what happened to checkpoints."""
         self._path, self._key, self._note = path, key, note
         self._kept = time.monotonic()
 
@@ -81,7 +82,7 @@ class Checkpoint(Watcher):
             self._kept = time.monotonic()
 
     def keep(self, injection: Injection) -> None:
-        """Write the file, complete or not at all."""
+        """Write the file; an incomplete one never has its name."""
         with files.replacing(self._path) as temporary:
             np.savez(temporary, allow_pickle=False, key=np.array(self._key), **injection.snapshot())
 
@@ -90,11 +91,11 @@ class Checkpoint(Watcher):
         self._path.unlink(missing_ok=True)
 
     def _resume(self, injection: Injection) -> str:
-        """Restore the checkpoint, if it is one of this run; returns the outcome in words."""
+        """Restore the checkpoint if it belongs to this run; return a sentence on the outcome."""
         again = "the fluid run starts again at its first frame."
         try:
             with opened(self._path, LARGEST_CHECKPOINT_BYTES) as file, np.load(file, allow_pickle=False) as arrays:
-                # Read completely before anything is changed: reading finds damage.
+                # Read completely before anything is changed, since reading detects damage.
                 content: dict[str, NDArray[Any]] = {name: arrays[name] for name in arrays.files}
             if str(content["key"]) != self._key:
                 return f"kept by a run with other settings, inputs or device; {again}"
@@ -105,7 +106,7 @@ class Checkpoint(Watcher):
 
 
 def take_frame(injection: Injection) -> Frame:
-    """All particles of the first run that have left the nozzle, after its last frame."""
+    """Return all particles of the first run that have left the nozzle, as they are now."""
     injection.wait()
     state, out = injection.engine.state, injection.out
     return Frame(
@@ -113,14 +114,14 @@ def take_frame(injection: Injection) -> Frame:
         position_mm=state.position_mm()[:out],
         velocity_mm_s=state.velocity_mm_s()[:out],
         age_s=(injection.done - injection.schedule.frame_of[:out]).astype(float) * injection.schedule.frame_s,
-        # The numbers of ParticleState and of the kernels are the same.
+        # ParticleState and the kernels use the same numbers.
         density=state.by_release(state.density)[:out].astype(float),
         state=state.status_of()[:out],
     )
 
 
 class Moments(Watcher):
-    """A watcher that hands over a frame at each of some moments."""
+    """A watcher that passes on a frame at each of some moments."""
 
     def __init__(self, times_s: Iterable[float], take: Callable[[float, Frame], None]) -> None:
         """``times_s`` increase and may be endless; ``take`` receives the moment, and the frame at or just after it."""
@@ -128,7 +129,7 @@ class Moments(Watcher):
         self._next_s = math.inf
 
     def begin(self, injection: Injection) -> None:
-        """Skip the moments before a resumed run's frame; a moment of that frame itself may not be taken yet."""
+        """Skip the moments before a resumed run's present frame, but not that frame's own."""
         self._next_s = next(self._times_s, math.inf)
         while self._due(injection) < injection.done:
             self._next_s = next(self._times_s, math.inf)
@@ -151,7 +152,7 @@ class Moments(Watcher):
 
 
 class FrameFiles(Moments):
-    """Watcher that writes frames of a run beside a collection, which is whole at any moment."""
+    """Watcher that writes frames of a run, and a collection of them that is complete at any moment."""
 
     def __init__(self, collection: Path, times_s: Iterable[float]) -> None:
         super().__init__(times_s, self._write)
@@ -159,7 +160,7 @@ class FrameFiles(Moments):
         self._frames: dict[str, float] = {}
 
     def begin(self, injection: Injection) -> None:
-        """Remove the frames of an earlier run, except those before the frame of a resumed one; a user's files stay."""
+        """Remove the frames of an earlier run; keep those before a resumed run's frame, and the user's files."""
         there = sorted(self._folder.glob("*"))
         listed = read_collection(self._collection) if self._collection.is_file() else []
         self._frames = {path.name: t_s for t_s, path in listed if t_s <= injection.t_s and path in there}
@@ -173,7 +174,7 @@ class FrameFiles(Moments):
 
     def _write(self, asked_s: float, frame: Frame) -> None:
         if frame.t_s in self._frames.values():
-            return  # Several moments in one frame of the run, or just past its end.
+            return  # Another moment of the same frame, or just past the run's end
         name = f"{asked_s:08.3f}s.vtp"
         write_frame(self._folder / name, frame)
         self._frames[name] = frame.t_s
@@ -184,7 +185,7 @@ class FrameFiles(Moments):
 
 
 class StillThere(Watcher):
-    """Watcher that ends a run whose folder was removed, before another one makes half a folder again."""
+    """Watcher that ends a run whose folder was removed, before other watchers write into a new one."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -226,7 +227,7 @@ class ProgressFile(Watcher):
         return self
 
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, _: TracebackType | None) -> None:
-        # Where the file is gone, so is the folder, and it is not made again.
+        # If the file is gone, the folder was removed, and is not made again.
         if self._injection is not None and self._path.is_file():
             stopped = kind is not None and issubclass(kind, KeyboardInterrupt)
             state = "finished" if kind is None else "interrupted" if stopped else "failed"
@@ -256,18 +257,18 @@ class ProgressFile(Watcher):
 
 
 class HealthLog(Watcher):
-    """A watcher that adds rows to a file, flushed at once so that a kill loses none."""
+    """A watcher that appends rows of a run's health to a CSV file, which is complete if the process is killed."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._solves, self._frames_s, self._frame = 0, 0.0, 0
 
     def begin(self, injection: Injection) -> None:
-        """Keep the rows up to a resumed run's frame, or start a new file."""
+        """Keep the rows up to a resumed run's frame, or begin a new file."""
         rows = files.read_text(self._path).splitlines()[1:] if injection.done and self._path.is_file() else []
-        kept = [row for row in rows if row.count(",") == len(COLUMNS) - 1 and int(row.split(",")[0]) <= injection.done]
-        # A new file, since the name may be a link to another one.
-        files.write_text(self._path, "\n".join([",".join(COLUMNS), *kept, ""]))
+        done = [row for row in rows if row.count(",") == len(COLUMNS) - 1 and int(row.split(",")[0]) <= injection.done]
+        # Written as a new file, because the name may be a link to another run's file.
+        files.write_text(self._path, "\n".join([",".join(COLUMNS), *done, ""]))
         self._look_back(injection)
 
     def after_frame(self, injection: Injection) -> None:
@@ -299,11 +300,11 @@ class HealthLog(Watcher):
         return [str(values[name]) for name in COLUMNS]
 
     def _look_back(self, injection: Injection) -> None:
-        """Start the means of the next row."""
+        """Begin the means of the next row."""
         self._solves, self._frames_s = len(injection.statistics.solves), injection.statistics.frames_s
         self._frame = injection.done
 
 
 def read_health(path: Path) -> dict[str, Floats]:
-    """Read the columns of a log of a run's health; NaN stands for an empty field."""
+    """Read the columns of a HealthLog; empty fields are NaN."""
     return dict(zip(COLUMNS, files.read_table(path, COLUMNS).T, strict=True))

@@ -87,7 +87,7 @@ def spoil_a_place(monkeypatch: pytest.MonkeyPatch, **how: Any) -> tuple[Injectio
     position = injection.engine.state.position.numpy().copy()
     position[injection.schedule.particles + 9] = np.nan
     injection.engine.state.position.assign(position)
-    return injection, r"no number any more.*, particle \d+ at \(nan"
+    return injection, r"is not finite.*, particle \d+ at \(nan"
 
 
 def forbid_long_solves(monkeypatch: pytest.MonkeyPatch, **how: Any) -> tuple[Injection, str]:

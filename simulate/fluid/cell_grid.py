@@ -12,16 +12,16 @@ from simulate.kernels import cells as device_code
 from simulate.kernels import cells_cpu as in_order_code
 from simulate.kernels.neighbours import BLOCK, Neighbours
 
-NEIGHBOURS = 128  # Slots of a list, a whole number of sixteens. Fluid at rest fills about 50, at twice its density 100.
-WALL_NEIGHBOURS = 96  # Slots of a list. A flat wall fills about 13, a narrow corner three times that.
-ENTRIES = 70  # Entries a row for which packed lists have room at first; fluid at rest, and what pads it, fills 58 to 65
+NEIGHBOURS = 128  # Slots of a list, a multiple of 16. Fluid at rest fills about 50, at twice its density 100.
+WALL_NEIGHBOURS = 96  # Slots of a list. A flat wall fills about 13, a narrow corner three times as many.
+ENTRIES = 70  # Initial room of packed lists, in entries per row; fluid at rest, with its padding, fills 58 to 65
 MOST_ROOM = int(BLOCK) * (NEIGHBOURS + WALL_NEIGHBOURS) // 16
-"""Sixteens of entries of a block all of whose lists are full."""
+"""Entries of a block with full lists, in sixteens."""
 SPARE = 16  # Entries past the last one that a loop over sixteen points at a time may read
 
 
 def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: bool, lanes: int = 1) -> Any:
-    """Empty neighbour lists of at most ``rows`` movers, ``packed`` for a CPU's loops; ``lanes`` threads share a row."""
+    """Return empty neighbour lists of ``rows`` movers, ``packed`` for a CPU's loops; ``lanes`` threads share a row."""
     lists = Neighbours()
     lists.room, lists.lanes = int(packed), lanes
     lists.lacking = wp.zeros(1, dtype=int, device=device)
@@ -33,7 +33,7 @@ def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: 
 
 
 def make_room(lists: Any, sixteens: int) -> None:
-    """Give the lists empty stores; where they are packed, with room for so many sixteens of entries in a block."""
+    """Give the lists empty stores; packed lists get room for ``sixteens`` times sixteen entries per block."""
     if lists.room:
         lists.room = sixteens
     lists.lacking.zero_()
@@ -45,32 +45,32 @@ def make_room(lists: Any, sixteens: int) -> None:
 
 
 def pairs_of(lists: Any, slots: int, dtype: type) -> tuple[wp.array, wp.array]:
-    """A store with a value for each entry of the lists, and its windows of ``slots`` values, in two dimensions.
+    """Return a store with a value for each entry of the lists, and its windows of ``slots`` values, in two dimensions.
 
-    Where they are packed a window begins at every sixteenth entry. On a GPU each row has a window of its own: threads
-    that share a row read its slots at once, others one slot of many rows, whose slots are then far apart.
+    In packed lists a window begins at every sixteenth entry. On a GPU each row has a window of its own. If threads
+    share a row its slots are adjacent; if not, the same slots of different rows are.
     """
     rows, device = len(lists.fluid_count), lists.fluid_count.device
     if not lists.room:
         store = wp.zeros(slots * rows, dtype=dtype, device=device)
         return store, _windows(store, (rows, slots), (slots, 1) if lists.lanes > 1 else (1, rows))
     sixteens = -(-rows // int(BLOCK)) * lists.room
-    # The last windows reach beyond the last block.
+    # The last windows extend past the last block.
     store = wp.zeros(16 * sixteens + slots, dtype=dtype, device=device)
     return store, _windows(store, (sixteens, slots), (16, 1))
 
 
 def _windows(store: wp.array, shape: tuple[int, int], steps: tuple[int, int]) -> wp.array:
-    """Windows on a store, which they do not keep alive; ``steps`` are entries from one window and slot to the next."""
+    """Return windows on a store, which they do not keep alive; ``steps`` are the entries between windows and slots."""
     size = wp.types.type_size_in_bytes(store.dtype)
     strides = steps[0] * size, steps[1] * size
     return wp.array(ptr=store.ptr, dtype=store.dtype, shape=shape, strides=strides, device=store.device)
 
 
 class CellGrid:
-    """A box of cells for each of ``runs`` clouds of as many points; points beyond it belong to border cells.
+    """A box of cells for each of ``runs`` clouds with equal numbers of points; points outside belong to border cells.
 
-    Points whose ``status`` says that they are gone, or not released yet, are left out.
+    Points that are lost or not released yet, by ``status``, are not in a cell.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class CellGrid:
         runs: int = 1,
         in_order: bool | None = None,
     ) -> None:
-        """``in_order`` says that the device takes one point after the other, as a CPU does; None asks the device."""
+        """``in_order``: the device takes one point after the other, as a CPU does. None: decided by the device."""
         device, points = str(position.device), len(position)
         count = np.maximum(np.ceil((high - low) / size).astype(int), 1)
         in_all = runs * int(count.prod())
@@ -100,9 +100,9 @@ class CellGrid:
         cells.number = wp.zeros(points + SPARE, dtype=int, device=device)
         cell, rank = (wp.zeros(points, dtype=int, device=device) for _ in range(2))
         if self._in_order:
-            them = in_order_code.Points()
-            them.runs, them.position, them.status, them.cell, them.rank = runs, position, status, cell, rank
-            self._sort = launcher.bind(in_order_code.sort_in_order, them, cells)
+            cloud = in_order_code.Points()
+            cloud.runs, cloud.position, cloud.status, cloud.cell, cloud.rank = runs, position, status, cell, rank
+            self._sort = launcher.bind(in_order_code.sort_in_order, cloud, cells)
         else:
             self._sorting = sorting = device_code.Sorting()
             sorting.cell, sorting.rank = cell, rank
@@ -113,12 +113,12 @@ class CellGrid:
             self._put_in_order = launcher.bind_first(device_code.put_in_order, position, sorting, cells)
 
     def fill(self, count: int) -> None:
-        """Sort the first ``count`` points; the order within a cell is theirs, on any device.
+        """Sort the first ``count`` points; within a cell they keep their order, on any device.
 
-        On a CPU the points left out follow; on a GPU what follows is left by an earlier order.
+        On a CPU points without a cell follow after the others; on a GPU the rest of the arrays is not changed.
         """
         if self._in_order:
-            # One slice, however many threads there are.
+            # Always one slice, with any number of threads.
             self._sort(count, each=0.0)
             return
         self._sorting.count.zero_()

@@ -1,8 +1,7 @@
 """The pressure on two levels: each particle's own part, and a smooth part that is solved for in the whole crack.
 
-Plain iterations spread a pressure by about one neighbour each, so that a few of them leave a deep column compressed as
-if it stood on springs. Here every iteration solves for the smooth part of all multipliers too
-(``kernels.coarse_pressure``).
+A plain iteration spreads pressure by about one neighbour, so that a deep column remains compressed after a few of them.
+Here every iteration also solves for the smooth part of all multipliers (``kernels.coarse_pressure``).
 """
 
 import math
@@ -19,25 +18,24 @@ from simulate.fluid.state import State
 from simulate.kernels import coarse_pressure as device_code
 
 SPACING = 2.0
-"""Spacing of nodes over h: with 1.25 or 1.6 the densest hundredth of a column at rest is too dense by 2.0 to 2.2 %,
-for 1.7.
+"""Spacing of nodes over h. The densest 1 % of a column at rest is too dense by 1.7 %; with 1.25 or 1.6 by 2.0 to 2.2 %.
 """
 OUTSIDE = 0.25
-"""Distance of the nearest nodes beyond the floor and the crack's first end, over the spacing: with 0.75 it is 2.0 %
-again, since particles on the floor count for little on either side of it.
+"""Distance of the nearest nodes beyond the floor and the crack's first end, over the spacing. With 0.75 the densest 1 %
+is too dense by 2.0 %, because particles on the floor have a small weight at the nodes on either side.
 """
-STEP = 0.6  # Share of a particle's own Jacobi step: at 1 the surface of a fluid without drag never calms (3 cm/s)
-SWEEPS, OVERSHOOT = 3, 1.5  # Sweeps and factor of the over-relaxation: two sweeps or twenty settle a column alike
-LEAST_WEIGHT = 3.0  # Particles that a node must carry: nodes with fewer hold spray (prototype)
+STEP = 0.6  # Share of a particle's own Jacobi step; with 1 the surface of a fluid without drag never rests (3 cm/s)
+SWEEPS, OVERSHOOT = 3, 1.5  # Sweeps and factor of the over-relaxation; 2 or 20 sweeps settle a column as well
+LEAST_WEIGHT = 3.0  # Least weight of particles at a node: nodes with less would support spray (prototype)
 AT_ONCE = 0.5
-"""Share taken out at once of the compression that the last substep left. With all of it a surface that was hit never
-calms: 1 to 2 cm/s persist where 0.7 are left.
+"""Share of the last substep's remaining compression that is corrected at once. With 1 a surface that was hit keeps
+moving at 1 to 2 cm/s, with this at 0.7.
 """
-LANES = 256  # Threads that share a run's nodes on a GPU: a block
+LANES = 256  # Threads of the block that solves a run's nodes on a GPU
 
 
 class CoarsePressure:
-    """Changes all movers' multipliers, for all runs at once; each run is solved as if it were alone."""
+    """Changes all movers' multipliers. All runs are solved at once, independently of each other."""
 
     def __init__(
         self,
@@ -69,7 +67,7 @@ class CoarsePressure:
 
         lanes = 1 if device == "cpu" else LANES
         self._locate = launcher.bind(device_code.locate, state.particles, arc, nodes, coarse)
-        # Sums into nodes are made in one piece: on a CPU two threads must not add to one of them.
+        # Launched in one piece: two threads of a CPU must not add to the same node.
         self._sum_matrix = launcher.bind_whole(device_code.sum_matrix, rows, state.particles, nodes, coarse)
         self._sum_excess = launcher.bind_whole(device_code.sum_excess, rows, state.particles, nodes, coarse)
         constants = (lanes, SWEEPS, OVERSHOOT, LEAST_WEIGHT, AT_ONCE)
@@ -83,14 +81,14 @@ class CoarsePressure:
         ]
 
     def begin(self, rows: int) -> None:
-        """Begin a substep, after the prediction."""
+        """Begin a substep, after its prediction."""
         self.nodes.total.zero_()
         self._locate(rows)
 
     def change(self, iteration: int, rows: int) -> None:
-        """Store each mover's change of multiplier with its position; iterations count from 0, densities are known."""
+        """Store each mover's change of multiplier with its position, by its density; iterations count from 0."""
         if iteration == 0:
-            # In a substep positions change too little for another matrix.
+            # Positions change too little within a substep to need another matrix.
             self.nodes.sums.zero_()
             self._sum_matrix()
         self._sum_excess()
@@ -99,10 +97,10 @@ class CoarsePressure:
 
 
 def map_arc_length(centreline: Floats, low: Floats, high: Floats, spacing: float, device: str) -> tuple[Any, Floats]:
-    """The arc-length map of the rectangle from ``low`` to ``high``, (2,) each, and its least and largest arc length.
+    """Return the arc-length map of the rectangle from ``low`` to ``high``, (2,) each, and its range of arc lengths.
 
-    A position belongs to the nearest point of the centreline, (n, 2), whose first and last piece are extended. All in
-    one unit. The direction is that of the line over ``spacing``, so that a traced line's roughness does not count.
+    A position has the arc length of the nearest point of the centreline, (n, 2); the first and last piece are extended.
+    All lengths have one unit. Directions are those of the line smoothed over ``spacing``, without a trace's roughness.
     """
     pieces = max(1, math.ceil(arc_length(centreline)[-1] / (spacing / 2)))
     even = np.linspace(0.0, arc_length(centreline)[-1], pieces + 1)
@@ -121,9 +119,9 @@ def map_arc_length(centreline: Floats, low: Floats, high: Floats, spacing: float
 
 
 def _lattice(reach: Floats, floor: float, top: float, spacing: float, device: str) -> Any:
-    """Nodes around the arc lengths of ``reach``, (2,), and from ``floor`` to ``top``; an even number each way."""
+    """Return nodes around the arc lengths ``reach``, (2,), and from ``floor`` to ``top``; an even number each way."""
     before = math.ceil(max(0.0, -reach[0] / spacing - OUTSIDE))
-    # No particle reaches the outermost nodes.
+    # The outermost nodes are never next to a particle.
     low = np.array([0.0, floor]) - (OUTSIDE + 1) * spacing - np.array([before * spacing, 0.0])
     count = [2 * math.ceil(((end - begin) / spacing + 3) / 2) for begin, end in zip(low, (reach[1], top), strict=True)]
     number = np.arange(count[0] * count[1]).reshape(count)

@@ -12,17 +12,17 @@ from simulate.fluid.viscosity import ITERATIONS_AT_MOST
 from simulate.kernels import pressure
 from simulate.setup.signed_distance import Barrier
 
-FASTEST_CM_S = 2000.0  # Speed after a fall of 20 m: anything faster gained its energy from the numbers
+FASTEST_CM_S = 2000.0  # Speed after a fall of 20 m: faster particles have energy from numerical errors
 DENSEST = 2.5
-"""Largest density over the rest density. Sound runs, overfull and thick ones included, stayed under 1.5; lists of 128
-neighbours are full soon after.
+"""Largest density over the rest density. Sound runs, also overfull and thick ones, stayed below 1.5; a little above
+this limit lists of 128 neighbours are full.
 """
-UNSOLVED = 0  # Kind of fault of a run whose viscosity was not solved, beside the kernels' own
+UNSOLVED = 0  # Kind of fault of a run whose viscosity was not solved; the other kinds are the kernels'
 SENTENCES = {
     UNSOLVED: f"The viscosity solve did not converge in {ITERATIONS_AT_MOST} iterations.",
     int(pressure.NEIGHBOURS_FULL): f"A particle has more than {NEIGHBOURS} neighbours: the fluid collapsed.",
     int(pressure.WALLS_FULL): f"A particle has more than {WALL_NEIGHBOURS} wall particles around it.",
-    int(pressure.NOT_FINITE): "A position, speed or density is no number any more.",
+    int(pressure.NOT_FINITE): "A position, speed or density is not finite.",
     int(pressure.TOO_FAST): f"A particle is faster than {FASTEST_CM_S / 100:g} m/s.",
     int(pressure.TOO_DENSE): f"A particle's density is over {DENSEST:g} times the rest density.",
 }
@@ -33,28 +33,28 @@ class RunFault(NamedTuple):
 
     kind: int
     particle: int | None
-    """Number, within the run, of its first particle with the fault; None for a fault of no particle."""
+    """Number, within the run, of the first particle with the fault; None for a fault of the whole run."""
 
 
 class FaultChecks:
-    """Marks particles that spilled or escaped, and keeps every fault of a particle or a run."""
+    """Marks particles that spilled or escaped, and records the faults of particles and runs."""
 
     def __init__(self, state: State, launcher: Launcher, barrier: Barrier, unsolved: wp.array, support: float) -> None:
-        """``unsolved`` is 1 for a run whose viscosity was not solved."""
+        """``unsolved`` is 1 for each run whose viscosity was not solved."""
         self._state, self._unsolved = state, unsolved
         limits = (FASTEST_CM_S, DENSEST, support, barrier.clearance)
         self.look = launcher.bind(pressure.inspect, state.particles, *limits, barrier.grid)
-        """Check the movers of so many rows."""
+        """Check the movers of the first rows, whose number it takes."""
 
     def found(self) -> dict[int, RunFault]:
-        """The first fault of each run that has any, by the number of the run."""
-        found = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(self._unsolved.numpy())}
+        """Return the first fault of each run with a fault, by the number of the run."""
+        faults = {int(run): RunFault(UNSOLVED, None) for run in np.flatnonzero(self._unsolved.numpy())}
         if self._state.fault.numpy().any():
             for run, own in enumerate(self._state.by_release(self._state.fault).reshape(self._state.runs, -1)):
                 if kinds := np.bitwise_or.reduce(own):
                     kind = int(kinds & -kinds)
-                    found[run] = RunFault(kind, int(np.argmax(own & kind > 0)))
-        return found
+                    faults[run] = RunFault(kind, int(np.argmax(own & kind > 0)))
+        return faults
 
     def forget(self, run: int) -> None:
         """Forget the faults of a run that is given up."""

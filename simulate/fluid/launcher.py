@@ -12,34 +12,34 @@ from simulate.kernels.status import Span
 
 _Answer = SimpleQueue[BaseException | None]
 _Tasks = SimpleQueue[tuple[Sequence[Any], _Answer] | None]
-BLOCK = 64  # Threads of a GPU's block: with 256 the rows of one run lie on ten of its processors
-LEAST_SLICE = 3000  # Rows of a slice, at least: handing a smaller one to a thread takes longer than the slice
+BLOCK = 64  # Threads of a GPU's block: with 256 the rows of one run occupy only ten of its processors
+LEAST_SLICE = 3000  # Least rows of a slice: handing a smaller one to a thread takes longer than computing it
 
 
 class Launcher:
-    """Binds kernels to their arguments, once, so that a launch costs little and a GPU can record it.
+    """Binds kernels to their arguments once, so that a launch is cheap and a GPU can record it.
 
-    Warp's kernels release Python's lock, so that threads launch slices of the same rows side by side. Handing a slice
-    over takes some 50 us on a virtual machine.
+    Warp's kernels release Python's lock, so that threads can launch slices of the same rows at the same time. Handing
+    over a slice takes some 50 us on a virtual machine.
     """
 
     def __init__(self, device: str, threads: int = 1, lanes: int = 1) -> None:
-        """``lanes`` is the number of threads of a GPU that share a row, where a kernel lets them."""
+        """``lanes`` is the number of a GPU's threads per row, for kernels with ``shared`` rows."""
         self.device, self._threads, self.lanes = device, threads, lanes
         self._helpers = [_Helper() for _ in range(threads - 1)]
-        self.kernels = 0  # Number of launches so far; scans and sorts of Warp's own library are not counted
+        self.kernels = 0  # Number of launches so far, without the scans of Warp's own library
 
     def bind(self, kernel: Any, *inputs: object, shared: bool = False, lanes: int = 1) -> "RowLaunch":
-        """A launch over rows; the kernel's first argument is the ``Span`` of a slice's rows, the rest are ``inputs``.
+        """Return a launch over rows; the kernel's arguments are the ``Span`` of a slice's rows, then ``inputs``.
 
-        One thread of a CPU takes all rows of a slice, in a loop within the kernel: to read the arguments anew for each
-        row takes up to a third of a kernel's time.
+        One thread of a CPU takes all rows of a slice, in a loop within the kernel: reading the arguments for each row
+        would take up to a third of a kernel's time.
 
         Each row of a kernel whose rows are ``shared`` has as many threads as the launcher has lanes; else it has the
         threads of a block of ``lanes``, on a GPU.
 
-        The arrays among ``inputs`` may be written to later, but not replaced. A struct's may be, until a frame is
-        recorded: a launch reads the struct anew.
+        The arrays among ``inputs`` may be written to later, but not replaced. Arrays of a struct may be replaced, until
+        a frame is recorded, because a launch reads the struct.
         """
         lanes = self.lanes if shared else self._block(lanes)
         width = lanes if lanes > 1 else None
@@ -47,7 +47,7 @@ class Launcher:
         return RowLaunch(self, commands, inputs, lanes)
 
     def bind_whole(self, kernel: Any, count: int, *inputs: object, lanes: int | None = None) -> Callable[[], None]:
-        """A launch in one piece over ``count`` threads, for kernels without rows, or over so many blocks of ``lanes``.
+        """Return a launch over ``count`` threads in one piece, for kernels without rows, or over blocks of ``lanes``.
 
         In blocks ``wp.tid()`` is a block and its thread, and tiles add up. A CPU's blocks have one thread each, unless
         Warp is set to give them more. The module of ``kernel`` is compiled for each number of lanes.
@@ -55,7 +55,7 @@ class Launcher:
         width = None if lanes is None else self._block(lanes)
         command = self._record(kernel, count if width is None else (count, width), inputs, width)
 
-        # Warp's command keeps addresses only: the default argument keeps the arrays.
+        # Warp's command has addresses only; the default argument keeps the arrays alive.
         def launch(_inputs: object = inputs) -> None:
             self.kernels += 1
             command.launch()
@@ -66,7 +66,7 @@ class Launcher:
         return 1 if self.device == "cpu" and not wp.config.enable_cpu_blocks else lanes
 
     def bind_first(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
-        """A launch over the first so many points, in one piece."""
+        """Return a launch over the first points in one piece, which takes their number."""
         command = self._record(kernel, 1, inputs)
 
         def launch(count: int, _inputs: object = inputs) -> None:
@@ -77,9 +77,9 @@ class Launcher:
         return launch
 
     def launch(self, rows: int, *launches: "RowLaunch", each: float = 1.0, block: int = 1) -> None:
-        """Launches over the same rows, which follow each other in each slice without waiting for the other slices.
+        """Launch kernels over the same rows, one after the other in each slice; slices do not wait for each other.
 
-        None of them may read what another one writes in other rows. ``each`` is a row's work, in that of a particle;
+        A kernel must not read what another one writes in other rows. ``each`` is a row's work relative to a particle's;
         slices are whole blocks of ``block`` rows.
         """
         if not rows:
@@ -114,17 +114,17 @@ class RowLaunch:
     def __init__(self, launcher: Launcher, commands: list[Any], inputs: object, lanes: int) -> None:
         self._launcher, self.commands, self._lanes = launcher, commands, lanes
         self._slices = [(0, 0)] * len(commands)
-        # Warp's commands keep the addresses of arrays, not the arrays.
+        # Warp's commands have the addresses of arrays; this keeps the arrays alive.
         self._inputs = inputs
 
     def __call__(self, rows: int, each: float = 1.0, block: int = 1) -> None:
-        """Launch over rows 0 to ``rows``; see ``Launcher.launch``."""
+        """Launch over the rows from 0 to ``rows``, as ``Launcher.launch``."""
         self._launcher.launch(rows, self, each=each, block=block)
 
     def cut(self, part: int, begin: int, end: int) -> Any:
-        """The command of a part, for the rows from ``begin`` to ``end``."""
+        """Return the command of a part, for the rows from ``begin`` to ``end``."""
         command = self.commands[part]
-        # To tell a command its slice takes as long as to launch it, and most have the slice of their last launch.
+        # Setting the slice takes as long as a launch, and most launches have the slice of the last one.
         if self._slices[part] != (begin, end):
             span = Span()
             span.begin, span.end = begin, end
@@ -136,36 +136,36 @@ class RowLaunch:
 
 
 class _Helper:
-    """A thread that launches what it is given, and ends with the launcher.
+    """A thread that launches commands, and ends with the launcher.
 
-    An executor's task and its future take three times as long, for each of forty launches a frame.
+    An executor with futures takes three times as long, for each of forty launches per frame.
     """
 
     def __init__(self) -> None:
-        self._given: _Tasks = SimpleQueue()
+        self._tasks: _Tasks = SimpleQueue()
         self._answer: _Answer = SimpleQueue()
-        Thread(target=_help, args=(self._given,), daemon=True).start()
+        Thread(target=_help, args=(self._tasks,), daemon=True).start()
 
     def begin(self, commands: Sequence[Any]) -> None:
-        """Hand launches over, with a place of their own for the answer: Ctrl-C may keep ``finish`` from taking it."""
+        """Hand launches over, with a new queue for the answer: after Ctrl-C the old one may not be empty."""
         self._answer = SimpleQueue()
-        self._given.put((commands, self._answer))
+        self._tasks.put((commands, self._answer))
 
     def finish(self) -> None:
-        """Wait for what was begun. Raises what a launch has raised."""
+        """Wait for the launches. Raises the exception of a launch, if any."""
         if (fault := self._answer.get()) is not None:
             raise fault
 
     def __del__(self) -> None:
-        self._given.put(None)
+        self._tasks.put(None)
 
 
-def _help(given: _Tasks) -> None:
-    while (task := given.get()) is not None:
+def _help(tasks: _Tasks) -> None:
+    while (task := tasks.get()) is not None:
         commands, answer = task
         try:
             _launch_all(commands)
-        except BaseException as fault:  # Whatever it is, the caller waits for an answer.
+        except BaseException as fault:  # All kinds, because the caller waits for an answer
             answer.put(fault)
         else:
             answer.put(None)

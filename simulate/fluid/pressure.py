@@ -1,4 +1,4 @@
-"""The pressure of a substep: particles move where their density pushes them, in a few iterations (Eqs 1 to 3)."""
+"""The pressure of a substep: iterations that move particles towards the rest density (Eqs 1 to 3)."""
 
 import math
 from collections.abc import Sequence
@@ -17,26 +17,28 @@ from simulate.setup.signed_distance import Barrier
 LONGEST_CORRECTION = 0.25  # Longest correction of one iteration, over h
 CARRIED_OVER = int(pressure.CARRIED_OVER)
 CARRIED = 0.5
-"""Share of its multipliers that pressure carries over to the next substep. More answers late, as a spring with memory:
-with 0.7 a column of water swings ever higher, with 0.8 one of 300 mm2/s.
+"""Share of the multipliers that pressure carries over to the next substep. More delays the response: with 0.7 a column
+of water oscillates with growing amplitude, with 0.8 one of 300 mm2/s does.
 """
 VISCOUS, THICK = 1.0, 100.0
-"""Damping from and up to which pressure carries over: thinner fluids jostle by it; sealant collapses under the nozzle
-from 340 on, and at 190 it does not.
+"""Range of damping in which pressure carries over. Thinner fluids become restless by it; sealant does not collapse
+under the nozzle at 190, and does from 340 on.
 """
 CARRYING = 3
-"""Iterations with it, as calm as four that begin at zero, with two thirds of their compression; two are not calm."""
+"""Iterations if pressure carries over: as calm as 4 that start at zero, with two thirds of their compression; 2 are not
+calm.
+"""
 
 
 class Iterations(NamedTuple):
     """Iterations of a run's pressure in a substep."""
 
-    carried: float  # Share of the last substep's multipliers that it begins with
+    carried: float  # Share of the last substep's multipliers at the start
     number: int
 
 
 def iterations_of(damping: float, alone: int) -> Iterations:
-    """Return the iterations for a fluid's ``Rheology.damping``; ``alone`` are those where nothing is carried over."""
+    """Return the iterations for a ``Rheology.damping``; ``alone`` is their number if pressure is not carried over."""
     if not VISCOUS <= damping <= THICK:
         return Iterations(0.0, alone)
     return Iterations(CARRIED, min(alone, CARRYING))
@@ -59,7 +61,7 @@ class Pressure:
         iterations: Sequence[Iterations],
         coarse: CoarsePressure | None,
     ) -> None:
-        """``iterations`` are each run's; so is ``as_solved``, which says that it moves as its viscosity leaves it."""
+        """``iterations`` and ``as_solved`` are by run; ``as_solved`` is True if particles move after viscosity."""
         self.smoothing, self.coarse = smoothing, coarse
         carried, numbers = zip(*iterations, strict=True)
         self._carries, self._most = any(carried), max(numbers)
@@ -71,7 +73,7 @@ class Pressure:
         around = (state.particles, lists, smoothing)
         if coarse:
             self.measure_terms = launcher.bind(pairs.measure_terms, *around, coarse.rows, shared=True)
-            """Densities and volumes; multipliers are the coarse level's."""
+            """Measure densities and volumes; the coarse level computes the multipliers."""
         limits = (LONGEST_CORRECTION * smoothing.support, scheme.frozen_answer)
         walls = (barrier.clearance, barrier.grid)
         self._densities = [
@@ -84,7 +86,7 @@ class Pressure:
             self._shifts[iteration] = launcher.bind(pressure.shift, state.particles, *part, *walls)
 
     def solve(self, rows: int) -> None:
-        """All iterations of a substep."""
+        """Compute all iterations of a substep."""
         if self.coarse:
             self.coarse.begin(rows)
         if self._carries:
@@ -98,18 +100,18 @@ class Pressure:
             self.correct(rows, iteration)
 
     def measure_density(self, rows: int, iteration: int = 0) -> None:
-        """Densities, volumes, and by how much each mover's multiplier changes."""
+        """Measure densities and volumes, and compute the change of each mover's multiplier."""
         self._densities[iteration](rows)
 
     def correct(self, rows: int, iteration: int | None = None) -> None:
-        """Move by Eq. 3; in the last iteration, the default, as far as walls allow, in others as their planes do."""
+        """Move by Eq. 3: in the last iteration (default) as walls allow, in others as the nearest wall's plane does."""
         number = self._most - 1 if iteration is None else iteration
         self._corrections[number](rows)
         self._shifts[number](rows)
 
 
 def smoothing_of(support: float, mass: float, wall_mass: float, relaxation: float) -> Any:
-    """The constants of Eqs 1 to 3: h, the masses over the rest density in cm3, and epsilon h^2."""
+    """Return the constants of Eqs 1 to 3: h, the masses over the rest density in cm3, and epsilon h^2."""
     poly6, spiky = 315 / (64 * math.pi * support**9), -45 / (math.pi * support**6)
     smoothing = pressure.Smoothing()
     smoothing.support, smoothing.mass = support, mass

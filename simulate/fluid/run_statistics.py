@@ -1,4 +1,4 @@
-"""Statistics of a run on its way: density errors, number of movers, iterations of the viscosity."""
+"""Statistics of a run while it is computed: density errors, number of movers, iterations of the viscosity."""
 
 from array import array
 from collections.abc import Mapping, Sequence
@@ -12,13 +12,13 @@ from simulate.fluid.solver import FluidSolver
 
 
 class RunStatistics:
-    """Figures for the health of each run, taken in frames in which something moves."""
+    """Figures for the health of each run, collected in frames with movers."""
 
     def __init__(self, runs: int) -> None:
         self._runs = runs
-        self.density: list[NDArray[np.floating]] = []  # Density errors of the movers, in frames that were sampled
-        self.owner: list[NDArray[np.integer]] = []  # The run of each of these movers, which a sample has run by run
-        self.solves = array("q")  # Iterations by substep and run; empty where frames are replayed
+        self.density: list[NDArray[np.floating]] = []  # Density errors of the movers in sampled frames
+        self.owner: list[NDArray[np.integer]] = []  # The run of each of these movers, ascending in a sample
+        self.solves = array("q")  # Iterations by substep and run; empty if frames are replayed
         self.moving = array("q")  # Movers by frame and run
         self.neighbours = np.zeros(runs, dtype=np.int64)  # Longest list of neighbours, by run
         self.frames_s = 0.0
@@ -47,7 +47,7 @@ class RunStatistics:
 
     def restore(self, snapshot: Mapping[str, NDArray[Any]]) -> None:
         sampled, owner = len(snapshot["seen_density"]) > 0, snapshot["seen_owner"]
-        # The next sample begins, at the latest, where a run follows one of a larger number.
+        # A new sample begins where the number of the run decreases.
         begins = np.flatnonzero(np.diff(owner) < 0) + 1
         self.density = np.split(snapshot["seen_density"], begins) if sampled else []
         self.owner = np.split(owner, begins) if sampled else []
@@ -55,9 +55,9 @@ class RunStatistics:
         self.neighbours, self.frames_s = snapshot["seen_neighbours"].copy(), float(snapshot["seen_frames_s"])
 
     def summary(self, run: int) -> dict[str, Any]:
-        """Figures of one run."""
+        """Return the figures of one run."""
         own = [slice(*np.searchsorted(owner, [run, run + 1])) for owner in self.owner]
-        # Sorted, for movers come in another order where other runs share the launch.
+        # Sorted, because the order of movers depends on the other runs of a launch.
         error = np.sort(np.concatenate([density[rows] for density, rows in zip(self.density, own, strict=True)]))
         moving = np.array(self.moving).reshape(-1, self._runs)[:, run]
         iterations: dict[str, Any] = {}

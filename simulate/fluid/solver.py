@@ -25,33 +25,33 @@ from simulate.setup.signed_distance import Barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, source_wall_mass
 
 SHORT_FALL = 0.03
-"""``FALL`` where pressure begins at zero: a fluid freezing by age is compressed by a tenth in longer substeps, and by
-two-level pressure it boils.
+"""``FALL`` if pressure starts at zero. In longer substeps a fluid that freezes by age is compressed by a tenth, and
+boils with two-level pressure.
 """
-MORE_ROOM = 9 / 8  # Room of packed lists over that which did not suffice
+MORE_ROOM = 9 / 8  # Factor by which the room of packed lists grows if it is too small
 GRAVITY_CM_S2 = 981.0
 SLOWEST_SHEAR = 0.002
-"""Shear in 1/s below which paste with a yield stress creeps at constant viscosity: the least that float32 allows."""
+"""Shear in 1/s below which the viscosity of paste with a yield stress is constant: the least that float32 allows."""
 QUIET_SHEAR = 0.015
-"""Shear in 1/s below which paste may fall asleep, and times h the speed: it then moves by 0.06 R in a second. At 0.1 /s
-paste that flows back along a slope falls asleep on its way, and stands up to 1.4 mm off (``benchmarks/sleep.py``).
+"""A particle may sleep below this shear rate in 1/s, and below this rate times h in speed, 0.06 R per second. With 0.1
+paste that flows back along a slope falls asleep too early, up to 1.4 mm from its place (``benchmarks/sleep.py``).
 """
 PATIENCE_S = 0.5
-"""Time of quiet before sleep. After 0.45 s, paste of 20 Pa whose pressure carries over falls asleep as it sags, and a
-bed of it stands 0.14 mm off, for 0.06 (``benchmarks/sleep.py``).
+"""Time below ``QUIET_SHEAR`` before a particle sleeps. With 0.45, paste of 20 Pa with carried-over pressure falls
+asleep while it sags, and its bed is off by 0.14 mm instead of 0.06 mm (``benchmarks/sleep.py``).
 """
-AGAIN_S = 0.15  # The same for a particle that was woken: quiet paste beside a flow shall not stay awake with it
+AGAIN_S = 0.15  # The same for a woken particle, so that paste beside a flow goes back to sleep soon
 WAKING_CM_S = 0.5  # Speed of a neighbour that wakes a particle (prototype)
-RESTLESS_S = 0.1  # Time for which a slower neighbour flows before it wakes a particle
+RESTLESS_S = 0.1  # Time for which a slower neighbour must flow to wake a particle
 RENUMBERED = 50_000
-"""Particles of a run from which they are renumbered by cells: the arrays of fewer stay in a processor's cache."""
+"""Number of a run's particles from which they are renumbered by cells; smaller arrays fit a processor's cache."""
 RENUMBER_EVERY = 32  # Frames; with 16 a frame takes as long, with 256 a tenth longer
-ROWS_ALIKE = 128  # Rows are recorded in such steps, for some that stay empty cost less than another recording
+ROWS_ALIKE = 128  # Recordings are made for multiples of so many rows: empty rows cost less than more recordings
 MOST_SHARED = 30_000
-"""Rows up to which a GPU's warps share them: on an H200 a frame of 24,750 rows takes 8.9 ms by warps and 9.7 ms by
-threads, one of 49,500 rows 15.2 ms and 13.0 ms.
+"""Largest number of rows with a GPU's warp each; with more, a row has a thread. On an H200 a frame of 24,750 rows takes
+8.9 ms by warps and 9.7 ms by threads, a frame of 49,500 rows 15.2 ms and 13.0 ms.
 """
-MOST_RECORDED = 8000  # Rows from which launches by the host cost a substep less than a fiftieth
+MOST_RECORDED = 8000  # Rows above which a CPU replays nothing: launches then take less than 2 % of a substep
 
 
 class Domain(NamedTuple):
@@ -62,9 +62,9 @@ class Domain(NamedTuple):
 
 
 def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
-    """The user's number of substeps, or as many as keep the fall in one of them short.
+    """Return the user's number of substeps, or as many as are needed for a short fall in each.
 
-    Raises InputError where the number is smaller than that and the pressure has two levels.
+    Raises InputError if the user's number is smaller and the pressure has two levels.
     """
     few, many = (
         max(1, math.ceil(frame_s / math.sqrt(fall * 4 * settings.size_mm / 10 / GRAVITY_CM_S2)))
@@ -81,16 +81,16 @@ def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
 
 
 def iterations_for(settings: Solver, fluid: Rheology, frame_s: float, substeps: int) -> Iterations:
-    """The user's number of pressure iterations in a substep, or as few as the fluid allows."""
+    """Return the user's pressure iterations of a substep, or the fewest that the fluid allows."""
     alone = settings.scheme.iterations
     if not (settings.carries_pressure and fluid.moves_as_solved):
         return Iterations(0.0, alone)
-    found = iterations_of(fluid.damping(4 * settings.size_mm / 10, frame_s, substeps), alone)
-    return found if settings.iterations is None else found._replace(number=alone)
+    iterations = iterations_of(fluid.damping(4 * settings.size_mm / 10, frame_s, substeps), alone)
+    return iterations if settings.iterations is None else iterations._replace(number=alone)
 
 
 def lanes_for(rows: int, device: str) -> int:
-    """Threads that share a particle's sums: on a GPU a warp, unless there are enough particles for a thread each."""
+    """Return the threads per particle's sums: a warp on a GPU, unless there are enough particles for a thread each."""
     return int(WARP) if device != "cpu" and rows <= MOST_SHARED else 1
 
 
@@ -117,10 +117,10 @@ class FluidSolver:
         threads: int = 1,
         native: bool | None = None,
     ) -> None:
-        """``rows`` is the largest number of particles that move at one time. ``centreline`` is the crack's, (n, 2), cm.
+        """``rows`` is the largest number of particles that move at once. ``centreline`` is the crack's, (n, 2), cm.
 
-        ``down`` is gravity's direction in the sample's frame. ``native`` chooses the inner loops and packed lists of
-        CPUs; None asks the device.
+        ``down`` is gravity's direction in the sample's coordinates. ``native``: use the inner loops and packed lists
+        for CPUs. None: decided by the device.
         """
         radius, device = settings.size_mm / 10, state.device
         self.state, self.walls, self.barrier, self.settings = state, walls, barrier, settings
@@ -141,7 +141,7 @@ class FluidSolver:
         as_solved = [fluid.moves_as_solved for fluid in fluids]
         self._any_as_solved = any(as_solved)
         self.measures = any(fluid.thickens or fluid.by_age is not None for fluid in fluids)
-        """Particles get a viscosity of their own in each substep, by their shear or by their age."""
+        """True if the viscosity of particles depends on their shear or age, and is computed in each substep."""
         self.paste = paste_on_device(fluids, support, self.step_s, substeps, SLOWEST_SHEAR, device)
         self.viscosity = Viscosity(
             *shared,
@@ -160,7 +160,7 @@ class FluidSolver:
                 centreline,
                 domain.low,
                 domain.high,
-                # Wall particles lie a radius deep.
+                # Wall particles are a radius below the floor.
                 floor=float(wall_particles.numpy()[:, 2].min()) + radius,
                 rows=rows,
                 support=support,
@@ -184,19 +184,19 @@ class FluidSolver:
         self._bind_lists(kernels.list_neighbours, domain)
         self._bind_frame()
         self._out = state.count
-        # Explicit passes are counted by the host, in each substep.
+        # Explicit passes need the host in each substep.
         self.replays = device != "cpu" and settings.viscosity_solve == "implicit"
-        """Frames are recorded and replayed, without reports to the host in between."""
+        """True if frames are recorded and replayed, without data for the host in between."""
         self._renumbers = device == "cpu" and state.particles_per_run >= RENUMBERED
         self._recorded: Any = None
         self._one_thread = device == "cpu" and threads == 1
-        self._projections: dict[int, Any] = {}  # Recorded, by the number of rows
+        self._projections: dict[int, Any] = {}  # Recordings of a CPU by their number of rows
         self.kernels_a_frame = 0  # Launches by the host in the last frame that was not replayed
-        self.rows = 0  # Rows of a launch: the present number of movers or, where frames are replayed, the largest ever
+        self.rows = 0  # Rows of a launch: the present number of movers or, if frames are replayed, the largest number
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
         state, lists, walls = self.state, self.lists, self.lists.wall_particle
-        # What comes within h while the pressure iterations move it is listed in the next substep: kernels vanish at h.
+        # Particles that come within h during the pressure iterations are listed in the next one: kernels vanish at h.
         box = (domain.low, domain.high, self._support)
         self.fluid_cells = CellGrid(*box, state.position, state.status, self._launcher, state.runs)
         here = wp.zeros(len(walls), dtype=int, device=state.device)
@@ -215,7 +215,7 @@ class FluidSolver:
         )
 
     def _bind_frame(self) -> None:
-        """Bind all else that happens to particles in a frame."""
+        """Bind the other kernels of a frame."""
         state, lists, launcher, settings = self.state, self.lists, self._launcher, self.settings
         self._count_frame = launcher.bind_whole(movers.count_frame, 1, state.particles)
         self._grow_older = launcher.bind(movers.grow_older, state.particles, self.paste)
@@ -234,20 +234,20 @@ class FluidSolver:
 
     @property
     def recorded(self) -> bool:
-        """A frame is recorded by now, and replayed."""
+        """True if a frame has been recorded, which is then replayed."""
         return self._recorded is not None
 
     def advance(self, frame: int) -> list[Integers]:
-        """One frame: release, freezing, all substeps, fault checks. Returns the viscosity's iterations by substep.
+        """Compute a frame: release, freezing, all substeps, fault checks. Return the viscosity's iterations by substep.
 
-        On a GPU a frame is recorded once and replayed, without reports to the host in between; the list is then empty.
+        On a GPU a frame is recorded once and then replayed without data for the host; the list is then empty.
         """
         if self._renumbers and frame % RENUMBER_EVERY == 0:
             self._renumber()
         if self.replays and self._recorded is None and self.kernels_a_frame:
-            # It keeps the addresses of the lists, and cannot give them more room on the way.
+            # A recording has the addresses of the lists, which can then get no more room.
             self.make_room(MOST_ROOM)
-            # A recording must load no module, least of all those for CPUs: all are loaded by now.
+            # Modules must not be loaded during a recording, least of all those for CPUs; all are loaded before.
             with wp.ScopedCapture(device=self.state.device, force_module_load=False) as capture:
                 self._run_frame(frame)
             self._recorded = capture.graph
@@ -268,19 +268,19 @@ class FluidSolver:
         return [] if self.replays else solves
 
     def _renumber(self) -> None:
-        """Give particles that are out the order of their cells: those that are near each other then share memory.
+        """Renumber the released particles by cells, so that neighbours are close in memory.
 
-        A frame then begins with its list of movers.
+        It must precede the frame's list of movers.
         """
         self.fluid_cells.fill(self._out)
         order = self.fluid_cells.cells.number.numpy()[: self._out]
-        # Run by run; what belongs to no cell follows in its old order, so that what waits keeps its place.
+        # Run by run; particles without a cell follow in their old order, so that those not released keep their places.
         self.state.renumber(order[np.argsort(order // self.state.particles_per_run, kind="stable")])
 
     def begin_frame(self, frame: int) -> None:
-        """Release the particles of a frame, and freeze those that have grown too old."""
+        """Release the particles of a frame, and freeze those that reach the age."""
         state = self.state
-        # One run's particles are looked at up to the last that is out; those of several runs, or on a GPU, all.
+        # Of one run only the released particles are read; of several runs, or on a GPU, all.
         if state.runs == 1 and not self.replays:
             self._out = state.released(frame)
         self._count_frame()
@@ -288,17 +288,17 @@ class FluidSolver:
         self.find_movers()
 
     def rest(self) -> None:
-        """Once in a frame: wake what lies beside a flow, and let fall asleep what has been quiet."""
+        """Wake particles beside a flow and put quiet ones to sleep."""
         if self.sleeps:
             self._wake(self.rows)
             self._fall_asleep(self.rows)
             self.find_movers()
 
     def step(self, *, recorded: bool = False) -> Integers:
-        """Advance the movers by one substep; returns the viscosity's iterations or passes, by run.
+        """Advance the movers by one substep; return the viscosity's iterations or passes, by run.
 
-        Where frames are replayed the host does not know these numbers, and they are 0. ``recorded`` says that a CPU may
-        replay what follows the lists: kernels are loaded, and the solver's parts are its own.
+        If frames are replayed the numbers are not read from the device, and are 0. ``recorded`` allows a CPU to replay
+        the launches after the lists: all kernels have been loaded, and the solver's parts have not been replaced.
         """
         self.predict()
         self.find_neighbours()
@@ -311,7 +311,7 @@ class FluidSolver:
         return np.zeros(self.state.runs, dtype=np.int64) if self.replays else self.viscosity.iterations()
 
     def _project(self, rows: int) -> Integers:
-        """All of a substep that follows the lists; returns the explicit passes, by run."""
+        """Compute the rest of a substep after the lists; return the explicit passes, by run."""
         if self.measures:
             self.viscosity.measure_shear(rows)
         self.pressure.solve(rows)
@@ -326,7 +326,7 @@ class FluidSolver:
         return np.full(self.state.runs, passes)
 
     def _replay_projection(self) -> None:
-        """Sixty launches that a CPU's host need not make one by one; rows that do not move end at once."""
+        """Replay some sixty launches of a CPU at once; rows without a mover end immediately."""
         rows = min(-(-self.rows // ROWS_ALIKE) * ROWS_ALIKE, len(self.lists.fluid_count))
         if rows not in self._projections:
             with wp.ScopedCapture(device=self.state.device, force_module_load=False) as capture:
@@ -335,15 +335,15 @@ class FluidSolver:
         wp.capture_launch(self._projections[rows])
 
     def lasting(self) -> dict[str, Any]:
-        """Arrays that a substep takes over from the one before, by their names in a checkpoint."""
+        """Return the arrays that a substep needs from the one before, by their names in a checkpoint."""
         return {**self.state.lasting(), "swelling": self.state.swelling}
 
     def resume(self, done: int) -> None:
-        """Continue after ``done`` frames, once the lasting arrays were restored."""
+        """Continue after ``done`` frames; call it after the lasting arrays have been restored."""
         self.state.frame.fill_(done - 1)
-        # Particles at rest have none, and those of a frame before may lie elsewhere.
+        # Particles at rest must have none, and an earlier frame's residuals may be at other places.
         self.state.scaled_residual.zero_()
-        # Those that are out are known again when a frame begins.
+        # The number of released particles is set when a frame begins.
         self._out = self.state.count
         self.find_movers()
 
@@ -352,27 +352,27 @@ class FluidSolver:
         self.rows = len(self.lists.fluid_count) if self.replays else self.count_movers()
 
     def count_movers(self) -> int:
-        """Present number of movers, for which the host waits. Raises RuntimeError where it exceeds the room."""
+        """Return the present number of movers; the host waits for it. Raises RuntimeError if it exceeds the rows."""
         moving, room = self.movers.number(), len(self.lists.fluid_count)
         if moving > room:
-            raise RuntimeError(f"{moving} particles move where there is room for {room}.")
+            raise RuntimeError(f"{moving} particles move, and there is room for {room}.")
         return moving
 
     def predict(self) -> None:
         self._predict(self.rows)
 
     def find_neighbours(self) -> None:
-        """List the neighbours among all particles that are out, resting ones included, and among the walls."""
+        """List the neighbours among all released particles, also those at rest, and among the walls."""
         self.fluid_cells.fill(self._out)
         self.movers.sort(self.fluid_cells.cells.number, self._out)
         self._list(self.rows, block=int(neighbours.BLOCK))
-        # A GPU's lists are never short of room, and a recording there must not wait for an answer.
+        # A GPU's lists always have room, and its recordings cannot wait for the host.
         while self.lists.room and self.lists.lacking.numpy()[0]:
             self.make_room(self.lists.room * MORE_ROOM)
             self._list(self.rows, block=int(neighbours.BLOCK))
 
     def make_room(self, sixteens: float) -> None:
-        """Give each block of packed lists room for so many sixteens of entries; what was listed is lost."""
+        """Give each block of packed lists room for ``sixteens`` times sixteen entries; the lists become empty."""
         if self.lists.room:
             self._projections.clear()
             make_room(self.lists, int(sixteens))
@@ -382,7 +382,7 @@ class FluidSolver:
         self._update_velocity(self.rows)
 
     def give_up(self, run: int) -> None:
-        """Take a run out for good, with its particles that are not released yet."""
+        """Remove a run for good, with its particles that are not released yet."""
         state = self.state
         state.status[state.own(run)].fill_(int(status.GIVEN_UP))
         self.faults.forget(run)

@@ -14,7 +14,7 @@ from simulate.kernels.neighbours import NOWHERE_CM
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.signed_distance import CM
 
-SPARE = 2  # Entries behind the last particle: a dummy particle that pads lists, and room for loads of sixteen bytes
+SPARE = 2  # Entries after the last particle: a dummy particle that pads lists, and room for loads of sixteen bytes
 KEPT_AS = {
     "place": "position",
     "velocity": "velocity",
@@ -29,17 +29,17 @@ KEPT_AS = {
     "released_in": "release_frame",
     "quiet_s": "quiet_s",
 }
-"""Arrays that outlast a substep, by their names in a checkpoint; some of the names are older than ours."""
+"""Arrays that are needed after a substep, by their names in a checkpoint; some of those names are older."""
 NOWHERE_FREE = (0.0, 0.0, 0.0, -1e3)
-"""Free ball of a particle that never asked for walls: no place lies in it, nor near it."""
+"""Free ball of a particle for which walls have not been searched yet: no position is in it or near it."""
 
 
 class State:
     """All particles, run by run; the ``runs`` share one schedule.
 
-    They begin in the order of release. ``renumber`` gives those that are out another one, as ``number`` says; what this
-    class returns by particle is in the order of release. Particles that are not released yet have the position and
-    velocity of their release.
+    They start in the order of release; ``renumber`` changes the order of released ones, and ``number`` has their places
+    in the order of release. Values that this class returns by particle are in the order of release. Particles that are
+    not released yet have the position and velocity of their release.
     """
 
     def __init__(self, schedule: Schedule, device: str, runs: int = 1) -> None:
@@ -61,7 +61,7 @@ class State:
         self.release_frame = wp.array(np.tile(schedule.frame_of, runs), dtype=int, device=device)
         self.quiet_s = wp.zeros(count, dtype=float, device=device)
         self.fault = self.column(int)
-        """Faults of each particle so far, one bit each."""
+        """Faults of each particle so far, a bit for each kind."""
         self.frame = wp.full(1, -1, dtype=int, device=device)
         self.swelling = wp.full(runs, 1.0, dtype=float, device=device)
         self.particles = device_code.Particles()  # The struct of these arrays that kernels take
@@ -77,24 +77,24 @@ class State:
 
     @property
     def count(self) -> int:
-        """Number of all particles, released or not; as an index, the dummy particle behind them."""
+        """Number of all particles, released or not; as an index, the dummy particle after them."""
         return self.runs * self.particles_per_run
 
     def own(self, run: int) -> slice:
-        """The particles of a run."""
+        """Return the slice of a run's particles."""
         return slice(run * self.particles_per_run, (run + 1) * self.particles_per_run)
 
     def released(self, frame: int) -> int:
-        """Number of a run's particles that are out once a frame's release is made."""
+        """Return the number of a run's released particles after a frame's release."""
         return int(self._released[min(frame, len(self._released) - 1)])
 
     def release_by(self, released: Integers, frame: int) -> None:
-        """Release by another list, which may grow on the way; no particle before ``frame`` unless it is placed."""
+        """Release by another list, which may change later; particles are released at ``frame`` unless placed."""
         self._released = released
         self.release_frame.fill_(frame)
 
     def place(self, own: slice, position_cm: Floats, velocity_cm_s: Floats, frame: int) -> None:
-        """Put particles that are not released yet where and when they leave; on a CPU, whose arrays are views."""
+        """Set place, velocity and frame of release of particles; only on a CPU, where numpy() is a view."""
         self.position.numpy()[own, :3] = position_cm
         self.particles.previous_position.numpy()[own] = position_cm
         for velocity in (self.velocity, self.earlier_velocity):
@@ -102,51 +102,51 @@ class State:
         self.release_frame.numpy()[own] = frame
 
     def lasting(self) -> dict[str, Any]:
-        """Arrays that outlast a substep, by their names in a checkpoint."""
-        return {kept: getattr(self, name) for kept, name in KEPT_AS.items()}
+        """Return the arrays that are needed after a substep, by their names in a checkpoint."""
+        return {key: getattr(self, name) for key, name in KEPT_AS.items()}
 
     def column(self, dtype: type) -> Any:
-        """Return an array of zeros, one for each particle, that is renumbered with them."""
+        """Return an array of zeros, one per particle, which is renumbered with the particles."""
         self._columns.append(wp.zeros(self.count, dtype=dtype, device=self.device))
         return self._columns[-1]
 
     def renumber(self, order: Integers) -> None:
-        """Move the particle from ``order[k]`` to place k, for the first n, (n,); none leaves its own run's places."""
+        """Move particle ``order[k]`` to place k, for k < n, (n,); particles stay within their run's places."""
         for column in self._columns:
             column[: len(order)].assign(column.numpy().take(order, axis=0))
 
     def by_release(self, column: wp.array) -> Any:
-        """Values by particle in the order of release, a copy."""
+        """Return a copy of the values by particle, in the order of release."""
         values, place = column.numpy(), np.asarray(self.number.numpy(), dtype=np.int64)
-        found = np.empty_like(values)
-        found[place] = values
-        return found
+        ordered = np.empty_like(values)
+        ordered[place] = values
+        return ordered
 
     def position_mm(self) -> Floats:
-        """Positions of all particles, (count, 3)."""
+        """Return the positions of all particles, (count, 3)."""
         return self.by_release(self.position)[:, :3].astype(float) / CM
 
     def velocity_mm_s(self) -> Floats:
-        """Velocities of all particles, (count, 3)."""
+        """Return the velocities of all particles, (count, 3)."""
         return self.by_release(self.velocity).astype(float) / CM
 
     def status_of(self) -> Integers:
-        """Status of all particles, (count,), by the numbers of ``kernels.status``."""
+        """Return the status of all particles, (count,), by the numbers of ``kernels.status``."""
         return self.by_release(self.status).astype(np.int64)
 
 
 def _padded(rows: Floats, runs: int, dtype: type, device: str) -> Any:
-    """An array of ``runs`` times ``rows`` with readable entries behind its end."""
+    """Return an array of ``runs`` times ``rows``, with readable entries after its end."""
     spare = np.full((SPARE, rows.shape[1]), NOWHERE_CM if dtype is wp.vec4 else 0.0)
     whole = wp.array(np.concatenate([np.tile(rows, (runs, 1)), spare]), dtype=dtype, device=device)
     return whole[: runs * len(rows)]
 
 
 class MoversList:
-    """The list of particles that move, made anew in each frame: some are released, freeze, fall asleep or wake."""
+    """The list of particles that move, remade in each frame: particles are released, freeze, fall asleep or wake."""
 
     def __init__(self, state: State, launcher: Launcher, in_order: bool | None = None) -> None:
-        """``in_order`` says that one thread takes all particles in order, as on a CPU; None asks the device."""
+        """``in_order``: one thread takes all particles in order, as on a CPU. None: decided by the device."""
         device = state.device
         self._state, self._sorted = state, False
         self._in_order = device == "cpu" if in_order is None else in_order
@@ -163,19 +163,16 @@ class MoversList:
             self._list_marked = [launcher.bind_first(listing.list_marked, *way) for way in ways]
 
     def find(self, count: int) -> None:
-        """List them in the order in which they lie in memory, among the first ``count`` particles.
-
-        Of several runs ``count`` is that of all.
-        """
+        """List the movers among the first ``count`` particles of all runs, in the order of memory."""
         self._sorted = False
-        # A GPU finds the number of movers at the last particle.
+        # A GPU counts the movers at the last particle.
         self._list_first(count if self._in_order else self._state.count, by_cell=False)
 
     def sort(self, number: wp.array, count: int) -> None:
-        """Put movers just found into the order of ``number``, the first ``count`` particles cell by cell.
+        """Sort the movers of a new list by ``number``, the first ``count`` particles cell by cell.
 
-        Rows that follow each other then have neighbours in common, which a processor still has at hand; a frame is too
-        short for them to part.
+        Successive rows then share neighbours, which are still in a processor's cache. The order is kept for the frame,
+        in which particles move little.
         """
         if self._sorted:
             return
@@ -185,7 +182,7 @@ class MoversList:
 
     def _list_first(self, count: int, *, by_cell: bool) -> None:
         if self._in_order:
-            # One slice, however many threads there are; without a row nothing is launched, and the list would stay.
+            # One slice, with any number of threads, and at least one row: without rows the list would not be remade.
             self._list[by_cell](max(count, 1), each=0.0)
             return
         self._mark[by_cell](count)
@@ -194,5 +191,5 @@ class MoversList:
         self._list_marked[by_cell](count)
 
     def number(self) -> int:
-        """Number of movers, over all runs."""
+        """Return the number of movers of all runs."""
         return int(self._state.particles.movers.numpy()[0])

@@ -1,7 +1,7 @@
 """The viscosity of a substep: Eq. 5 by backward Euler (one linear solve), or in q explicit passes as printed.
 
-With a yield stress or a flow index the viscosity is K gamma^(n - 1) + tau / gamma, over the density, by the shear gamma
-that the last substep left (one lagged Picard pass), and the same between the fluid and rough walls.
+With a yield stress or a flow index the viscosity is K gamma^(n - 1) + tau / gamma, over the density, with the shear
+gamma of the last substep (one lagged Picard pass), also between the fluid and rough walls.
 """
 
 import math
@@ -18,19 +18,19 @@ from simulate.kernels import conjugate_gradients as code
 from simulate.kernels.viscosity import ViscosityKernels
 from simulate.setup.rheology import DAMPS, Rheology, kinematic_viscosity, no_slip_weight
 
-OF_THE_RIGHT = 2e-2  # Largest residual over the right side: a fifth of what a coarser step in time changes
+OF_THE_RIGHT = 2e-2  # Largest residual over the right side: a fifth of the error of a coarser time step
 OF_THE_CHANGE = 1e-2
-"""Largest residual over that of no viscosity at all: without it the solve would end before a thin fluid is slowed."""
+"""Largest residual over that of the velocity without viscosity: else the solve ends before a thin fluid is slowed."""
 ITERATIONS_AT_MOST = 5000  # Limit of the conjugate gradients; paste of 10,000 Pa takes up to 1,300
-STABLE = 0.9  # Largest part of a velocity that one explicit pass may take away: above 1 it overshoots, at 2 it explodes
-AT_WALLS = 5.0  # Part of a velocity that walls on three sides take at most, over D / h
-FRESH_SHEAR = 10.0  # Shear in 1/s of a particle just released, whose neighbours belong to an earlier release
+STABLE = 0.9  # Largest part of a velocity that one explicit pass may remove: above 1 it overshoots, at 2 it explodes
+AT_WALLS = 5.0  # Largest part of a velocity that walls on three sides remove, over D / h
+FRESH_SHEAR = 10.0  # Shear in 1/s of a particle just released: its neighbours are from an earlier release
 
 
 def explicit_parts(
     paste: Rheology, support: float, frame_s: float, substeps: int, *, shears_per_s: tuple[float, float], lasts_s: float
 ) -> tuple[float, float, float]:
-    """Parts of a velocity that thickness, yield stress and D take at most in a substep; their sum may be far over 1.
+    """Return the largest parts of a velocity that viscosity, yield stress and D remove in a substep, even far above 1.
 
     ``shears_per_s`` are the slowest shear and that of a jet. Lengths are in cm.
     """
@@ -45,7 +45,7 @@ def explicit_parts(
 
 
 class Viscosity:
-    """Both solves on the same weights of pairs, for all runs at once; each run is solved as if it were alone."""
+    """Both solves, with the same weights of pairs. All runs are solved at once, independently of each other."""
 
     def __init__(
         self,
@@ -72,7 +72,7 @@ class Viscosity:
         self.system.at_walls, self.system.shear = state.column(float), state.column(float)
         self.system.at_walls.assign((sticks * viscosity).astype(np.float32))
         self.system.inverse = wp.zeros(rows, dtype=code.Symmetric, device=device)
-        for name in ("drag", "held"):
+        for name in ("drag", "restraint"):
             setattr(self.system, name, wp.zeros(rows, dtype=float, device=device))
         for name in ("residual", "product", "direction", "pull"):
             setattr(self._search, name, wp.zeros(rows, dtype=wp.vec3, device=device))
@@ -84,35 +84,35 @@ class Viscosity:
         self._search.left = wp.zeros((runs, int(code.CHUNKS)), dtype=float, device=device)
         self._search.partial = wp.zeros((runs, int(code.CHUNKS)), dtype=code.Sums, device=device)
         self._search.more = wp.zeros(1, dtype=int, device=device)
-        self._other: Any = None  # What explicit passes write to
+        self._other: Any = None  # The second velocity of explicit passes
 
         fresh = (FRESH_SHEAR, frame_s)
         self.measure_shear = launcher.bind(
             pairs.measure_shear, self._particles, lists, support, paste, *fresh, self.system, shared=True
         )
-        """Measure the shear before a substep replaces the velocities that the last one left."""
+        """Measure the shear by the last substep's velocities, before they change."""
         self.bind_weights(lists)
         self._bind_search()
 
     @property
     def unsolved(self) -> Any:
-        """1 for each run in which a solve ended before its goal."""
+        """1 for each run with a solve that ended above its goal."""
         return self._search.unsolved
 
     def make_room(self, lists: Any) -> None:
         """Give the links of pairs as much room as the lists have."""
         if lists is not self._lists:
-            raise RuntimeError("the viscosity has lists of its own, whose stores are not renewed")
+            raise RuntimeError("the viscosity has other lists, which get no new stores")
         self.links, self.system.links = pairs_of(lists, NEIGHBOURS, wp.vec3h)
 
     def bind_weights(self, lists: Any) -> None:
-        """Take the pairs' weights and the walls' drag from ``lists``."""
+        """Use ``lists`` for the pairs' weights and the walls' drag."""
         self._lists = lists
         around = (self._particles, lists, self._support)
         self.weigh_pairs = self._launcher.bind(
             self._pairs.weigh_pairs, *around, self._paste, self.system, self._search, shared=True
         )
-        """The matrix, and the residuals of the velocity without viscosity and of the guess."""
+        """Compute the matrix, and the residuals of the velocity without viscosity and of the guess."""
 
     def _bind_search(self) -> None:
         particles, system, search = self._particles, self.system, self._search
@@ -131,15 +131,15 @@ class Viscosity:
         self._end = [by_parts(code.sum_left, particles, search), by_parts(code.shift_all, particles, search)]
 
     def _bind_by_parts(self, kernel: Any, *inputs: object) -> Callable[[int], None]:
-        """A launch over the parts of all runs, which takes the number of rows."""
+        """Return a launch over the parts of all runs, which takes the number of rows."""
         parts = self._state.runs * int(code.CHUNKS)
         launch = self._launcher.bind(kernel, *inputs, lanes=code.LANES)
         return lambda rows: launch(parts, rows / parts)
 
     def solve_implicit(self, rows: int) -> None:
-        """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run's is solved.
+        """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run is solved.
 
-        The device itself decides on the next iteration, so that a recorded solve takes as many as any other.
+        The device decides on further iterations, so that a recorded solve takes as many as it needs.
         """
         self.weigh_pairs(rows)
         _launch_all(self._begin, rows)
@@ -147,7 +147,7 @@ class Viscosity:
         _launch_all(self._end, rows)
 
     def iterations(self) -> Any:
-        """Number of iterations that the last solve took, by run."""
+        """Return the number of iterations of the last solve, by run."""
         return self._search.iterations.numpy().copy()
 
     def _iterate(self, rows: int) -> None:
@@ -155,15 +155,15 @@ class Viscosity:
         _launch_all(self._step, rows)
 
     def pass_explicit(self, rows: int) -> int:
-        """Eq. 5 as printed, v - (A / q) v, in the fewest passes that are stable; returns their number."""
+        """Apply Eq. 5 as printed, v - (A / q) v, in the fewest stable passes; return their number."""
         state = self._state
         if self._other is None:
             self._other = wp.zeros(state.count + SPARE, dtype=wp.vec3, device=state.device)[: state.count]
-        # Particles at rest have no speed, in both arrays.
+        # Copied, so that particles at rest have no speed in either array.
         wp.copy(self._other, state.velocity)
         before, after = state.velocity, self._other
         self.pass_once(before, after, 1, rows)
-        passes = max(1, math.ceil(self.system.held.numpy()[:rows].max(initial=0.0) / STABLE))
+        passes = max(1, math.ceil(self.system.restraint.numpy()[:rows].max(initial=0.0) / STABLE))
         if passes == 1:
             before = after
         else:
@@ -174,7 +174,7 @@ class Viscosity:
         return passes
 
     def pass_once(self, before: Any, after: Any, passes: float, rows: int) -> None:
-        """One of q passes; stable up to a largest diagonal of A of about 1.95 q."""
+        """Make one of q passes; it is stable if the diagonal of A is at most about 1.95 q."""
         kernel = self._pairs.pass_velocity
         inputs = (self._lists, self._support, self._paste, self.system, passes, before, after)
         self._launcher.bind(kernel, self._particles, *inputs, shared=True)(rows)

@@ -1,8 +1,8 @@
-"""Device code: ``pressure`` holds Eqs 1 to 4 of the paper, ``viscosity`` Eq. 5.
+"""Device code: ``pressure`` has Eqs 1 to 4 of the paper, ``viscosity`` has Eq. 5.
 
 Their sums over neighbours are in ``pair_sums`` (any device) and ``pair_sums_cpu`` (eight or sixteen neighbours at a
 time). The modules of the same names in ``simulate.fluid`` launch these kernels.
 """
 
-# All kernels of a run belong to their module before the first of them is launched.
+# Imported so that all kernels of a run are in their module before the first launch.
 from simulate.kernels import pair_kernels as pair_kernels

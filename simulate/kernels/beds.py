@@ -18,35 +18,35 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.struct
 class Sizes:
-    """Constants that all runs share."""
+    """Constants of all runs."""
 
     mm: wp.float64  # A millimetre in the solver's unit
     down: wp.vec3d  # Direction of gravity
     falls_mm_s: wp.float64  # Speed along it above which a particle may be in flight
-    flows_mm_s: wp.float64  # Speed from which paste that yields flows
+    flows_mm_s: wp.float64  # Speed from which paste with a yield stress counts as flowing
     radius_mm: wp.float64
     floor_mm: wp.float64  # Height of the solid's floor
     half_mm: wp.float64  # Height of the liquid above the centres of its topmost particles
-    reach_mm: wp.float64  # Distance from a particle to the lines that it raises
+    reach_mm: wp.float64  # Distance within which a particle raises lines
     turn: wp.vec2d  # Cosine and sine of the angle by which the solid's lines are turned
 
 
 @wp.struct
 class Beds:
-    """Measured figures, and the arrays that they are made in."""
+    """Measured figures, and arrays for measuring them."""
 
     lies: wp.array[int]  # 1 for a particle on the sample that is not in flight; by particle
     count: wp.array2d[wp.vec4i]
-    """Particles that lie, that move, that move and lie, and of these the ones that flow; by run and part."""
+    """Numbers of particles on the bed, moving, both, and both and flowing; by run and part."""
     length_mm: wp.array2d[wp.float64]  # Wet length of the vertical lines, by run and part
     ceiling_mm: wp.array[wp.float64]  # End of the free stretch above each crossing
     liquid: Liquid
-    """The tops of a batch of runs, one run's crossings behind the other's."""
+    """The tops of a batch of runs, run by run."""
 
 
 @wp.func
 def is_here(particles: Particles, i: int):
-    """True for a particle that has left the nozzle and is not lost; one that waits has a status of its own."""
+    """True for a released particle that is not lost; particles that are not released have another status."""
     x = particles.position[i]
     return particles.status[i] <= FROZEN and wp.isfinite(wp.vec3(x[0], x[1], x[2]))
 
@@ -74,7 +74,7 @@ def find_lying(
     sizes: Sizes,
     beds: Beds,  # out: lies
 ):
-    """``profile.settled``: of what falls, a block of threads looks for the bed below; all other blocks end at once."""
+    """``profile.settled``: a block of threads searches the bed below a falling particle; other blocks end at once."""
     i, lane = wp.tid()
     here = is_here(particles, i)
     if not here or not falls(particles, sizes, i):

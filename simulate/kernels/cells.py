@@ -1,4 +1,4 @@
-"""Device code that sorts points into cells; ``cells_cpu`` does it in one launch, by one thread of a CPU."""
+"""Device code that sorts points into cells on a GPU; ``cells_cpu`` does it in one launch, by one thread of a CPU."""
 
 import warp as wp
 
@@ -6,14 +6,14 @@ from simulate.kernels.status import FROZEN
 
 wp.set_module_options({"enable_backward": False})
 
-NEARLY_ONE = wp.constant(1.0001)  # Reach squared over a cell's size: rounding may put a point into the next cell
+NEARLY_ONE = wp.constant(1.0001)  # Squared distance of lines to search, over a cell's, with room for rounding
 
 
 @wp.struct
 class CellArrays:
     """Points sorted by cell, x fastest, so that three cells along x are one range of points.
 
-    Each run has cells of its own; the walls have one set for all runs.
+    Each run has its own cells; the walls have one set of cells for all runs.
     """
 
     corner: wp.vec3
@@ -32,7 +32,7 @@ class Sorting:
     """Arrays of a GPU's sort by cell."""
 
     cell: wp.array[int]  # By point
-    rank: wp.array[int]  # Number of points of the cell that were counted before it; by point
+    rank: wp.array[int]  # Number of points of the same cell that were counted before; by point
     count: wp.array[int]  # Number of points of each cell
     number: wp.array[int]  # Points sorted by cell alone
 
@@ -44,7 +44,7 @@ def cells_per_run(cells: CellArrays):
 
 @wp.func
 def cell_along(x: float, corner: float, size: float, count: int):
-    """Cell index along an axis; points beyond the grid belong to its border cells, which keeps neighbours adjacent."""
+    """Cell index along an axis. Points outside the grid belong to border cells, so that neighbours are adjacent."""
     return wp.clamp(int(wp.floor((x - corner) / size)), 0, count - 1)
 
 
@@ -63,7 +63,7 @@ def count_in_cells(
     status: wp.array[int],
     sorting: Sorting,  # out: cell, rank and count
 ):
-    """Cell of each point, -1 for points that are absent, and the number of points of each cell."""
+    """Find the cell of each point, -1 for points without one, and count the points of each cell."""
     i = wp.tid()
     sorting.cell[i] = -1
     if status[i] <= FROZEN:
@@ -77,7 +77,7 @@ def bring_together(
     cells: CellArrays,
     sorting: Sorting,  # out: number
 ):
-    """The points of each cell one behind the other, in an order of chance."""
+    """Write the points of each cell one after the other, in arbitrary order."""
     i = wp.tid()
     key = sorting.cell[i]
     if key >= 0:
@@ -90,7 +90,7 @@ def put_in_order(
     sorting: Sorting,
     cells: CellArrays,  # out: x, y, z and number
 ):
-    """Each point behind those of its cell that come before it."""
+    """Sort the points of each cell by their number."""
     i = wp.tid()
     key = sorting.cell[i]
     if key < 0:
@@ -108,7 +108,7 @@ def put_in_order(
 
 @wp.func
 def beside(x: float, corner: float, size: float, cell: int, at: int):
-    """Least distance along an axis, over ``size``, from ``x`` in ``cell`` to a point of the cell ``at``."""
+    """Return the least distance along an axis, over ``size``, from ``x`` in ``cell`` to a point in cell ``at``."""
     part = (x - corner) / size - float(cell)
     if at < cell:
         return wp.max(part, 0.0)

@@ -1,6 +1,6 @@
-"""The sort of ``cells`` for one thread of a CPU, which counts points in their order.
+"""The sort of ``cells`` for one thread of a CPU, as a counting sort that keeps the order of points.
 
-It takes half the time of a sort by keys, and of the same steps as kernels of their own.
+It takes half the time of a sort by keys, or of the same steps as separate kernels.
 """
 
 import warp as wp
@@ -14,7 +14,7 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.struct
 class Points:
-    """The points of all runs, with the cell of each and its rank there."""
+    """The points of all runs, with the cell of each and its rank in the cell."""
 
     runs: int
     position: wp.array[wp.vec4]
@@ -30,7 +30,7 @@ class Points:
 const int nx = cells.count[0], ny = cells.count[1], nz = cells.count[2], in_run = nx * ny * nz;
 const int absent = points.runs * in_run;
 const float size = cells.size, x0 = cells.corner[0], y0 = cells.corner[1], z0 = cells.corner[2];
-// The arrays lie without gaps; their pointers stay in registers.
+// The arrays have no gaps; their pointers stay in registers.
 const wp::vec4* position = points.position.data;
 const int* status = points.status.data;
 int *cell = points.cell.data, *rank = points.rank.data, *start = cells.start.data;
@@ -72,5 +72,5 @@ def sort_in_order(
     points: Points,  # out: cell and rank
     cells: CellArrays,  # out
 ):
-    """Sort the first points, those of a launch of one thread; within a cell they keep their order."""
+    """Sort the first points, in a launch of one thread; within a cell they keep their order."""
     sort_points(rows.end, cells, points)

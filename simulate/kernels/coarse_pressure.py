@@ -1,11 +1,11 @@
 """Device code of the pressure's coarse level: multipliers on nodes in arc length and height. Centimetres.
 
-The multipliers of a fluid at rest are smooth but for what each particle needs of its own. So they are written as
-lambda_i = own_i + t_i sum_a phi_a(s_i, z_i) L_a, where phi_a falls linearly from 1 at node a to 0 at the next, and L is
-solved for (Galerkin): sum_b (sum_i B_ai B_bi) L_b = - sum_i t_i phi_a C_i, where B_ai is how L_a moves particle i. That
-is grad phi_a + 2 phi_a grad_i C_i: near a free surface, with neighbours on one side only, it goes where there are none.
+The multipliers of a fluid at rest are smooth apart from each particle's own part. They are therefore written as
+lambda_i = own_i + t_i sum_a phi_a(s_i, z_i) L_a. phi_a falls linearly from 1 at node a to 0 at the next nodes, and L is
+the solution of (Galerkin) sum_b (sum_i B_ai B_bi) L_b = - sum_i t_i phi_a C_i. B_ai is the move of particle i by L_a,
+grad phi_a + 2 phi_a grad_i C_i: near a free surface, with neighbours on one side only, towards the other side.
 
-Sums over particles are in whole numbers, so that their order, and with it the device and its threads, does not matter.
+Sums over particles are of integers, so that they do not depend on order, device or threads.
 """
 
 import warp as wp
@@ -15,7 +15,7 @@ from simulate.kernels.status import Particles, Span, end_of
 wp.set_module_options({"enable_backward": False})
 
 UNIT = wp.constant(float(2**40))
-"""A sum of 1 as a whole number: a collapsed fluid's stay a thousand times below the largest."""
+"""The integer for a sum of 1. Sums of a collapsed fluid stay a thousand times below the largest integer."""
 WEIGHT = wp.constant(5)
 OLD = wp.constant(6)
 SUMS = wp.constant(7)
@@ -37,13 +37,13 @@ class ArcLengthMap:
 
 @wp.struct
 class Nodes:
-    """A lattice in arc length and height for each run, height fastest; no particle reaches its outermost nodes."""
+    """A lattice in arc length and height for each run, height fastest; no particle is next to its outermost nodes."""
 
     low: wp.vec2
     spacing: float
     count: wp.vec2i
     per_run: int
-    by_colour: wp.array[int]  # Nodes of a run in four groups, in none of which two nodes are neighbours
+    by_colour: wp.array[int]  # Nodes of a run in four groups; neighbours are in different groups
     sums: wp.array2d[wp.int64]
     excess: wp.array[wp.int64]
     matrix: wp.array2d[float]
@@ -74,7 +74,7 @@ def locate(
     nodes: Nodes,
     coarse: CoarseRows,  # out
 ):
-    """Find each mover's nodes for a substep, and the compression that the last one left."""
+    """Find each mover's nodes for a substep, and the compression after the last substep."""
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         here = particles.position[i]
@@ -123,7 +123,7 @@ def sum_matrix(
     nodes: Nodes,  # out: sums
     coarse: CoarseRows,
 ):
-    """Add up the effect of the nodes' multipliers on each other's sums of C, times the spacing squared."""
+    """Sum up the effects of the nodes' multipliers on the sums of C at other nodes, times the spacing squared."""
     row = wp.tid()
     if row >= particles.movers[0]:
         return
@@ -149,7 +149,7 @@ def sum_excess(
     nodes: Nodes,  # out: excess
     coarse: CoarseRows,
 ):
-    """Add up t_i phi_a C_i; where the fluid is loose, C < 0 counts too."""
+    """Sum up t_i phi_a C_i, also of loose fluid, with C < 0."""
     row = wp.tid()
     if row >= particles.movers[0]:
         return
@@ -196,11 +196,11 @@ def solve(
     least: float,
     at_once: float,
 ):
-    """Projected over-relaxation in four colours: no multiplier pulls. A block of threads works on a run.
+    """Projected over-relaxation in four colours, with multipliers of at most 0. A block of threads solves a run.
 
-    The matrix is made of its sums where these were ``summed`` since the last iteration.
-    Compression that the last substep left is taken out by the share ``at_once``. Nodes with fewer particles' weight
-    than ``least`` stay out: spray falls free.
+    The matrix is computed from its sums if they were ``summed`` since the last iteration. A share ``at_once`` of the
+    compression after the last substep is corrected. Nodes with less than ``least`` weight of particles are not solved
+    for, so that spray falls freely.
     """
     run, lane = wp.tid()
     first = run * nodes.per_run
@@ -210,8 +210,8 @@ def solve(
         nodes.change[a] = 0.0
         nodes.right[a] = wp.inf
         if nodes.sums[a, WEIGHT] >= wp.int64(least * UNIT):
-            left = wp.max(float(nodes.sums[a, OLD]), 0.0)
-            nodes.right[a] = ((1.0 - at_once) * left - float(nodes.excess[a])) * scale
+            old = wp.max(float(nodes.sums[a, OLD]), 0.0)
+            nodes.right[a] = ((1.0 - at_once) * old - float(nodes.excess[a])) * scale
         nodes.excess[a] = wp.int64(0)
         if summed:
             for of in range(WEIGHT):
@@ -239,10 +239,10 @@ def change_multipliers(
     iteration: float,
     step: float,
 ):
-    """Change each multiplier by the particle's own part and its nodes' share; the sum never pulls.
+    """Change each multiplier by the particle's own part and its nodes' part; the sum stays at most 0.
 
-    The own part is a Jacobi step with the factors and the momentum of Legendre's polynomials: n of them reach as far as
-    n^2 / 2 plain ones.
+    The own part is a Jacobi step with the factors and the momentum of Legendre's polynomials: n steps act as far as
+    n^2 / 2 plain steps.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]

@@ -1,8 +1,8 @@
 """Device code of the conjugate gradients that solve the viscosity's linear system, for all runs at once.
 
-Each run is solved as if it were alone, to the same bits with any number of threads and of other runs. On a GPU a block
-of threads adds up each part of a run, or all its parts: a thread takes every so many rows, and the sums are added up as
-a tile, in an order that depends on the block's width alone. On a CPU a block has one thread, which takes all rows.
+Runs are independent: each has the same bits with any number of threads and of other runs. On a GPU a block of threads
+sums up a part of a run, or all its parts: each thread takes every so many rows, and a tile adds up the threads' sums in
+an order that depends on the block's width only. On a CPU a block has one thread, which takes all rows.
 """
 
 import warp as wp
@@ -13,14 +13,14 @@ from simulate.kernels.status import Particles, Span
 wp.set_module_options({"enable_backward": False})
 
 CHUNKS = wp.constant(64)
-"""Parts of a run whose sums are made one by one, the same on all devices and with any number of threads."""
+"""Parts of a run with a sum each: the same on all devices and with any number of threads."""
 
 ROUNDS = wp.constant(1.0e-5)
-"""Part of a curvature below which a difference of two float32 sums is not to be trusted."""
+"""Share of a curvature below which a difference of two float32 sums may be rounding."""
 
 UNIT_ROUNDOFF = wp.constant(6.0e-8)  # Of float32
 ROUNDINGS = wp.constant(16.0)
-"""Residual that no search need get below, over that of one rounding of each velocity: a sum has 40 pairs."""
+"""Least goal of a residual, over that of one rounding of each velocity; a sum has 40 pairs."""
 
 LANES = 64  # Threads of a GPU's block: a part has up to 230 rows in one run of the paper, and 12 in each of its 132
 
@@ -37,7 +37,7 @@ class System:
     links: wp.array2d[wp.vec3h]
     """Links of each pair, ``pair_sums.couple``, in the slots of the fluid's neighbour lists."""
     drag: wp.array[float]  # By the walls
-    held: wp.array[float]  # Drag by the walls and by neighbours at rest
+    restraint: wp.array[float]  # Drag by the walls and by neighbours at rest
     inverse: wp.array[Symmetric]  # Of a particle's own block of I + A
     at_walls: wp.array[float]  # Weight of pairs with a wall to which the fluid sticks; by particle
     shear: wp.array[float]  # Shear in 1/s, as the last substep left it; by particle
@@ -45,10 +45,10 @@ class System:
 
 @wp.struct
 class Search:
-    """Conjugate gradients, as Chronopoulos and Gear arrange them: vectors by row, scalars by run.
+    """Conjugate gradients as arranged by Chronopoulos and Gear: vectors by row, scalars by run.
 
-    The residual times the inverses of the particles' own blocks (Jacobi's preconditioner) is by particle, for
-    it is what the matrix is applied to.
+    The residual times the inverses of the particles' own blocks (Jacobi's preconditioner) is by particle, because the
+    matrix is applied to it.
     """
 
     residual: wp.array[wp.vec3]
@@ -62,11 +62,11 @@ class Search:
     length: wp.array[float]  # How far to go along the direction
     turn: wp.array[float]  # Share of the last direction in the next one
     goal: wp.array[float]
-    holds: wp.array[float]  # Number of particles, and the drag of all that does not move with them
-    warm: wp.array[int]  # 1 where the search begins at the guess
+    holds: wp.array[float]  # Number of particles plus the drag by all that does not move with them
+    warm: wp.array[int]  # 1 if the search begins at the guess
     iterations: wp.array[int]
-    more: wp.array[int]  # A single 1 where a run needs another iteration
-    unsolved: wp.array[int]  # 1 for each run in which a search ended before its goal
+    more: wp.array[int]  # A single number, 1 if a run needs another iteration
+    unsolved: wp.array[int]  # 1 for each run with a search that ended above its goal
 
 
 @wp.func
@@ -80,7 +80,7 @@ def times(it: Symmetric, by: wp.vec3):
 
 @wp.func
 def rows_of(particles: Particles, part: int):
-    """First row of a part of a run, and one past its last."""
+    """Return the first row of a part of a run, and one past its last."""
     run = part // CHUNKS
     first = particles.first_row[run]
     rows = particles.first_row[run + 1] - first
@@ -91,7 +91,7 @@ def rows_of(particles: Particles, part: int):
 
 @wp.func
 def squares_of(particles: Particles, system: System, search: Search, row: int):
-    """A row's share in the squares of the right side and of both residuals, in the norm of the preconditioner."""
+    """Return a row's terms of the squares of the right side and of both residuals, in the preconditioner's norm."""
     inverse = system.inverse[row]
     own = particles.velocity[particles.mover[row]]
     still = search.residual[row]
@@ -100,14 +100,14 @@ def squares_of(particles: Particles, system: System, search: Search, row: int):
         wp.dot(own, times(inverse, own)),
         wp.dot(still, times(inverse, still)),
         wp.dot(moved, times(inverse, moved)),
-        1.0 + system.held[row],
+        1.0 + system.restraint[row],
         wp.dot(own, own),
     )
 
 
 @wp.func
 def keep_sum(search: Search, part: int, lane: int, own: Sums):
-    """Add up what the threads of a part's block have; all of them come here."""
+    """Store the sum over the threads of a part's block; all must call this."""
     total = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
     if lane == 0:
         search.partial[part // CHUNKS, part % CHUNKS] = total
@@ -115,7 +115,7 @@ def keep_sum(search: Search, part: int, lane: int, own: Sums):
 
 @wp.func
 def whole_sum(search: Search, run: int, lane: int):
-    """The sum over the parts of a run, in their order, for all threads of a block; all of them come here."""
+    """Return the sum over the parts of a run to all threads of a block; all must call this."""
     own = Sums(0.0)
     for chunk in range(lane, CHUNKS, wp.block_dim()):
         own += search.partial[run, chunk]
@@ -148,15 +148,15 @@ def sum_residuals(
 
 @wp.func
 def begins_at_guess(squares: Sums):
-    """1 if the guess is nearer than the velocity without viscosity; 0 for a guess that is no number."""
+    """Return 1 if the guess is nearer than the velocity without viscosity; 0 if it is not finite."""
     return wp.where(squares[2] < squares[1], 1, 0)
 
 
 @wp.func
 def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_the_change: float, at_most: int):
-    """Choose where to begin, and the goal: shares of the right side, and of the residual of no viscosity at all."""
-    # Stiff sealant that moves as a whole has a residual of rounding alone: of velocities times the matrix, whose size
-    # is the ratio of their squares in both norms.
+    """Choose the start, and the goal by shares of the right side and of the residual without viscosity."""
+    # Stiff sealant that moves as a whole has a residual by rounding only: of velocities times the matrix, whose size is
+    # the ratio of their squares in both norms.
     rounded = ROUNDINGS * UNIT_ROUNDOFF * squares[4]
     change = wp.max(of_the_change * of_the_change * squares[1], rounded * rounded / wp.max(squares[0], 1.0e-30))
     search.goal[run] = wp.min(of_the_right * of_the_right * squares[0], change)
@@ -171,10 +171,10 @@ def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_t
 
 @wp.func
 def ask_for_more(search: Search, run: int, at_most: int):
-    """Ask for another iteration while a residual is above its goal.
+    """Request another iteration while a residual is above its goal.
 
-    After ``at_most``, or where the residual is no number, as with a link that float16 cannot hold, the run counts as
-    unsolved.
+    After ``at_most`` iterations, or if the residual is not finite, for instance by a link above float16's range, the
+    run counts as unsolved.
     """
     if search.error[run] <= search.goal[run]:
         return
@@ -187,7 +187,7 @@ def ask_for_more(search: Search, run: int, at_most: int):
 
 @wp.func
 def start_row(particles: Particles, system: System, search: Search, row: int, warm: int):
-    """Begin at the guess, which lies where the scaled residual will, or at the velocity without viscosity."""
+    """Begin at the guess, which is in the array of the scaled residual, or at the velocity without viscosity."""
     i = particles.mover[row]
     r = search.residual[row]
     if warm == 1:
@@ -207,7 +207,7 @@ def start_search(
     at_most: int,
     particles: Particles,
     system: System,
-    search: Search,  # out: all scalars too, which no block reads
+    search: Search,  # out: also all scalars, which blocks do not read here
 ):
     lane = wp.tid() % wp.block_dim()
     begin = parts.begin + wp.tid() // wp.block_dim()
@@ -249,12 +249,12 @@ def sum_curvature(
 
 @wp.func
 def way_of(search: Search, run: int, along: float):
-    """The step to the least energy along the next direction, and the last direction's share in that one."""
+    """Return the step to the least energy along the next direction, and the last direction's share in it."""
     curvature = along
     turn = search.turn[run]
     if turn > 0.0:
         curvature -= turn * search.error[run] / search.length[run]
-        # Where rounding takes what is left of the difference, the search begins anew.
+        # If the difference is rounding only, the search restarts.
         if curvature < ROUNDS * along:
             turn = 0.0
             curvature = along
@@ -263,7 +263,7 @@ def way_of(search: Search, run: int, along: float):
 
 @wp.func
 def advance_row(particles: Particles, system: System, search: Search, row: int, length: float, turn: float):
-    """Turn the direction and go along it; returns the square of the new residual."""
+    """Turn the direction and take the step; return the square of the new residual."""
     i = particles.mover[row]
     direction = particles.scaled_residual[i] + turn * search.direction[row]
     pull = search.product[row] + turn * search.pull[row]
@@ -282,7 +282,7 @@ def advance_search(
     parts: Span,
     particles: Particles,
     system: System,
-    search: Search,  # out: left, and the vectors; all blocks read the sums and the scalars
+    search: Search,  # out: left and the vectors; all blocks read the sums and the scalars
 ):
     lane = wp.tid() % wp.block_dim()
     begin = parts.begin + wp.tid() // wp.block_dim()
@@ -308,7 +308,7 @@ def find_turn(
     at_most: int,
     search: Search,  # in, out
 ):
-    """The way that was gone, the share of its direction in the next one, and whether there is a next one."""
+    """Store the length of the step, the share of its direction in the next one, and whether there is a next one."""
     lane = wp.tid() % wp.block_dim()
     for run in range(runs.begin + wp.tid() // wp.block_dim(), runs.end, runs.step):
         if is_solved(search, run):
@@ -317,7 +317,7 @@ def find_turn(
         own = float(0.0)
         for chunk in range(lane, CHUNKS, wp.block_dim()):
             own += search.left[run, chunk]
-        # The sum waits for all threads: none of them asks above for what one of them writes below.
+        # The sum waits for all threads: all have read above what one of them writes below.
         error = wp.tile_sum(wp.tile(own))[0]
         if lane == 0:
             way = way_of(search, run, along)
@@ -333,7 +333,7 @@ def sum_left(
     particles: Particles,
     search: Search,  # out: partial
 ):
-    """The residual of a run as a whole."""
+    """Sum up the residual of each run."""
     lane = wp.tid() % wp.block_dim()
     for part in range(parts.begin + wp.tid() // wp.block_dim(), parts.end, parts.step):
         rows = rows_of(particles, part)
@@ -345,9 +345,9 @@ def sum_left(
 
 @run_kernel
 def shift_all(parts: Span, particles: Particles, search: Search):
-    """Give a run, as a whole, the velocity with which its residual is zero.
+    """Add one velocity to all particles of a run, so that its summed residual is zero.
 
-    Pairs then keep momentum, wherever the search ended.
+    Pairs then conserve momentum with any residual of the search.
     """
     lane = wp.tid() % wp.block_dim()
     begin = parts.begin + wp.tid() // wp.block_dim()
@@ -358,7 +358,7 @@ def shift_all(parts: Span, particles: Particles, search: Search):
         if begins_run(part, begin):
             left = whole_sum(search, run, lane)
             by = wp.vec3(left[0], left[1], left[2]) / wp.max(search.holds[run], 1.0)
-        # What is no number stays with its particle, which is then found.
+        # A velocity that is not finite stays with its own particle, which the fault check then reports.
         if not wp.isfinite(by):
             continue
         for row in range(rows[0] + lane, rows[1], wp.block_dim()):

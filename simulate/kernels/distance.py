@@ -1,4 +1,4 @@
-"""Device code: the signed distance to the solid from its grid, and moves that cannot cross it. Centimetres.
+"""Device code: the signed distance to the solid by its grid, and moves that cannot cross the solid. Centimetres.
 
 Distances are positive in the open and negative in the solid.
 """
@@ -8,20 +8,20 @@ import warp as wp
 wp.set_module_options({"enable_backward": False})
 
 BLOCK = wp.constant(4)
-"""Cells along the edge of a block; its nodes are one more, so that no interpolation needs two blocks."""
+"""Cells along the edge of a block. It has one more node per edge, so that interpolation never needs two blocks."""
 NODES = wp.constant(125)  # Number of nodes of a block
 FAR = wp.constant(-1)
 FACE = wp.constant(-2)
 OUTSIDE = wp.constant(-3)
-BESIDE = wp.constant(1.0e3)  # Distance that stands for a place beside the block, outside the grid
-ROUNDED = wp.constant(2.0)  # Each part of the normal where the nearest surface is no plane
+BESIDE = wp.constant(1.0e3)  # Distance at places next to the sample's block, outside the grid
+ROUNDED = wp.constant(2.0)  # Each part of the normal if the nearest surface is not a plane
 AS_PLANE = wp.constant(0.1)
-"""Way from where a wall was asked for, over the clearance, on which it stays the same plane."""
+"""Distance from the last search for walls, over the clearance, within which a wall counts as the same plane."""
 NEARBY = wp.constant(0.5)
 """The same for a prediction. Farther away another wall may be the nearest."""
-LARGEST = wp.constant(3.0e38)  # What is not below it counts as no number
+LARGEST = wp.constant(3.0e38)  # Numbers that are not below it count as not finite
 PIECES = wp.constant(256)
-"""Largest number of pieces of a move. A longer one ends early; the run stops for its speed before that."""
+"""Largest number of pieces of a move. A longer move ends early, but the run stops before for its speed."""
 
 
 @wp.struct
@@ -32,10 +32,10 @@ class Distance:
     spacing: float
     blocks: wp.vec3i
     row: wp.array[int]
-    """Row of each block's nodes; FAR for none, FACE for a block in which the face z = 0 is the nearest surface."""
+    """Row of each block's nodes; FAR if it has no nodes, FACE if the face z = 0 is the nearest surface in the block."""
     centre: wp.array[float]
     nodes: wp.array[float]
-    rounded: wp.array[int]  # By row: 1 for a block in which the nearest surface is no plane
+    rounded: wp.array[int]  # By row: 1 for a block in which the nearest surface is not a plane
     face: wp.vec4
 
 
@@ -54,11 +54,9 @@ def row_at(solid: Distance, a: int, b: int, c: int) -> int:
 
 @wp.func
 def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
-    """Gradient and signed distance; the gradient has unit length, or is zero where it is not known.
+    """Return gradient and signed distance. The gradient is a unit vector for distances between 0 and ``below``, else 0.
 
-    It is known near walls, for a distance between zero and ``below``.
-
-    Outside the grid the sample is its face: the half-space below z = 0 within the footprint of the block.
+    Outside the grid the solid is the half-space below z = 0 within the footprint of the sample's block.
     """
     u = (x - solid.corner) / solid.spacing
     reach = float(BLOCK)
@@ -73,10 +71,10 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
     if row == FACE:
         return wp.vec4(0.0, 0.0, 1.0, x[2])
     if row == FAR:
-        # A lower bound, by the far corner of the block.
+        # A lower bound of the size, by the block's farthest corner.
         middle = solid.centre[block_at(solid, a, b, c)]
-        left = wp.abs(middle) - 0.8661 * reach * solid.spacing
-        return wp.vec4(0.0, 0.0, 0.0, wp.sign(middle) * left)
+        size = wp.abs(middle) - 0.8661 * reach * solid.spacing
+        return wp.vec4(0.0, 0.0, 0.0, wp.sign(middle) * size)
     i = wp.min(int(u[0]) - a * BLOCK, BLOCK - 1)
     j = wp.min(int(u[1]) - b * BLOCK, BLOCK - 1)
     k = wp.min(int(u[2]) - c * BLOCK, BLOCK - 1)
@@ -101,7 +99,7 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
     d0 = wp.lerp(d00, d01, q)
     d1 = wp.lerp(d10, d11, q)
     distance = wp.lerp(d0, d1, p)
-    # Most places are in the open, where nobody asks for the gradient.
+    # Most places are far from walls, and do not need the gradient.
     if distance >= below or distance <= 0.0:
         return wp.vec4(0.0, 0.0, 0.0, distance)
     slope_z = wp.lerp(wp.lerp(d001 - d000, d011 - d010, q), wp.lerp(d101 - d100, d111 - d110, q), p)
@@ -111,7 +109,7 @@ def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
 
 @wp.func
 def rounded_at(solid: Distance, x: wp.vec3) -> bool:
-    """Returns whether the walls around a position are no plane: in a corner, at an edge."""
+    """Return whether the walls around a position are not a plane, as in a corner or at an edge."""
     u = (x - solid.corner) / (solid.spacing * float(BLOCK))
     row = row_at(solid, int(wp.floor(u[0])), int(wp.floor(u[1])), int(wp.floor(u[2])))
     if row < 0:
@@ -121,7 +119,7 @@ def rounded_at(solid: Distance, x: wp.vec3) -> bool:
 
 @wp.struct
 class Landing:
-    """A position, and what is known of the walls around it, as ``distance_at`` has it."""
+    """A position, with the gradient and the distance that ``distance_at`` returns there."""
 
     position: wp.vec3
     slope: wp.vec3
@@ -132,14 +130,14 @@ class Landing:
 def push_out(solid: Distance, x: wp.vec3, clearance: float):
     """Move away from walls nearer than ``clearance``.
 
-    A step is shorter than the present distance, so that it cannot cross a thin wall. In a corner each step leaves the
-    wall that is nearest.
+    A step is shorter than the present distance, so that it cannot cross a thin wall. In a corner each step moves away
+    from the nearest wall.
     """
     here = x
     enough = 0.999 * clearance
     there = wp.vec4(0.0)
     for turn in range(9):
-        # The one place that asks: a compiler makes a copy for each.
+        # Called in one place only, because a compiler copies the function for each call.
         there = distance_at(solid, here, 2.0 * clearance)
         if there[3] >= enough or there[3] <= 0.0 or turn == 8:
             break
@@ -149,14 +147,14 @@ def push_out(solid: Distance, x: wp.vec3, clearance: float):
 
 @wp.func
 def slide(plane: wp.vec4, start: wp.vec3, step: wp.vec3, clearance: float):
-    """The step that keeps clear of a wall that is a plane."""
+    """Return the step that keeps the clearance from a plane wall."""
     normal = wp.vec3(plane[0], plane[1], plane[2])
     return step + wp.max(clearance - (wp.dot(normal, start + step) - plane[3]), 0.0) * normal
 
 
 @wp.func
 def is_plane(beside: wp.vec4) -> bool:
-    """Returns whether what a particle knows of its nearest wall is a plane: neither rounded nor unknown."""
+    """Return whether a particle's nearest wall is a plane, and not rounded or undetermined."""
     return beside[0] != ROUNDED and beside[0] * beside[0] + beside[1] * beside[1] + beside[2] * beside[2] > 0.0
 
 
@@ -170,21 +168,21 @@ def is_number(x: float) -> bool:
 def move(
     solid: Distance,
     free: wp.array[wp.vec4],  # in, out: a ball for each particle, centre and radius, that keeps clear of all walls
-    beside: wp.array[wp.vec4],  # in, out: plane of the nearest wall, where one was asked for
+    beside: wp.array[wp.vec4],  # in, out: plane of the nearest wall, after the first search
     i: int,
     start: wp.vec3,
     step: wp.vec3,
     clearance: float,
 ) -> wp.vec3:
-    """The step that walls leave of ``step``, from ``start``, sliding along them.
+    """Return the part of ``step`` from ``start`` that walls allow, sliding along them.
 
-    They are asked for where the move leaves the free ball, and beside a plane where it leads away from the last place.
+    Walls are searched if the move leaves the free ball and, next to a plane, the surroundings of the last search.
 
-    From a start at half the clearance or more, every position on the way is in the open: pieces of the move are shorter
-    than that distance, and a piece that would end nearer to a wall is not made.
+    From a start at half the clearance or more, all positions on the way are outside the solid: pieces of the move are
+    shorter than that distance, and a piece that would end nearer to a wall is dropped.
     """
     squared = wp.length_sq(step)
-    # Left at its start, a particle whose step is no number would pass for one at rest; by this step it stops the run.
+    # A step that is not finite is returned, so that the fault check finds it: with a step of 0 it would seem at rest.
     if squared == 0.0 or not is_number(squared):
         return step
     ball = free[i]
@@ -212,9 +210,9 @@ def move_for_now(
     step: wp.vec3,
     clearance: float,
 ) -> wp.vec3:
-    """``move`` by a prediction, which the last move of its substep replaces.
+    """``move`` for a prediction, which the last move of the substep replaces.
 
-    It leaves behind a plane that was asked for nearby: the moves between the two take that one for the walls.
+    It stores a plane from nearby, which replaces the walls in the moves between the two.
     """
     squared = wp.length_sq(step)
     if squared == 0.0 or not is_number(squared):
@@ -243,12 +241,12 @@ def move_along(
     step: wp.vec3,
     clearance: float,
 ) -> wp.vec3:
-    """``move`` where walls must be asked for; apart from it, for a call copies ``solid``, which few moves need."""
+    """``move`` with a search for walls, apart because a call copies ``solid``, which few moves need."""
     length = wp.length(step)
     pieces = wp.min(int(length / (0.45 * clearance)) + 1, PIECES)
     piece = step / wp.max(float(pieces), length / (0.45 * clearance))
     here = Landing(start, wp.vec3(0.0), 0.0)
-    # Summed up piece by piece, for a difference of two positions is rounded as they are.
+    # Summed up piece by piece: a difference of two positions has their rounding errors.
     moved = wp.vec3(0.0)
     for _piece in range(pieces):
         ahead = here.position + piece
@@ -261,7 +259,7 @@ def move_along(
     n = here.slope
     if rounded_at(solid, x):
         n = wp.vec3(ROUNDED)
-    # No farther than the grid reaches around what it encloses; a place beside the block says nothing of its sides.
+    # At most the grid's margin around the walls; 0 next to the sample's block, whose sides are not in the grid.
     radius = wp.where(here.distance < BESIDE, wp.min(here.distance - clearance, clearance), 0.0)
     free[i] = wp.vec4(x[0], x[1], x[2], radius)
     beside[i] = wp.vec4(n[0], n[1], n[2], wp.dot(n, x) - here.distance)
@@ -270,7 +268,7 @@ def move_along(
 
 @wp.func
 def near_free(ball: wp.vec4, x: wp.vec3, clearance: float) -> bool:
-    """Returns whether a position is nearer to the middle of a free ball than every wall is."""
+    """Return whether a position is nearer to the middle of a free ball than all walls are."""
     return wp.length(x - wp.vec3(ball[0], ball[1], ball[2])) < ball[3] + clearance
 
 
@@ -280,6 +278,6 @@ def sample_distance(
     point: wp.array[wp.vec3],
     distance: wp.array[float],  # out
 ):
-    """Signed distance at ``point``, from the grid."""
+    """Signed distance at ``point``, by the grid."""
     i = wp.tid()
     distance[i] = distance_at(solid, point[i], 0.0)[3]

@@ -1,7 +1,7 @@
-"""Device code: signed distances from the solid's mesh, of which the grid of ``distance`` is made. Centimetres.
+"""Device code: signed distances by the solid's mesh, for the grid of ``distance``. Centimetres.
 
-Warp's query of the nearest point is exact but beside needles, of which the face around a crack has many: there it is up
-to 0.08 mm too far. The nodes of the grid have their own, which takes half the time.
+Warp's query of the nearest point is exact, except next to needles, of which the face around a crack has many: there it
+returns up to 0.08 mm too much. The nodes of the grid have another search, which takes half the time.
 """
 
 import warp as wp
@@ -16,11 +16,11 @@ NOT_OWN = wp.constant(-1.0)  # Square of the distance at a node that another blo
 
 @wp.struct
 class Places:
-    """Places whose exact signed distance is asked for."""
+    """Places to measure the exact signed distance at."""
 
     point: wp.array[wp.vec3]
-    known: wp.array[float]  # Distance of a place near each, zero where none is known
-    away: wp.array[float]  # How far away that place is at most, or how far to look
+    nearby: wp.array[float]  # Distance at another place near each, or zero
+    away: wp.array[float]  # Largest distance to that other place, or to search in
     distance: wp.array[float]
 
 
@@ -35,30 +35,30 @@ class Blocks:
 @run_kernel
 def measure_places(
     mesh: wp.uint64,
-    places: Places,  # out: distance, NaN where no triangle is within reach
+    places: Places,  # out: distance, NaN if no triangle is within reach
 ):
-    """Exact signed distance, negative where a ray crosses the surface an odd number of times."""
+    """Exact signed distance, negative if a ray crosses the surface an odd number of times."""
     i = wp.tid()
     x = places.point[i]
-    known = places.known[i]
+    nearby = places.nearby[i]
     away = places.away[i]
-    found = wp.mesh_query_point_no_sign(mesh, x, wp.abs(known) + away)
+    query = wp.mesh_query_point_no_sign(mesh, x, wp.abs(nearby) + away)
     places.distance[i] = wp.nan
-    if found.result:
-        size = wp.length(x - wp.mesh_eval_position(mesh, found.face, found.u, found.v))
-        places.distance[i] = with_sign(mesh, x, size, known, away)
+    if query.result:
+        size = wp.length(x - wp.mesh_eval_position(mesh, query.face, query.u, query.v))
+        places.distance[i] = with_sign(mesh, x, size, nearby, away)
 
 
 @wp.func
-def with_sign(mesh: wp.uint64, x: wp.vec3, size: float, known: float, away: float) -> float:
-    """The distance ``size`` at ``x`` with its sign; ``known`` is that of a place no farther than ``away``.
+def with_sign(mesh: wp.uint64, x: wp.vec3, size: float, nearby: float, away: float) -> float:
+    """Return the distance ``size`` at ``x`` with its sign; ``nearby`` is the distance at a place within ``away``.
 
-    No surface fits between the two where both are far from it. A ray, which tells on which side ``x`` is, takes as long
-    as to find the nearest triangle.
+    If both are far from the surface, it cannot be between them. Else a ray decides, which takes as long as a search for
+    the nearest triangle.
     """
-    if size + wp.abs(known) > away:
-        return wp.sign(known) * size
-    # The ray of Warp's mesh_query_point_sign_parity, which would look for the nearest triangle again.
+    if size + wp.abs(nearby) > away:
+        return wp.sign(nearby) * size
+    # The ray of Warp's mesh_query_point_sign_parity, which would search the nearest triangle again.
     state = wp.rand_init(42)
     ray = wp.vec3(1.0) + wp.vec3(wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1), wp.randf(state, -0.1, 0.1))
     return wp.where(wp.mesh_query_ray_count_intersections(mesh, x, ray) % 2 == 1, -size, size)
@@ -66,7 +66,7 @@ def with_sign(mesh: wp.uint64, x: wp.vec3, size: float, known: float, away: floa
 
 @wp.func
 def row_of_owner(solid: Distance, a: int, b: int, c: int, own: int) -> int:
-    """Row of the block that begins with the nodes that the block of row ``own`` ends with; ``own`` if it has none."""
+    """Return the row of a block whose first nodes are the last ones of block ``own``, or ``own`` without one."""
     row = row_at(solid, a, b, c)
     return wp.where(row >= 0, row, own)
 
@@ -81,7 +81,7 @@ def squared_from_edge(p: wp.vec3, q: wp.vec3, x: wp.vec3) -> float:
 
 @wp.func
 def squared_from_triangle(p: wp.vec3, q: wp.vec3, r: wp.vec3, x: wp.vec3) -> float:
-    """Square of the distance from a triangle: from its plane above its inside, else from the nearest edge."""
+    """Return the squared distance from a triangle: from its plane if above its inside, else from its nearest edge."""
     normal = wp.normalize(wp.cross(q - p, r - p))
     inside = wp.min(
         wp.min(wp.dot(wp.cross(normal, q - p), x - p), wp.dot(wp.cross(normal, r - q), x - q)),
@@ -101,8 +101,8 @@ def measure_nodes(
 ):
     """Exact signed distance at the nodes of blocks.
 
-    Nodes that several blocks share are measured by one of them; a second launch, ``shared``, copies them to the others.
-    The nodes of a block share the few triangles that can be the nearest to one of them.
+    Nodes of several blocks are measured by one block; a second launch, ``shared``, copies them to the others. The few
+    triangles that can be nearest to a node are searched once for all nodes of a block.
     """
     row = wp.tid()
     block = blocks.number[row]
@@ -119,23 +119,23 @@ def measure_nodes(
     half = 0.5 * float(BLOCK) * solid.spacing
     low = solid.corner + 2.0 * half * wp.vec3(block)
     middle = low + wp.vec3(half)
-    known = solid.centre[block_at(solid, block[0], block[1], block[2])]
+    centre = solid.centre[block_at(solid, block[0], block[1], block[2])]
     at_middle = float(LARGEST)
-    # No node is farther from the middle than a corner, nor from the nearest triangle than that and the middle's.
+    # A node is at most a corner's distance from the middle, and that plus the middle's distance from a triangle.
     corner = 1.7321 * half
-    reach = half + wp.abs(known) + corner
+    reach = half + wp.abs(centre) + corner
     for face in wp.mesh_query_aabb(mesh, middle - wp.vec3(reach), middle + wp.vec3(reach)):
         p = wp.mesh_get_point(mesh, 3 * face)
         q = wp.mesh_get_point(mesh, 3 * face + 1)
         r = wp.mesh_get_point(mesh, 3 * face + 2)
         squared = squared_from_triangle(p, q, r, middle)
         at_middle = wp.min(at_middle, squared)
-        if wp.sqrt(squared) <= wp.abs(known) + 2.0 * corner:
+        if wp.sqrt(squared) <= wp.abs(centre) + 2.0 * corner:
             for node in range(NODES):
                 if blocks.distance[row, node] != NOT_OWN:
                     x = low + solid.spacing * wp.vec3(place_of(node))
                     blocks.distance[row, node] = wp.min(blocks.distance[row, node], squared_from_triangle(p, q, r, x))
-    known = wp.sign(known) * wp.sqrt(at_middle)
+    before = wp.sign(centre) * wp.sqrt(at_middle)
     last = wp.vec3(0.5 * float(BLOCK))
     for turn in range(NODES):
         place = place_on_path(turn)
@@ -143,14 +143,14 @@ def measure_nodes(
         if blocks.distance[row, node] != NOT_OWN:
             here = wp.vec3(place)
             away = solid.spacing * (1.001 * wp.length(here - last) + 0.001)
-            known = with_sign(mesh, low + solid.spacing * here, wp.sqrt(blocks.distance[row, node]), known, away)
-            blocks.distance[row, node] = known
+            before = with_sign(mesh, low + solid.spacing * here, wp.sqrt(blocks.distance[row, node]), before, away)
+            blocks.distance[row, node] = before
             last = here
 
 
 @wp.func
 def place_of(node: int) -> wp.vec3i:
-    """Place of a node in its block, in steps from the low corner."""
+    """Return the place of a node in its block, in steps from the low corner."""
     side = BLOCK + 1
     return wp.vec3i(node // (side * side), node // side % side, node % side)
 
@@ -163,7 +163,7 @@ def node_at(place: wp.vec3i) -> int:
 
 @wp.func
 def place_on_path(turn: int) -> wp.vec3i:
-    """Place in a block at which a path through all of them is after ``turn`` steps, each to a node beside the last."""
+    """Return the place after ``turn`` steps of a path through all nodes of a block, each step to an adjacent node."""
     side = BLOCK + 1
     line = turn // side
     i = line // side

@@ -1,6 +1,6 @@
-"""Device code for a row that the 32 threads of a GPU's warp share: each thread is a lane, and the warp is one block.
+"""Device code for rows with the 32 threads of a GPU's warp each: a thread is a lane, and the warp is a block.
 
-In a block of another width, and on a CPU, each row has one thread, whose lane is 0.
+In a block of another width, and on a CPU, each row has one thread, with lane 0.
 """
 
 from typing import Any
@@ -9,12 +9,12 @@ import warp as wp
 
 wp.set_module_options({"enable_backward": False})
 
-WARP = wp.constant(32)  # Threads that run in step, so that their sums take no other memory
+WARP = wp.constant(32)  # Threads that run in step, so that their sums need no shared memory
 
 
 @wp.func_native(f"return WP_TILE_BLOCK_DIM == {int(WARP)} ? {int(WARP)} : 1;")
 def lanes() -> int:
-    """Number of threads of a row; a compiler knows it, as it does not know ``wp.block_dim()``."""
+    """Number of threads of a row, a constant for the compiler; on a GPU ``wp.block_dim()`` is not."""
     ...
 
 
@@ -30,7 +30,7 @@ def lane() -> int: ...
 
 @wp.func
 def over_lanes(own: Any):
-    """The sum of what the threads of a row have, for all of them; all of them come here."""
+    """Return the sum over the threads of a row to all of them; all must call this."""
     total = own
     if lanes() > 1:
         total = wp.tile_sum(wp.tile(own, preserve_type=True))[0]
@@ -46,5 +46,5 @@ return wp::vec2i(0, mark);
 #endif
 """)
 def count_marks(mark: int) -> wp.vec2i:
-    """Number of marks, each 0 or 1, of the lanes before this one, and of all; all of them come here."""
+    """Return the number of marks, each 0 or 1, of the lanes before this one and of all; all must call this."""
     ...

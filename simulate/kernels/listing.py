@@ -17,9 +17,9 @@ ROWS = wp.constant(1)  # Rows that are listed together
 
 @wp.func
 def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.array2d[int], row: int):
-    """List the points of a run's cells that are nearer than a cell's size, ``self`` apart; returns their number.
+    """List the points of a run's cells that are nearer than a cell's size, without ``self``; return their number.
 
-    Points beyond the row's last slot are only counted. Their order is the same for any number of lanes.
+    Points beyond the row's last slot are only counted. The order is the same for any number of lanes.
     """
     reach = cells.size
     count = cells.count
@@ -27,7 +27,7 @@ def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.ar
     b = cell_along(here[1], cells.corner[1], reach, count[1])
     c = cell_along(here[2], cells.corner[2], reach, count[2])
     base = run * cells_per_run(cells)
-    found = int(0)
+    total = int(0)
     for cc in range(wp.max(c - 1, 0), wp.min(c + 2, count[2])):
         above = beside(here[2], cells.corner[2], reach, c, cc)
         for bb in range(wp.max(b - 1, 0), wp.min(b + 2, count[1])):
@@ -44,11 +44,11 @@ def collect(cells: CellArrays, run: int, here: wp.vec4, self: int, listed: wp.ar
                         if wp.length_sq(offset) < reach * reach and cells.number[k] != self:
                             is_near = 1
                     marks = count_marks(is_near)
-                    slot = found + marks[0]
+                    slot = total + marks[0]
                     if is_near == 1 and slot < listed.shape[1]:
                         listed[row, slot] = cells.number[k]
-                    found += marks[1]
-    return found
+                    total += marks[1]
+    return total
 
 
 @wp.func
@@ -58,7 +58,7 @@ def list_rows(
     particles: Particles,
     cells: CellArrays,
     wall_cells: CellArrays,
-    near: Neighbours,  # out: the counts are of all that was found
+    near: Neighbours,  # out; counts are of all points, also of those without a slot
 ):
     """List the fluid and the wall particles near the movers of some rows, each row in a window of its own."""
     for row in range(first, last):

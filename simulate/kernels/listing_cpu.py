@@ -1,8 +1,8 @@
 """The search of ``listing`` for CPUs, eight or sixteen points at a time; same names, arguments and meaning.
 
-A thread lists a block of rows. Rows follow each other cell by cell: the points around a cell are brought together once
-for all of its rows. The lists lie one behind the other, and each is padded with a dummy point to a whole number of
-sixteens, which the loops of ``pair_sums_cpu`` read.
+A thread lists a block of rows. Rows are sorted by cell, and the points around a cell are copied together once for all
+of its rows. The lists follow each other, and each is padded with a dummy point to a multiple of sixteen entries, as the
+loops of ``pair_sums_cpu`` need.
 """
 
 import warp as wp
@@ -16,7 +16,7 @@ wp.set_module_options({"enable_backward": False})
 
 ROWS = BLOCK
 
-# To pack is to move those lanes of a register to its front that are in a mask.
+# Packing moves the lanes of a mask to the front of a register.
 REGISTERS = """
 #ifdef __AVX512F__
 #define AT_ONCE 16
@@ -27,7 +27,7 @@ REGISTERS = """
 #define MASK_TYPE unsigned char
 #ifdef __AVX2__
 typedef unsigned char bytes __attribute__((vector_size(8)));
-// For each mask, the lanes that are in it.
+// The lanes of each mask.
 struct Lanes {
     bytes of[256];
     constexpr Lanes() : of() {
@@ -46,7 +46,7 @@ typedef bool bits __attribute__((ext_vector_type(AT_ONCE)));
 #define MASK(v) __builtin_bit_cast(MASK_TYPE, __builtin_convertvector(v, bits))
 """
 
-# The points of the three cells along x in each of nine lines around a cell. More than MOST stay where they are.
+# Copies the points of the three cells along x in each of nine lines around a cell, unless there are more than MOST.
 AROUND = """
 enum { MOST = 1024 };
 struct Points { const float *x, *y, *z; const int* number; };
@@ -78,7 +78,7 @@ const auto bring = [](const auto& cells, int base, const int* cell, Around& to) 
 };
 """
 
-# Appends the points of a range that are near to a list that has room for ``most``; returns how many there are by now.
+# Appends the near points of a range to a list with room for ``most``; returns their number so far.
 TAKE = """
 const float reach2 = cells.size * cells.size;
 const auto take = [reach2](Points of, int begin, int end, wp::vec4 here, int self, int* list, int most, int so_far)
@@ -99,7 +99,7 @@ const auto take = [reach2](Points of, int begin, int end, wp::vec4 here, int sel
         const ints packed = PACKED(who, mask);
         const int left = most - so_far, more = __builtin_popcount(mask);
         if (left >= AT_ONCE) __builtin_memcpy(list + so_far, &packed, sizeof packed);
-        // Without a gap, where the list would keep what was listed at that place before.
+        // Only as many as fit: the place after the list belongs to another one.
         else if (left > 0) __builtin_memcpy(list + so_far, &packed, 4 * __builtin_elementwise_min(more, left));
         so_far += more;
 #else

@@ -1,7 +1,6 @@
-"""Device code of who moves: release, freezing by age, and the list of movers, in the order of memory or of the cells.
+"""Device code of moving particles: release, freezing by age, and their list, in the order of memory or of the cells.
 
-A CPU takes one particle after the other and lists in one pass; a GPU marks the movers, sums the marks up, and lists
-each mover where its sum says.
+A CPU lists them in one pass. A GPU marks the movers, sums up the marks, and lists each mover at the place of its sum.
 """
 
 import warp as wp
@@ -18,24 +17,23 @@ class Order:
     """All particles in the order of their cells."""
 
     number: wp.array[int]
-    row: wp.array[int]  # On a GPU the number of movers before each, in one order or the other
+    row: wp.array[int]  # On a GPU the number of movers before each particle, in either order
 
 
 @run_kernel
 def count_frame(particles: Particles):
-    """Advance the frame number on the device, so that a recorded frame has its own number when it is replayed."""
+    """Advance the frame number on the device, so that a replayed frame has its own number."""
     particles.frame[0] = particles.frame[0] + 1
 
 
 @run_kernel
 def grow_older(points: Span, particles: Particles, paste: Paste):
-    """Release the particles of this frame, and fix those older than the paste's stiffening time.
+    """Release the particles of this frame, and freeze those that reach the age.
 
-    Those asleep are fixed too: a sleeper that woke later would be one mover more than the run has room for, and the
-    paper's bound on its cost is that of the particles that are younger.
+    Sleeping particles are frozen too: if one woke later, the run would have more movers than it has rows for.
     """
     for i in range(points.begin + wp.tid(), points.end, points.step):
-        # Most of a long run are fixed, and are asked for nothing else.
+        # Most particles of a long run are frozen, and need nothing else.
         status = particles.status[i]
         if status > ASLEEP and status != WAITING:
             continue
@@ -53,20 +51,20 @@ def grow_older(points: Span, particles: Particles, paste: Paste):
     cpu_block(
         f"enum {{ MOVING = {int(MOVING)} }};",
         """
-// The arrays lie without gaps; their pointers stay in registers.
+// The arrays have no gaps; their pointers stay in registers.
 const int *status = particles.status.data, *number = order.number.data;
 int *particle = particles.mover.data, *first_row = particles.first_row.data;
-int found = 0, run = 0;
+int listed = 0, run = 0;
 if (by_cell) {
     for (int k = 0; k < count; ++k)
-        if (status[number[k]] == MOVING) particle[found++] = number[k];
+        if (status[number[k]] == MOVING) particle[listed++] = number[k];
     return;
 }
 for (int i = 0, next = 0; i < count; ++i) {
-    if (i == next) first_row[run++] = found, next += particles.per_run;
-    if (status[i] == MOVING) particle[found++] = i;
+    if (i == next) first_row[run++] = listed, next += particles.per_run;
+    if (status[i] == MOVING) particle[listed++] = i;
 }
-first_row[particles.first_row.shape[0] - 1] = particles.movers.data[0] = found;
+first_row[particles.first_row.shape[0] - 1] = particles.movers.data[0] = listed;
 """,
     )
 )
@@ -80,9 +78,9 @@ def list_in_order(
     order: Order,
     by_cell: int,
 ):
-    """List the movers among the first points in memory, or among the first of the cells; for one thread of a CPU.
+    """List the movers among the first points in memory, or among the first of the cells, by one thread of a CPU.
 
-    By cell they have the rows of their runs as in memory, which a list in memory's order has found.
+    By cell each run has the rows that the list in memory's order gave it.
     """
     list_first(points.end, particles, order, by_cell)
 
@@ -106,7 +104,7 @@ def list_marked(
     order: Order,
     by_cell: int,
 ):
-    """List the movers, in memory's order with the rows of each run, or by cell, which leaves each run its rows."""
+    """List the movers in memory's order, with the rows of each run, or by cell in the same rows."""
     k = wp.tid()
     i = k
     if by_cell == 1:

@@ -12,20 +12,20 @@ from simulate.kernels.status import Particles, Span, end_of
 wp.set_module_options({"enable_backward": False})
 
 BLOCK = wp.constant(64)
-NOWHERE_CM = 1e6  # x, y and z of the dummy point that pads lists: no particle comes near it
+NOWHERE_CM = 1e6  # x, y and z of the dummy point that pads lists, far from all particles
 
 
 @wp.struct
 class Neighbours:
     """Lists of the fluid and wall particles near each mover.
 
-    For a CPU's loops they lie one behind the other, and are windows of one store that begin at every sixteenth entry.
-    ``BLOCK`` rows share ``room`` sixteens of it, and a thread has whole blocks. On a GPU each row has a window of its
-    own, and ``room`` is 0.
+    For a CPU's loops the lists follow each other in one store, in windows that begin at multiples of sixteen entries;
+    ``BLOCK`` rows share ``room`` times sixteen entries, and a thread takes whole blocks. On a GPU each row has a window
+    of its own, and ``room`` is 0.
     """
 
     store: wp.array[int]
-    wall_store: wp.array[int]  # That of the walls' lists where each row has a window of its own
+    wall_store: wp.array[int]  # Store of the walls' lists if each row has a window of its own
     fluid: wp.array2d[int]
     fluid_at: wp.array[int]  # Window of each row
     fluid_count: wp.array[int]
@@ -34,20 +34,20 @@ class Neighbours:
     wall_count: wp.array[int]
     room: int
     lanes: int  # Threads of a GPU that share a row
-    lacking: wp.array[int]  # 1 once a block has too little room for what was found
-    wall_particle: wp.array[wp.vec4]  # Position of each wall particle, and the share of the surface that it stands for
+    lacking: wp.array[int]  # 1 if a block has too little room for its lists
+    wall_particle: wp.array[wp.vec4]  # Position of each wall particle, and its share of the surface
 
 
 def neighbour_kernels(search: ModuleType, module: Any) -> Any:
-    """The kernel ``list_neighbours`` with the search of ``search``."""
+    """Return the kernel ``list_neighbours`` with the search of the module ``search``."""
     list_rows, block = search.list_rows, search.ROWS
 
     @wp.func(module=module)
     def cut(count: wp.array[int], row: int, slots: int):
-        """Returns whether a list had too few slots for what was found."""
-        found = count[row]
-        count[row] = wp.min(found, slots)
-        return found > slots
+        """Limit a list's count to its slots; return whether there were more."""
+        total = count[row]
+        count[row] = wp.min(total, slots)
+        return total > slots
 
     @wp.kernel(enable_backward=False, module=module)
     def list_neighbours(
@@ -59,9 +59,9 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
         walls_full: int,
         near: Neighbours,  # out
     ):
-        """List the fluid and the wall particles nearer than a cell's size, the particle itself apart.
+        """List the fluid and the wall particles nearer than a cell's size, without the particle itself.
 
-        The cells of both are the same; a list that is too short is a fault.
+        Fluid and walls have the same cells. A list that is too short is a fault.
         """
         for first in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             if first % block > 0:

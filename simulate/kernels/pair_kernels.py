@@ -1,4 +1,4 @@
-"""The kernels that sum over pairs of particles, with the inner loops that suit a device."""
+"""The kernels that sum over pairs of particles, with the inner loops for a device."""
 
 from functools import cache
 from typing import Any, NamedTuple
@@ -20,10 +20,10 @@ class PairKernels(NamedTuple):
 
 @cache
 def pair_kernels(native: bool) -> PairKernels:
-    """The same algorithm with the plain loops, or with those that a CPU runs eight or sixteen pairs at a time."""
+    """Return the kernels with plain loops or, if ``native``, with a CPU's loops over eight or sixteen pairs."""
     search, loops = (listing_cpu, pair_sums_cpu) if native else (listing, pair_sums)
     kind = f"simulate.kernels.pair_kernels.{'native' if native else 'plain'}"
-    # What few runs launch is compiled apart, for them alone.
+    # Kernels of few runs are compiled apart.
     module, seldom = MODULE if native else wp.get_module(kind), wp.get_module(f"{kind}.seldom")
     return PairKernels(
         neighbour_kernels(search, module),
@@ -32,5 +32,5 @@ def pair_kernels(native: bool) -> PairKernels:
     )
 
 
-# A kernel that its module gets after it was compiled has it compiled once more.
+# Made now, because a kernel that is added to a compiled module has the module compiled again.
 pair_kernels(native=True)

@@ -1,8 +1,8 @@
 """Device code of the inner loops: sums over a particle's neighbours. Centimetres and seconds.
 
-These are the equations, for any device. ``pair_sums_cpu`` has the same sums for CPUs, many neighbours at a time;
-tests compare the two. A list's ``row`` is its window in the store of all lists, of which the first ``count`` entries
-count; the rest is padding. If the threads of a warp share a row, each adds up every 32nd entry, and all get the sum.
+These are the equations, for any device. ``pair_sums_cpu`` has the same sums for CPUs, many neighbours at a time; tests
+compare the two. A list's ``row`` is its window in the store of all lists; entries after the first ``count`` are
+padding. If the threads of a warp share a row, each sums up every 32nd entry, and all get the total.
 """
 
 import warp as wp
@@ -15,11 +15,11 @@ wp.set_module_options({"enable_backward": False})
 ALONG = wp.constant(37.7)
 """Weight of a pair in the viscosity over that of Eq. 5, for the same viscosity of the fluid.
 
-36.2 are 5, because a pair pulls along its own line alone, times the ratio of the fourth moments of exp(-u^2) and
-(1 - u^2)^3, u = 0 to 1; the rest is by shear waves, for near neighbours keep apart.
+5, because a pair pulls only along its own line, times the ratio of the fourth moments of exp(-u^2) and (1 - u^2)^3, u =
+0 to 1, is 36.2. The rest was fitted to shear waves: neighbours keep a distance.
 """
 NEAREST_WALL = wp.constant(0.16)
-"""Least squared distance of a wall particle, over h^2, in the drag of walls: fluid stands at 0.22."""
+"""Least squared distance of a wall particle, over h^2, in the drag of walls; fluid at rest is at 0.22."""
 
 DensitySums = wp.types.vector(length=5, dtype=wp.float32)
 """Sum of (h^2 - r^2)^3; three sums of (h - r)^2 times the unit offset; sum of (h - r)^4."""
@@ -30,21 +30,21 @@ at rest; and ``sum_pulled`` of the velocity, and of the guess.
 GradientSums = wp.types.vector(length=15, dtype=wp.float32)
 """Sums of the offsets' products xx, yy, zz, xy, yz, zx; and of the velocities' differences times the offsets."""
 DragSums = wp.types.vector(length=6, dtype=wp.float32)
-"""D's sum over walls; drag that holds a fluid of viscosity 1; the same times the distance, and times the offsets."""
+"""D's sum over walls; no-slip drag of a fluid of viscosity 1; the same times the distance, and times the offsets."""
 WallSums = wp.types.vector(length=4, dtype=wp.float32)
 """The first four of DensitySums, each wall particle weighted by its share."""
 
 
 @wp.func
 def spike(support: float, distance: float):
-    """(h - r)^2 / r, which times the offset is the gradient of (h - r)^3 but for its scale.
+    """(h - r)^2 / r: times the offset, this is proportional to the gradient of (h - r)^3.
 
-    Zero for two particles at one position, which have no direction to part in.
+    Zero for two particles at one position, whose direction is undefined.
     """
-    left = wp.max(support - distance, 0.0)
+    depth = wp.max(support - distance, 0.0)
     if distance == 0.0:
         return 0.0
-    return left * left / distance
+    return depth * depth / distance
 
 
 @wp.func
@@ -56,9 +56,9 @@ def sum_density(
         other = position[listed[row, slot]]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         squared = wp.length_sq(offset)
-        left = wp.max(support * support - squared, 0.0)
+        rest = wp.max(support * support - squared, 0.0)
         slope = spike(support, wp.sqrt(squared))
-        sums[0] += left * left * left
+        sums[0] += rest * rest * rest
         sums[1] += slope * offset[0]
         sums[2] += slope * offset[1]
         sums[3] += slope * offset[2]
@@ -80,9 +80,9 @@ def sum_walls(
         other = wall[listed[row, slot]]
         offset = wp.vec3(here[0] - other[0], here[1] - other[1], here[2] - other[2])
         squared = wp.length_sq(offset)
-        left = wp.max(support * support - squared, 0.0)
+        rest = wp.max(support * support - squared, 0.0)
         slope = other[3] * spike(support, wp.sqrt(squared))
-        sums[0] += other[3] * left * left * left
+        sums[0] += other[3] * rest * rest * rest
         sums[1] += slope * offset[0]
         sums[2] += slope * offset[1]
         sums[3] += slope * offset[2]
@@ -99,7 +99,7 @@ def sum_correction(
     support: float,
     resting: float,
 ):
-    """Sum of (lambda_i + lambda_j) (h - r)^2 times the unit offset; a particle at rest answers with ``resting``."""
+    """Sum of (lambda_i + lambda_j) (h - r)^2 times the unit offset; for a particle at rest lambda_j is ``resting``."""
     total = wp.vec3(0.0)
     for slot in range(lane(), count, lanes()):
         other = position[listed[row, slot]]
@@ -113,7 +113,7 @@ def sum_correction(
 
 @wp.func
 def gauss(squared: float, support: float):
-    """exp(-r^2/h^2), cut off at h: the weight as the paper prints it, which agrees with its U and D."""
+    """exp(-r^2/h^2), cut off at h: the weight as printed in the paper, for its U and D."""
     if squared >= support * support:
         return 0.0
     return wp.exp(-squared / (support * support))
@@ -121,29 +121,29 @@ def gauss(squared: float, support: float):
 
 @wp.func
 def stick(squared: float, support: float):
-    """Weight of a wall particle in the drag that holds a fluid of viscosity 1 to a wall, in the cube of h.
+    """Weight of a wall particle in the no-slip drag of a fluid of viscosity 1, in the cube of h.
 
-    One layer of these weights, a radius deep, makes up for the pairs that a wall cuts off: for fluid whose speed grows
-    in proportion to the distance from the wall, up to three radii. A fit, to 2 % (decision 0111).
+    One layer of these weights, a radius deep, replaces the pairs that a wall cuts off, for fluid with a speed in
+    proportion to the distance from the wall, up to three radii. A fit, to 2 % (decision 0111).
     """
     share = wp.max(squared / (support * support), NEAREST_WALL)
-    left = wp.max(1.0 - share, 0.0)
-    return support * support * support * left * left * (0.42132 + (0.15390 / share - 0.19697) / share)
+    rest = wp.max(1.0 - share, 0.0)
+    return support * support * support * rest * rest * (0.42132 + (0.15390 / share - 0.19697) / share)
 
 
 @wp.func
 def distance_weight(squared: float, support: float):
     """Weight of ``stick`` times the distance from the wall, each summed over a plane wall; in the fourth power of h."""
     share = wp.max(squared / (support * support), NEAREST_WALL)
-    left = wp.max(1.0 - share, 0.0)
-    return support * support * support * support * left * ((0.12740 - 0.01363 / share) / share - 0.08634)
+    rest = wp.max(1.0 - share, 0.0)
+    return support * support * support * support * rest * ((0.12740 - 0.01363 / share) / share - 0.08634)
 
 
 @wp.func
 def near(squared: float, support: float):
     """(1 - r^2/h^2)^3: the weight of a pair in the viscosity."""
-    left = wp.max(1.0 - squared / (support * support), 0.0)
-    return left * left * left
+    rest = wp.max(1.0 - squared / (support * support), 0.0)
+    return rest * rest * rest
 
 
 @wp.func
@@ -157,7 +157,7 @@ def sum_gradient(
     moves: wp.vec3,
     support: float,
 ):
-    """The sums of a linear fit to the velocities around a particle, each pair by its weight in the viscosity."""
+    """Sums of a linear fit to the velocities around a particle, with the pairs' weights in the viscosity."""
     sums = GradientSums()
     for slot in range(lane(), count, lanes()):
         j = listed[row, slot]
@@ -193,10 +193,11 @@ def couple(
     support: float,
     links: wp.array2d[wp.vec3h],  # out
 ):
-    """Link of each pair: its line, as long as the root of five times mean volume, nearness and mean viscosity.
+    """Link of each pair: a vector along it, with the root of five times mean volume, nearness and mean viscosity.
 
-    The matrix is the sum of the links' squares: rounded to float16 it stays symmetric, without negative energies.
-    Returns the sums of a particle's own block of the matrix, and of its products with two vectors, not rounded.
+    The matrix is the sum of the links' squares. With links rounded to float16 it is still symmetric and has no negative
+    eigenvalues. Returns the sums of a particle's own block of the matrix, and of its products with two vectors, without
+    rounding.
     """
     sums = CoupleSums()
     for slot in range(lane(), count, lanes()):
@@ -238,9 +239,9 @@ def sum_printed(
     viscosity: float,
     support: float,
 ):
-    """U m/rho_j W_v of Eq. 5 times the difference of velocities, and by itself; each is summed over the neighbours.
+    """Sum of U m/rho_j W_v of Eq. 5 times the difference of velocities, and of the weight itself.
 
-    Two viscosities make one by their harmonic mean.
+    Two different viscosities are replaced by their harmonic mean.
     """
     sums = wp.vec4(0.0)
     for slot in range(lane(), count, lanes()):
@@ -264,7 +265,7 @@ def sum_drag(
     here: wp.vec4,
     support: float,
 ):
-    """Sum of D in Eq. 5, share times Gaussian over the wall particles; and what holds a fluid that sticks to them."""
+    """Sum of D in Eq. 5, share times Gaussian over the wall particles, and of the no-slip drag."""
     sums = DragSums()
     for slot in range(lane(), count, lanes()):
         other = wall[listed[row, slot]]
@@ -289,7 +290,7 @@ def sum_pulled(
     count: int,
     own: wp.vec3,
 ):
-    """Sum of the links times the velocities' difference along them; those of particles at rest are zero."""
+    """Sum of the links times the velocities' difference along them; particles at rest have velocity 0."""
     total = wp.vec3(0.0)
     for slot in range(lane(), count, lanes()):
         link = wp.vec3(links[row, slot])

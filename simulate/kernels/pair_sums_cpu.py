@@ -1,9 +1,9 @@
 """The sums of ``pair_sums`` for CPUs, eight or sixteen neighbours at a time; same names, arguments and meaning.
 
-They use vectors of the C++ compiler, and two instructions of AVX2 or AVX-512, where present: one finds a rough inverse
-root, one packs the neighbours found. On two cores of an EPYC the plain loops take eight to twelve times as long
-(``benchmarks/pbf_step.py``). The dummy point that pads a list is so far away that its terms are zero. The order of the
-sums differs, and so do the last bits.
+They use vectors of the C++ compiler and, if present, two instructions of AVX2 or AVX-512: a rough inverse root, and one
+that packs the neighbours. On two cores of an EPYC the plain loops take eight to twelve times as long
+(``benchmarks/pbf_step.py``). The dummy point that pads a list is so far away that its terms are zero. Sums are added in
+another order, so that their last bits differ.
 """
 
 import warp as wp
@@ -202,7 +202,7 @@ def sum_gradient(
 @wp.func_native(
     summed(
         "position",
-        "xx yy zz xy yz zx held vx vy vz gx gy gz",
+        "xx yy zz xy yz zx resting vx vy vz gx gy gz",
         NEAR,
         """
     LOADS(volume, viscosity, next, after, volume_and_viscosity.data, 8, l)
@@ -213,7 +213,7 @@ def sum_gradient(
     _Float16* at = out + s / 16 * 48 + s % 16;
     PUT(X, at); PUT(Y, at + 16); PUT(Z, at + 32);
     xx += X * X; yy += Y * Y; zz += Z * Z; xy += X * Y; yz += Y * Z; zx += Z * X;
-    held += W == RESTS ? weight : none;
+    resting += W == RESTS ? weight : none;
     LOADS(U, V, T, unused, velocity.data, 12, l)
     const floats still = (moves[0] - U) * X + (moves[1] - V) * Y + (moves[2] - T) * Z;
     vx += still * X; vy += still * Y; vz += still * Z;

@@ -27,7 +27,7 @@ from simulate.kernels.status import ESCAPED, MOVING, SPILLED, Particles, Span, b
 
 wp.set_module_options({"enable_backward": False})
 
-# One bit each: a particle's fault is their sum.
+# One bit each: a particle's faults are their sum.
 NEIGHBOURS_FULL = wp.constant(1)
 WALLS_FULL = wp.constant(2)
 NOT_FINITE = wp.constant(4)
@@ -35,14 +35,14 @@ TOO_FAST = wp.constant(8)
 TOO_DENSE = wp.constant(16)
 
 CARRIED_OVER = wp.constant(-1)
-"""Number that stands, in place of an iteration's, for the move by what the last substep's pressure leaves."""
+"""Number, in place of an iteration's, of the move by the pressure carried over from the last substep."""
 UNDONE = wp.constant(0.6)
 UNDONE_RANGE = wp.constant(0.3)
-"""Compression, over the rest density, that pressure undoes in a substep: from UNDONE on a share of its displacement
-outlasts the viscosity, UNDONE_RANGE further all of it. Beds that flow or rest are pressed together by less.
+"""Compression, over the rest density, that pressure corrects in a substep. From UNDONE on a share of its displacement
+is kept after viscosity has acted, from UNDONE_RANGE more all of it. Beds that flow or rest are compressed less.
 """
 MOST_BY_WALLS = wp.constant(0.6)
-"""Largest share of a density: a corner of two walls makes 0.43 (1 - 0.75^2), one of three 0.58."""
+"""Largest share of walls in a density; a corner of two walls has 0.43 (1 - 0.75^2), one of three 0.58."""
 
 
 @wp.struct
@@ -60,17 +60,17 @@ class Smoothing:
 
 @wp.struct
 class Effort:
-    """Start and end of each run's pressure in a substep, by run, and what an iteration makes of it, by row."""
+    """Start and number of iterations of each run's pressure in a substep, by run, and an iteration's moves, by row."""
 
     carried: wp.array[float]  # Share of the last substep's multipliers
     iterations: wp.array[int]
-    as_solved: wp.array[float]  # 1 for runs that move with the velocity that their viscosity leaves
+    as_solved: wp.array[float]  # 1 for runs that move after viscosity has acted
     correction: wp.array[wp.vec3]  # Move by Eq. 3
 
 
 @wp.func
 def takes_part(effort: Effort, run: int, iteration: int) -> bool:
-    """Returns whether a run's particles move in an iteration, or by what is carried over."""
+    """Return whether a run's particles move in an iteration, or by the carried-over pressure."""
     if iteration == CARRIED_OVER:
         return effort.carried[run] > 0.0
     return iteration < effort.iterations[run]
@@ -92,7 +92,7 @@ def predict(
     clearance: float,
     solid: Distance,
 ):
-    """V + (g - eta v) dt, x* = x + v dt, as far as walls allow (Eq. 4; Algorithm 1, line 2); what is carried over."""
+    """V + (g - eta v) dt, x* = x + v dt, as walls allow (Eq. 4; Algorithm 1, line 2), and the carried-over pressure."""
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         x = xyz(particles.position[i])
@@ -116,10 +116,10 @@ def shift(
     clearance: float,
     solid: Distance,
 ):
-    """Move by the pressure's correction; by a run's last in a substep as far as walls allow, by others as their planes.
+    """Move by the pressure's correction: in a run's last iteration as walls allow, in others as the nearest plane does.
 
-    The last move begins where the substep did, and stops what planes have let through. Runs that move ``as_solved``
-    make it later.
+    The last move starts at the substep's first position, so that walls stop also what planes did not. Runs that move
+    ``as_solved`` make the last move later.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -150,7 +150,7 @@ def shift(
 
 @run_kernel
 def update_velocity(rows: Span, particles: Particles, step_s: float):
-    """V = (x - x0) / dt, and a guess of what viscosity leaves of it: the last two substeps' course, gone on with."""
+    """V = (x - x0) / dt, and a guess of it after viscosity: the last two substeps' velocities, extrapolated."""
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         # Read before the guess takes its memory.
@@ -170,11 +170,11 @@ def move_as_solved(
     clearance: float,
     solid: Distance,
 ):
-    """X = x0 + v dt with the velocity that the viscosity left.
+    """X = x0 + v dt with the velocity after viscosity.
 
-    Eq. 5 changes velocities after positions have moved by v + g dt: without this a bank at rest slides in every
-    substep, and thick liquid falls at g dt however thick it is (decision 0155). Thick fluid takes away what pressure
-    does to a few particles as well; where that undid much compression, it stays done.
+    Eq. 5 changes velocities after positions have moved by v + g dt: without this a bank at rest slides in each substep,
+    and liquid of any viscosity falls at g dt (decision 0155). A thick fluid also reverses pressure's displacement of a
+    few particles; if that displacement corrected much compression, it is kept.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -197,9 +197,9 @@ def inspect(
     clearance: float,
     solid: Distance,
 ):
-    """Mark the particles that have a fault, and those that spilled over the edge or escaped through a wall.
+    """Mark particles with a fault, and those that spilled over the edge or escaped through a wall.
 
-    Walls are not asked for again near a place that is known to be farther from them.
+    Walls are not searched near a free ball.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -244,11 +244,11 @@ class PressureKernels(NamedTuple):
 
 
 def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> PressureKernels:
-    """The kernels of a pressure iteration that sum over pairs, with the inner loops of ``loops``.
+    """Return the kernels of a pressure iteration that sum over pairs, with the inner loops of ``loops``.
 
-    ``two_level`` is the Warp module of what an iteration on two levels alone launches.
+    ``two_level`` is the Warp module of kernels for two levels only.
 
-    They are defined in a function because Warp binds the functions that a kernel calls when the kernel is defined.
+    Kernels are defined in a function because Warp binds the functions that a kernel calls when it is defined.
     """
     sum_density, sum_walls, sum_correction = loops.sum_density, loops.sum_walls, loops.sum_correction
 
@@ -285,9 +285,9 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         effort: Effort,
         iteration: int,
     ):
-        """The change of lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps), as far as lambda_i stays below zero.
+        """Change lambda_i by (1 - rho_i) / (sum |grad C|^2 + eps); it stays at most 0.
 
-        Where nothing is carried over, lambda_i is the paper's: that of an iteration, which begins at zero.
+        If pressure is not carried over, lambda_i is the paper's: each iteration starts at 0.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
@@ -314,10 +314,10 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         kernel: Smoothing,
         coarse: CoarseRows,  # out: slope, yielding and compression
     ):
-        """Density, and what the coarse level needs of each particle.
+        """Density, and each particle's data for the coarse level.
 
-        Walls answer a multiplier, but not its gradient: a particle beside them feels only the part of that gradient
-        that its fluid neighbours make, and so takes a larger share of its nodes' multipliers.
+        Walls respond to a multiplier, but not to its gradient: only the fluid neighbours of a particle near a wall
+        contribute to it, and so the particle has a larger share in its nodes' multipliers.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
@@ -350,8 +350,8 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
 
         lambda is the position's fourth number: the multiplier, or its change in an iteration on two levels.
 
-        A particle at rest cannot give way: it answers with the particle's own multiplier or, as in the paper, with
-        none, and is then half as hard as it should be.
+        A particle at rest does not move: its multiplier is taken as the particle's own or, as in the paper, as 0, which
+        makes it half as hard as it should be.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]

@@ -1,4 +1,4 @@
-"""Device code of sleep below the yield stress: who wakes whom, and what falls asleep."""
+"""Device code of sleep below the yield stress: waking neighbours, and falling asleep."""
 
 import warp as wp
 
@@ -22,14 +22,13 @@ def wake(
     near: Neighbours,
     system: System,
 ):
-    """Wake the sleeping neighbours of a particle that is fast, or was above its yield stress for ``restless_s``.
+    """Wake the sleeping neighbours of a particle that is fast, or that flowed for ``restless_s``.
 
-    They count as quiet for ``rested_s``, until they flow.
-    Several threads may write to one of them; all write the same.
+    They count as quiet for ``rested_s``, until they flow. Several threads may write to a neighbour; all write the same.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
-        # Most particles have no neighbour at rest: walls alone hold them.
-        if system.held[row] == system.drag[row]:
+        # Equal for most particles, which do not have a neighbour at rest.
+        if system.restraint[row] == system.drag[row]:
             continue
         i = particles.mover[row]
         if paste.yields_at_most[i // particles.per_run] == 0.0:
@@ -53,7 +52,7 @@ def fall_asleep(
     slowest_shear: float,
     slowest: float,
 ):
-    """Bring to rest the particles that were below their yield stress for ``patience_s``."""
+    """Bring to rest the particles that were quiet for ``patience_s``."""
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         if particles.status[i] != MOVING or paste.yields_at_most[i // particles.per_run] == 0.0:

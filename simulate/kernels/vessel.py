@@ -1,6 +1,6 @@
-"""Device code that raises the surface of a bed to its particles, along the vertical lines of square cells. Millimetres.
+"""Device code that raises the surface of a bed to its particles, along vertical lines in square cells. Millimetres.
 
-It computes in double precision, in which the solid's crossings are known.
+It uses double precision, as the solid's crossings do.
 """
 
 import warp as wp
@@ -20,7 +20,7 @@ class Lines:
     last: wp.array[int]  # The highest crossing of each cell, or -1
     cell: wp.array[int]
     z_mm: wp.array[wp.float64]
-    upward: wp.array[int]  # 1 for a facet that looks up
+    upward: wp.array[int]  # 1 for a facet that faces up
 
 
 @wp.struct
@@ -40,9 +40,9 @@ def raise_over(
     reach_mm: wp.float64,
     lines: Lines,
 ):
-    """Raise the liquid to ``half_mm`` above a particle where the line of a cell within reach has an upward crossing.
+    """Raise the liquid to ``half_mm`` above a particle at upward crossings of the lines of cells within reach.
 
-    A particle counts for the stretch of the line that it is in. ``tops`` is the place of the first crossing's top.
+    The stretch of a line at the particle's height is raised. ``tops`` is the place of the first crossing's top.
     """
     size = lines.cell_mm
     reach = int(wp.ceil(reach_mm / size))
@@ -78,5 +78,5 @@ def raise_surface(
     reach_mm: wp.float64,
     lines: Lines,
 ):
-    """Raise the liquid above each upward crossing to ``half_mm`` above all particles that reach the cell's line."""
+    """Raise the liquid above each upward crossing to ``half_mm`` above all particles near the cell's line."""
     raise_over(liquid, 0, liquid.position_mm[wp.tid()], half_mm, reach_mm, lines)

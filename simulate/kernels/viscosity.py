@@ -1,9 +1,8 @@
 """Device code of the viscosity: Eq. 5 of the paper, its implicit form, and a yield stress in it. Centimetres, seconds.
 
-A particle's ``viscosity`` is the weight of its pairs in a substep: U of Eq. 5 over h sqrt(pi), or the weight that
-stands for a viscosity and a yield stress. In the implicit form pairs pull along the line between them, with the mean
-of both volumes, so that they keep momentum and angular momentum (decision 0111); the explicit passes are Eq. 5 as
-printed.
+A particle's ``viscosity`` is the weight of its pairs in a substep: U of Eq. 5 over h sqrt(pi), or the weight equivalent
+to a viscosity and a yield stress. In the implicit form a pair pulls along its line, with the mean of both volumes,
+which conserves momentum and angular momentum (decision 0111); the explicit passes are Eq. 5 as printed.
 """
 
 from types import ModuleType
@@ -20,27 +19,27 @@ from simulate.kernels.status import Particles, Span, end_of
 wp.set_module_options({"enable_backward": False})
 
 WALL_MOMENT = wp.constant(0.057)
-"""Weight of a wall in the fit that measures shear, over h and ``stick``'s weights: as that of the pairs it cuts off."""
+"""Weight of a wall in the fit for shear, over h and ``stick``'s weights: that of the pairs that the wall cuts off."""
 LEAST_MOMENT = wp.constant(6.0e-5)
-"""Moment, over h^5, below which a particle's neighbours say nothing of a direction: a thousandth of what a liquid has.
+"""Moment, over h^5, below which neighbours do not determine a gradient along a direction: a thousandth of a liquid's.
 """
 
 
 @wp.struct
 class Paste:
-    """Constants of each run's fluid, by the number of the run, and factors that all runs share."""
+    """Constants of each run's fluid, by the number of the run, and factors of all runs."""
 
     by_age: wp.array2d[wp.vec2]
     """Weight of pairs without a yield stress, at a shear of 1/s, and yield stress over density in cm2/s2, by run and
-    age in frames; the last age stands for all later ones.
+    age in frames; the last age is used for all later ones.
     """
-    flow_index: wp.array[float]  # Power of the shear in the stress: 1 for a viscosity that does not depend on it
+    flow_index: wp.array[float]  # Power of the shear in the stress: 1 for a viscosity independent of shear
     drag: wp.array[float]  # D of Eq. 5 in a substep over h sqrt(pi).
-    sticks: wp.array[float]  # 1 for a fluid that sticks to walls by its viscosity, 0 for one with a D of its own
+    sticks: wp.array[float]  # 1 for a fluid that sticks to walls by its viscosity, 0 for one with a given D
     stiffens_by: wp.array[float]  # Yield stress over density that a second of age adds
     yields_at_most: wp.array[float]
     per_viscosity: float  # Weight of pairs for each cm2/s of viscosity
-    slowest_shear: float  # 1/s: below it the paste creeps as a fluid of constant viscosity
+    slowest_shear: float  # 1/s: below it the viscosity is constant
     frames_to_freeze: wp.array[int]  # Age at which a particle is fixed
 
 
@@ -53,13 +52,13 @@ class ViscosityKernels(NamedTuple):
 
 @wp.func
 def not_slower(paste: Paste, gamma: float):
-    """Shear at which paste creeps, where it is slower than the slowest."""
+    """Return the shear, smoothly limited from below by the slowest."""
     return wp.sqrt(gamma * gamma + paste.slowest_shear * paste.slowest_shear)
 
 
 @wp.func
 def thinning(paste: Paste, run: int, gamma: float):
-    """Viscosity at a shear over that at 1/s, gamma^(n - 1)."""
+    """Return the viscosity at a shear over that at 1/s, gamma^(n - 1)."""
     if paste.flow_index[run] == 1.0:
         return 1.0
     return wp.pow(not_slower(paste, gamma), paste.flow_index[run] - 1.0)
@@ -67,30 +66,30 @@ def thinning(paste: Paste, run: int, gamma: float):
 
 @wp.func
 def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float, support: float):
-    """Shear, sqrt(2 D:D), of the linear fit to the velocities around a particle, and to walls that do not move."""
+    """Return the shear, sqrt(2 D:D), of a linear fit to the velocities around a particle and of walls, which are 0."""
     fit = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
-    found = wp.mat33(sums[6], sums[7], sums[8], sums[9], sums[10], sums[11], sums[12], sums[13], sums[14])
+    changes = wp.mat33(sums[6], sums[7], sums[8], sums[9], sums[10], sums[11], sums[12], sums[13], sums[14])
     normal = wp.normalize(wp.vec3(walls[3], walls[4], walls[5]))
-    # A wall counts as the volume that it cuts off, in particles.
+    # A wall has the weight of the volume that it cuts off, in particles.
     moment = WALL_MOMENT * support / volume
     fit += moment * walls[2] * wp.outer(normal, normal)
-    found += moment * walls[1] * wp.outer(moves, normal)
-    # Too few neighbours have no gradient across them.
+    changes += moment * walls[1] * wp.outer(moves, normal)
+    # With too few neighbours the gradient is 0.
     least = LEAST_MOMENT * support * support * support * support * support / volume
     for axis in range(3):
         fit[axis, axis] += least
-    gradient = found * wp.inverse(fit)
+    gradient = changes * wp.inverse(fit)
     rate = gradient + wp.transpose(gradient)
     return wp.sqrt(0.5 * wp.ddot(rate, rate))
 
 
 def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solved: bool) -> ViscosityKernels:
-    """The kernels of the viscosity that sum over pairs, with the inner loops of ``loops``.
+    """Return the kernels of the viscosity that sum over pairs, with the inner loops of ``loops``.
 
-    ``explicit`` is the Warp module of what the explicit passes alone launch. ``skips_solved``: runs that are solved,
-    whose products nobody reads, do not make the others of a launch wait, which threads of a GPU share.
+    ``explicit`` is the Warp module of the explicit passes' kernel. ``skips_solved``: do not compute the products of
+    runs that are solved, which saves time if runs share the threads of a GPU.
 
-    They are defined in a function because Warp binds the functions that a kernel calls when the kernel is defined.
+    Kernels are defined in a function because Warp binds the functions that a kernel calls when it is defined.
     """
     sum_gradient, couple, sum_drag = loops.sum_gradient, loops.couple, loops.sum_drag
     sum_pulled, sum_printed = loops.sum_pulled, loops.sum_printed
@@ -106,9 +105,9 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         frame_s: float,
         system: System,  # out: shear, at_walls
     ):
-        """Shear, by the velocities that the last substep left, and the viscosity of Herschel and Bulkley at it.
+        """Shear by the velocities of the last substep, and Herschel and Bulkley's viscosity at that shear.
 
-        gamma^2 is the rate at which a viscosity of 1 dissipates, in pairs and at walls.
+        gamma^2 is the dissipation by a viscosity of 1, in pairs and at walls.
         """
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
@@ -151,10 +150,10 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         neighbours: Neighbours,
         support: float,
         paste: Paste,
-        system: System,  # out: links, drag, held and inverse
-        search: Search,  # out: residual of the velocity without viscosity, and in ``product`` that of the guess
+        system: System,  # out: links, drag, restraint and inverse
+        search: Search,  # out: residual of the velocity without viscosity, and that of the guess in ``product``
     ):
-        """The link of each pair, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
+        """The links of pairs, the walls' drag, each particle's own block of the matrix, and V - (I + A) v."""
         for row in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             i = particles.mover[row]
             near = neighbours
@@ -182,7 +181,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
             system.drag[row] = drag
             # A pair pulls along one of three directions.
-            system.held[row] = drag + sums[6] / 3.0
+            system.restraint[row] = drag + sums[6] / 3.0
             block = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
             for axis in range(3):
                 block[axis, axis] += 1.0 + drag
@@ -220,7 +219,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
         neighbours: Neighbours,
         support: float,
         paste: Paste,
-        system: System,  # out: drag, and in ``held`` what a single pass would take at most of a velocity
+        system: System,  # out: drag, and in ``restraint`` the part of a velocity that a single pass may remove
         passes: float,
         before: wp.array[wp.vec3],
         after: wp.array[wp.vec3],  # out
@@ -248,7 +247,7 @@ def viscosity_kernels(loops: ModuleType, module: Any, explicit: Any, skips_solve
                 continue
             drag = paste.drag[i // particles.per_run] * walls[0] + system.at_walls[i] * walls[1]
             system.drag[row] = drag
-            system.held[row] = drag + pulled[3]
+            system.restraint[row] = drag + pulled[3]
             after[i] = own - (drag * own + wp.vec3(pulled[0], pulled[1], pulled[2])) / passes
 
     return ViscosityKernels(measure_shear, weigh_pairs, apply_matrix, pass_velocity)

@@ -1,4 +1,4 @@
-"""The schedule of a run: position, velocity and time of each particle's release, known before the run starts."""
+"""The schedule of a run: position, velocity and frame of each particle's release, made before the run starts."""
 
 import math
 from dataclasses import dataclass
@@ -11,18 +11,19 @@ from sealtwin.core.records import Floats, Integers, Trajectory
 from simulate.settings import Fluid, particle_volume
 from simulate.setup.rheology import NEVER
 
-PARTICLES_AT_MOST = 1_000_000  # Largest number of particles; their neighbour lists, where none freezes, take 3 GB
+PARTICLES_AT_MOST = 1_000_000  # Largest number of particles; if none freezes their neighbour lists take 3 GB
 RELEASED_AT_MOST = 100_000
-"""Largest number of one release. The disc is packed from a lattice of four times as many; the paper's holds seven."""
+"""Largest number of particles of a release; seven in the paper. A lattice of four times as many is made to pack it."""
 LEAST_SHIFT = 0.25
-"""Shift of a lone particle over its radius, at most, if the nozzle's bore leaves it less room than that."""
-ROUNDING = 1e-9  # Tolerance with which a whole number of frames does not become one more
+"""Largest shift of a lone particle over its radius, if the bore of the nozzle allows less."""
+ROUNDING = 1e-9  # Tolerance that keeps a whole number of frames from being rounded up
 
 
 class Outlet:
-    """The particles that leave the nozzle together, each time in another place about its axis.
+    """The particles that leave the nozzle together, at each release in other places about its axis.
 
-    Discs in line would stack up like coins. The seed turns a disc of several, and shifts a lone particle in the bore.
+    Equal discs would stack up like coins. A disc of several particles is turned, a lone particle is shifted within the
+    bore; both follow from the seed.
     """
 
     def __init__(self, radius_mm: float, diameter_mm: float, seed: int) -> None:
@@ -32,7 +33,7 @@ class Outlet:
 
     @property
     def release(self) -> int:
-        """Number of particles of a full release."""
+        """Number of particles in a full release."""
         return len(self._disc_mm)
 
     def places_mm(self, releases: int) -> Floats:
@@ -47,15 +48,15 @@ class Outlet:
 
 @dataclass(frozen=True)
 class Schedule:
-    """Every particle of a run in the order of release, mm and s."""
+    """All particles of a run in the order of release, mm and s."""
 
-    position_mm: Floats  # (n, 3), where it is released
+    position_mm: Floats  # (n, 3), of release
     velocity_mm_s: Floats  # (n, 3)
     frame_of: Integers  # (n,)
-    released: Integers  # (frames,): number of particles out once the frame's release is made
+    released: Integers  # (frames,): number of released particles, the frame's own release included
     frame_s: float
-    """Time in which the largest flow fills one release (Eq. 6), shortened to a whole fraction of the path's time."""
-    release: int  # Number of particles of a full release
+    """Time in which the largest flow fills one release (Eq. 6), shortened to divide the path's time evenly."""
+    release: int  # Number of particles in a full release
     dispensed_mm3: float
 
     @property
@@ -64,9 +65,9 @@ class Schedule:
 
 
 def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, seed: int) -> Schedule:
-    """Plan N particles by Eq. 6, a full disc at a time, as soon as the path has asked for one more than is out.
+    """Plan N particles by Eq. 6, in full discs, each released once the path's volume exceeds that of the ones before.
 
-    Raises InputError where the path gives no sealant.
+    Raises InputError if the path gives no sealant.
     """
     volume_mm3 = particle_volume(radius_mm)
     flow_mm3_s = trajectory.flow_mm3_s[:-1]
@@ -74,7 +75,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     if not (np.isfinite(asked_mm3).all() and (flow_mm3_s >= 0).all() and asked_mm3[-1] >= volume_mm3):
         raise InputError(
             f"trajectory: its flow gives {asked_mm3[-1]:g} mm3 of sealant; at least {volume_mm3:.3f} mm3, one particle "
-            f"of radius {radius_mm:g} mm, is needed, and no flow below 0. Check flow_mm3_s and t_s."
+            f"of radius {radius_mm:g} mm, is needed, and a flow must not be negative. Check flow_mm3_s and t_s."
         )
     particles = round(asked_mm3[-1] / volume_mm3)
     if particles > PARTICLES_AT_MOST:
@@ -101,7 +102,7 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
     released = np.zeros(frames, dtype=np.int64)
     out = 0
     for frame in range(frames):
-        # Rounding must not open a release.
+        # The tolerance keeps rounding from starting a release.
         if wanted[frame] > out + 1e-6:
             out = min(out + outlet.release, particles)
         released[frame] = out
@@ -125,9 +126,9 @@ def plan_releases(trajectory: Trajectory, radius_mm: float, diameter_mm: float, 
 
 
 def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -> Floats:
-    """Mean flow over the sealant that each frame gives, not over its time, mm³/s; NaN where it gives none.
+    """Return the mean flow of each frame, weighted by volume and not by time, mm³/s; NaN in a frame without sealant.
 
-    A frame in which the flow begins gives little sealant, but at full flow.
+    A frame in which the flow begins has little sealant, but at full flow.
     """
     flow_mm3_s, lasts_s = trajectory.flow_mm3_s[:-1], np.diff(trajectory.t_s)
     volume, weighted = (np.concatenate([[0.0], np.cumsum(flow_mm3_s**power * lasts_s)]) for power in (1, 2))
@@ -139,28 +140,28 @@ def _flow_as_it_leaves(trajectory: Trajectory, ends_s: Floats, frame_s: float) -
 
 
 def pack_disc(disc_radius: float, radius: float) -> Floats:
-    """Centres of the most circles of a hexagonal lattice that a disc holds, (n, 2); one where it holds none.
+    """Return the centres of as many circles of a hexagonal lattice as fit a disc, (n, 2), at least one.
 
-    The disc's middle is tried on a circle's centre, between two circles and between three.
+    The disc is centred on a circle, between two circles and between three; the best of these is returned.
     """
     reach = math.ceil(disc_radius / radius) + 1
     a, b = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1))
     lattice = 2 * radius * np.column_stack([a.ravel() + b.ravel() / 2, b.ravel() * math.sqrt(3) / 2])
     middles = 2 * radius * np.array([[0.0, 0.0], [0.5, 0.0], [0.5, math.sqrt(3) / 6]])
     packings = [lattice - middle for middle in middles]
-    held = [p[np.hypot(*p.T) + radius <= disc_radius * (1 + 1e-9)] for p in packings]
-    best = max(held, key=len)
+    fitting = [p[np.hypot(*p.T) + radius <= disc_radius * (1 + 1e-9)] for p in packings]
+    best = max(fitting, key=len)
     return best if len(best) else np.zeros((1, 2))
 
 
-LAUNCHES = 250  # Moving particles that a substep takes as long for as for its launches, on the machine of the README
+LAUNCHES = 250  # Moving particles that take as long as the launches of a substep, on the machine of the README
 
 
 class ParticleCounts(NamedTuple):
     """Numbers of particles of one run, by frame."""
 
-    out: Integers  # (frames,): number that has left the nozzle
-    moving: Integers  # (frames,): largest number that may move: those that have not frozen by their age
+    out: Integers  # (frames,): number of released particles
+    moving: Integers  # (frames,): largest number that can move: those that are not frozen by age
 
     @property
     def frames(self) -> int:
@@ -169,12 +170,12 @@ class ParticleCounts(NamedTuple):
 
     @property
     def work(self) -> Integers:
-        """Expected computing work of each frame's substeps, in moving particles, (frames,)."""
+        """Expected computing work of each frame, in moving particles, (frames,)."""
         return LAUNCHES + self.moving
 
 
 def course_of(schedule: Schedule, fluid: Fluid, settle_s: float) -> ParticleCounts:
-    """The numbers of a run, whose particles leave the nozzle in order and freeze by age in the same order."""
+    """Return the numbers of a run. Particles freeze in the order in which they were released."""
     settling = math.ceil(settle_s / schedule.frame_s - ROUNDING)
     out = np.pad(schedule.released, (0, settling), mode="edge")
     ages = frames_to_freeze(fluid, schedule.frame_s)
@@ -185,7 +186,7 @@ def course_of(schedule: Schedule, fluid: Fluid, settle_s: float) -> ParticleCoun
 
 
 def frames_to_freeze(fluid: Fluid, frame_s: float) -> int:
-    """Age in frames at which a particle is fixed, below NEVER; or NEVER."""
+    """Age in frames at which particles freeze; NEVER if they do not."""
     if fluid.freeze_after_s == "never":
         return NEVER
     return math.ceil(min(fluid.freeze_after_s / frame_s, NEVER - 1) - ROUNDING)

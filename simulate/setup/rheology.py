@@ -1,4 +1,4 @@
-"""The rheology of a run's sealant in the solver's units, and the constants of several runs on the device."""
+"""The rheology of a sealant in the solver's units, and the constants of several runs on the device."""
 
 import math
 from collections.abc import Sequence
@@ -11,19 +11,20 @@ from sealtwin.core.records import Floats
 from simulate.kernels import viscosity as device_code
 
 LAW = 0.1185
-"""nu = LAW U h^4 / dt: half the second moment of the weight over h^4, lengths in cm. Held to 5 % by shear waves."""
+"""nu = LAW U h^4 / dt: half the second moment of the weight over h^4, lengths in cm. Confirmed to 5 % by shear waves.
+"""
 RUBS = 0.010
-"""Viscosity that particles add by pushing past each other, over R^2 / dt at the step of ``FALL``; measured in shear
-waves of 30 to 300 mm/s and in channels, to a factor of two (decision 0111).
+"""Viscosity that particles add as they push past each other, over R^2 / dt at the substep of ``FALL``. Measured to a
+factor of two in shear waves of 30 to 300 mm/s and in channels (decision 0111).
 """
 FALL = 0.035
-"""Fall from rest in one substep, g dt^2 over h, where pressure carries over; more compresses the column. The shipped
-trial has 3 substeps.
+"""Largest fall from rest in one substep, g dt^2 over h, if pressure carries over; a larger one compresses the column.
+It gives the shipped trial 3 substeps.
 """
 DAMPS = 33.0
-"""Damping over nu dt / h^2, of particles packed as a liquid: a third of the sum of their weights."""
+"""Damping over nu dt / h^2 of particles packed as a liquid: a third of the sum of their weights."""
 SWINGS = 10.0
-"""Shear in 1/s of a column of weak paste that swings under its own pressure."""
+"""Shear in 1/s of a column of weak paste that oscillates under its own pressure."""
 CM2_IN_M2 = 1e4
 NEVER = 2**30  # Frames to freeze of sealant that does not freeze
 
@@ -33,17 +34,17 @@ class Rheology(NamedTuple):
 
     viscous_weight: float  # U of Eq. 5.
     wall_weight_cm: float  # D of Eq. 5.
-    viscosity_pa_s: float = 0.0  # Viscosity of fresh paste at a shear of 1/s, as given or as U amounts to
-    sticks: bool = False  # To walls, by its viscosity; D is then 0
+    viscosity_pa_s: float = 0.0  # Viscosity of fresh paste at a shear of 1/s, given or equivalent to U
+    sticks: bool = False  # True if it sticks to walls by its viscosity; D is then 0
     flow_index: float = 1.0
     yield_cm2_s2: float = 0.0  # Yield stress of fresh paste
     stiffening_cm2_s3: float = 0.0
     yield_most_cm2_s2: float = 0.0
     frames_to_freeze: int = NEVER
-    physical: bool = False  # Its viscosity was given in physical units, and not as the paper's U
+    physical: bool = False  # True if its viscosity was given in physical units, not as the paper's U
     by_age: Floats | None = None
-    """U and yield stress of particles of each age in frames, (n, 2), of which the last row holds from there on; None
-    where they are those of fresh paste at any age, but for the stiffening.
+    """U and yield stress by age in frames, (n, 2); the last row is valid for all later ages. None if only the
+    stiffening changes them.
     """
 
     @property
@@ -55,7 +56,7 @@ class Rheology(NamedTuple):
 
     @property
     def thickens(self) -> bool:
-        """The viscosity depends on the shear."""
+        """True if the viscosity depends on the shear."""
         return self.yields or self.flow_index != 1
 
     @property
@@ -64,20 +65,20 @@ class Rheology(NamedTuple):
 
     @property
     def moves_as_solved(self) -> bool:
-        """Particles move with the velocity that viscosity leaves, and not before it as in the paper's Algorithm 1."""
+        """True if particles move after viscosity has acted, and not before as in the paper's Algorithm 1."""
         return self.yields or self.physical
 
     def damping(self, support: float, frame_s: float, substeps: int) -> float:
-        """Share of a speed among neighbours at rest that viscosity takes in a substep, to first order.
+        """Share of a particle's speed, among neighbours at rest, that viscosity removes in a substep, to first order.
 
-        It is the least over all ages, at a shear of ``SWINGS``. ``support`` is h in cm.
+        The least over all ages, at a shear of ``SWINGS``. ``support`` is h in cm.
         """
         thin, tau = self.course.T
         kinematic = kinematic_viscosity(1.0, support, frame_s) * SWINGS ** (self.flow_index - 1) * thin + tau / SWINGS
         return float(DAMPS * kinematic.min() * frame_s / substeps / support**2)
 
     def reached_cm2_s2(self, age_s: float) -> float:
-        """The largest yield stress up to an age, over the density."""
+        """Return the largest yield stress up to an age, over the density."""
         given = max(float(self.course[:, 1].max()), self.yield_cm2_s2)
         return max(given, min(self.yield_most_cm2_s2, given + self.stiffening_cm2_s3 * age_s))
 
@@ -87,34 +88,34 @@ class Rheology(NamedTuple):
 
 
 def kinematic_viscosity(weight: float, support: float, step_s: float) -> float:
-    """Kinematic viscosity of Eq. 5 with U = ``weight``, once in ``step_s``; cm2/s."""
+    """Return the kinematic viscosity of Eq. 5 with U = ``weight``, applied once in ``step_s``; cm2/s."""
     return LAW * weight * support**4 / step_s
 
 
 def dynamic_viscosity(weight: float, density_kg_m3: float, support: float, step_s: float) -> float:
-    """Viscosity in Pa s of Eq. 5 with U = ``weight``, if particles move with the velocity that it leaves."""
+    """Return the viscosity in Pa s of Eq. 5 with U = ``weight``, if particles move after it has acted."""
     return kinematic_viscosity(weight, support, step_s) / CM2_IN_M2 * density_kg_m3
 
 
 def viscous_weight(kinematic: float, support: float, step_s: float) -> float:
-    """U for a kinematic viscosity in cm2/s."""
+    """Return U for a kinematic viscosity in cm2/s."""
     return kinematic * step_s / (LAW * support**4)
 
 
 def added_viscosity(radius: float, step_s: float) -> float:
-    """Kinematic viscosity in cm2/s that the particles themselves add to a fluid; ``radius`` in cm.
+    """Return the kinematic viscosity in cm2/s that particles add to any fluid; ``radius`` in cm.
 
-    No fluid is thinner. Shorter substeps than those of ``FALL`` push more often, and add more.
+    With substeps shorter than those of ``FALL`` particles push more often, and add more.
     """
     usual_s = math.sqrt(FALL * 4 * radius / 981.0)
     return RUBS * radius**2 / step_s * max(1.0, usual_s / step_s) ** 0.75
 
 
 def no_slip_weight(kinematic: float, support: float, step_s: float) -> float:
-    """D that stands for a wall to which fluid of a kinematic viscosity sticks, in the length unit of the arguments.
+    """Return the D of a wall to which fluid of a kinematic viscosity sticks, in the length unit of the arguments.
 
-    Where the speed grows in proportion to the distance from the wall, the layer of wall particles then takes as much
-    momentum as the viscosity brings to it: nu = integral of (D / dt) B(z) z.
+    If the speed grows in proportion to the distance from the wall, the wall particles then take as much momentum as
+    viscosity brings to the wall: nu = integral of (D / dt) B(z) z.
     """
     radius = support / 4
     z = np.linspace(0.0, support, 2001)
@@ -127,8 +128,8 @@ def no_slip_weight(kinematic: float, support: float, step_s: float) -> float:
 def paste_on_device(
     fluids: Sequence[Rheology], support: float, step_s: float, substeps: int, slowest_shear_per_s: float, device: str
 ) -> Any:
-    """The constants of each run for a substep of ``step_s``; below ``slowest_shear_per_s`` paste creeps."""
-    # Eq. 5 weighs with exp(-r^2/h^2) / (h sqrt(pi)); the kernels leave the divisor to these constants.
+    """Return the constants of each run for a substep of ``step_s``; below ``slowest_shear_per_s`` paste creeps."""
+    # The weight of Eq. 5 is exp(-r^2/h^2) / (h sqrt(pi)); its divisor is part of these constants.
     shape = math.sqrt(math.pi) * support
 
     def by_run(values: Sequence[float]) -> wp.array:

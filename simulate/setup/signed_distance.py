@@ -1,4 +1,4 @@
-"""The signed distance to the solid: exact from its mesh, and from a grid that is fast enough for every step."""
+"""The signed distance to the solid: exactly by its mesh, and by a grid that is fast enough for each substep."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,35 +13,35 @@ from simulate.kernels import distance as device_code
 from simulate.kernels import exact_distance
 
 Mask = NDArray[np.bool_]
-CM = 0.1  # Centimetres in a millimetre: kernels work in centimetres
+CM = 0.1  # Centimetres per millimetre: kernels use centimetres
 CLEARANCE = 0.86
 """Clearance of a particle's centre from a wall over its radius, at which fluid rests on calibrated walls."""
 MARGIN_MM = 12.0
-"""Width of the face around the crack's mouth that the grid covers; beyond it sealant rests on the plane z = 0."""
-RAISED_MM = 1e-3  # Height above which a vertex is not a rounding error of the face
-ROUND = 0.15  # Distance over the radius by which walls may be off a plane that stands for them
-EVERYWHERE_MM = 1e7
-SLACK = 1.001  # Factor of a length that rounding may have shortened
+"""Width of the face around the mouth that the grid covers; farther out sealant rests on the plane z = 0."""
+RAISED_MM = 1e-3  # Height over the face above which a vertex is not due to rounding
+ROUND = 0.15  # Largest distance, over the radius, of walls from the plane that replaces them
+EVERYWHERE_MM = 1e7  # Search distance that reaches all triangles
+SLACK = 1.001  # Factor on a length that may have been rounded down
 COARSE = 4  # Blocks along the edge of a group of blocks
 BLOCKS_AT_MOST = 4_000_000
-"""Largest number of blocks of 64 cells: 1.6 m of a paper-sized crack at its radius, and 3 GB at worst."""
+"""Largest number of blocks of 64 cells: 1.6 m of a crack as in the paper, at its radius, and 3 GB at worst."""
 
 
 @dataclass(frozen=True)
 class Barrier:
-    """The solid as an obstacle, which no particle may enter."""
+    """The solid as an obstacle for particles."""
 
-    grid: Any  # A ``kernels.distance.Distance`` of spacing R/2, which does not resolve thinner walls
+    grid: Any  # A ``kernels.distance.Distance`` of spacing R/2; it does not resolve thinner walls
     mesh: wp.Mesh
     clearance: float  # Least distance in cm of a particle's centre from walls
     device: str
 
     def exact_mm(self, points_mm: Floats) -> Floats:
-        """Signed distance from the mesh itself, (n,): negative inside the solid."""
+        """Return the signed distance from the mesh, (n,): negative inside the solid."""
         return exact_distance_mm(self.mesh, points_mm, self.device)
 
     def sampled_mm(self, points_mm: Floats) -> Floats:
-        """Signed distance from the grid, (n,); away from the surface a lower bound of its size."""
+        """Return the signed distance by the grid, (n,); far from the surface its size is a lower bound."""
         points = wp.array(points_mm * CM, dtype=wp.vec3, device=self.device)
         distance = wp.empty(len(points_mm), dtype=float, device=self.device)
         wp.launch(device_code.sample_distance, len(points_mm), inputs=[self.grid, points, distance], device=self.device)
@@ -49,9 +49,9 @@ class Barrier:
 
 
 def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str) -> Barrier:
-    """Distances in a box around the crack, on blocks near the surface only.
+    """Build the distances in a box around the crack, on blocks near the surface only.
 
-    Raises InputError where the box is too large for the radius.
+    Raises InputError if the box has too many blocks for the radius.
     """
     mesh = _mesh(solid, solid.faces, device)
     spacing_mm = radius_mm / 2
@@ -90,9 +90,9 @@ def build_barrier(solid: Solid, outline: Outline, radius_mm: float, device: str)
 def _at_centres(
     mesh: wp.Mesh, low: Floats, number: Integers, middle_mm: Floats, near_mm: float, block_mm: float, device: str
 ) -> Floats:
-    """Distance at each block's centre, (b,), or a lower bound of it where it is larger than ``near_mm``.
+    """Return the distance at each block's centre, (b,), or, above ``near_mm``, a lower bound of it.
 
-    Blocks are measured one by one only where their group of ``COARSE`` cubed comes near the surface.
+    Single blocks are measured only if their group of ``COARSE`` cubed is near the surface.
     """
     groups = number.max(axis=0) // COARSE + 1
     member = np.ravel_multi_index(tuple((number // COARSE).T), tuple(groups))
@@ -108,19 +108,19 @@ def _at_centres(
 
 
 def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block_mm: float, device: str) -> Mask:
-    """Mask of the blocks, (b,), that are in all positions nearer to the face than to anything else."""
+    """Return the mask of blocks, (b,), in which the face is nearest to each position."""
     top = solid.face_label == FaceLabel.TOP
     flat = np.abs(solid.vertices_mm[solid.faces[top]][:, :, 2]).max(initial=0.0) <= RAISED_MM
     if top.all() or not top.any() or not flat:
         return np.zeros(len(middle_mm), dtype=bool)
     others = _mesh(solid, solid.faces[~top], device)
-    # Where nothing else is within this reach, the face is nearer to each place in the block and around it.
+    # If nothing else is within this distance, the face is nearest in the whole block and around it.
     reach_mm = half_diagonal_mm + np.abs(middle_mm[:, 2]) + block_mm / 2
     return np.isnan(_beside_mm(others, middle_mm, np.zeros(len(middle_mm)), reach_mm, device))
 
 
 def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers, device: str) -> Floats:
-    """Distances on the nodes of the blocks ``noded``, (b, NODES), in a grid that has no nodes yet."""
+    """Compute node distances of the blocks marked in ``noded``, (b, NODES), for a grid without nodes."""
     blocks = exact_distance.Blocks()
     blocks.number = wp.array(noded, dtype=wp.vec3i, device=device)
     blocks.distance = wp.empty((len(noded), int(device_code.NODES)), dtype=float, device=device)
@@ -131,7 +131,7 @@ def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers, device: str) -> Floats:
 
 
 def _off_plane(nodes_mm: Floats) -> Floats:
-    """Largest difference between the distances of a block's nodes, (b, NODES), and those from a plane, (b,)."""
+    """Return the largest difference of each block's node distances, (b, NODES), from those of a plane, (b,)."""
     side = np.arange(device_code.BLOCK + 1) - device_code.BLOCK / 2
     away = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
     away = away.astype(nodes_mm.dtype)
@@ -152,14 +152,14 @@ def _blocks(solid: Solid, outline: Outline, radius_mm: float) -> Integers:
 
 
 def grid_fits(solid: Solid, outline: Outline, radius_mm: float) -> bool:
-    """Return whether the distance grid around a crack may be as fine as a radius needs it."""
+    """Return whether the distance grid around a crack can be as fine as a radius requires."""
     return bool(np.prod(_blocks(solid, outline, radius_mm), dtype=float) <= BLOCKS_AT_MOST)
 
 
 def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floats, Floats]:
-    """Low and high corner, (3,) each, of all that sealant in the crack or near its mouth can touch.
+    """Return the corners, (3,) each, of the box of all that sealant in the crack or near its mouth can touch.
 
-    They include walls that lean far and parts above the face, also beyond the margin.
+    It includes far-leaning walls and parts above the face, also outside the margin.
     """
     inner = solid.faces[np.isin(solid.face_label, [FaceLabel.WALL, FaceLabel.FLOOR, FaceLabel.END])]
     raised = np.flatnonzero(solid.vertices_mm[:, 2] > RAISED_MM)
@@ -171,19 +171,19 @@ def crack_box_mm(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Floa
 
 
 def exact_distance_mm(mesh: wp.Mesh, points_mm: Floats, device: str) -> Floats:
-    """Exact signed distance, (n,); NaN for a point that is NaN. Raises InputError where no triangle has any area."""
+    """Return the exact signed distance, (n,); NaN for a NaN point. Raises InputError if no triangle has an area."""
     nothing = np.zeros(len(points_mm))
-    found = _beside_mm(mesh, points_mm, nothing, nothing + EVERYWHERE_MM, device)
-    if np.isnan(found[np.isfinite(points_mm).all(axis=1)]).any():
+    distance_mm = _beside_mm(mesh, points_mm, nothing, nothing + EVERYWHERE_MM, device)
+    if np.isnan(distance_mm[np.isfinite(points_mm).all(axis=1)]).any():
         raise InputError("the solid has no triangle of any area: check the mesh, or digitise again.")
-    return found
+    return distance_mm
 
 
-def _beside_mm(mesh: wp.Mesh, points_mm: Floats, known_mm: Floats, away_mm: Floats, device: str) -> Floats:
-    """Exact signed distance, (n,), of points each of which is ``away_mm`` from one with distance ``known_mm``."""
+def _beside_mm(mesh: wp.Mesh, points_mm: Floats, nearby_mm: Floats, away_mm: Floats, device: str) -> Floats:
+    """Return the exact signed distance, (n,), of points ``away_mm`` from others with distance ``nearby_mm``."""
     places = exact_distance.Places()
     places.point = wp.array(points_mm * CM, dtype=wp.vec3, device=device)
-    places.known = wp.array(known_mm * CM, dtype=float, device=device)
+    places.nearby = wp.array(nearby_mm * CM, dtype=float, device=device)
     places.away = wp.array(away_mm * CM * SLACK, dtype=float, device=device)
     places.distance = wp.empty(len(points_mm), dtype=float, device=device)
     wp.launch(exact_distance.measure_places, len(points_mm), inputs=[mesh.id, places], device=device)

@@ -15,18 +15,17 @@ from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, bu
 from simulate.vessel import counted
 
 TURN = np.arctan((np.sqrt(5) - 1) / 2)
-"""Angle of the golden ratio: no slope of small numbers is near it, so no row of points runs along an edge."""
+"""Angle of the golden ratio: it is far from simple slopes, so that no row of points is along an edge."""
 SHIFT = np.array([np.sqrt(2) - 1, np.sqrt(3) - 1])
-"""Offset of the lattice from the origin, in steps, so that a corner of the sample at the origin is no point of it."""
+"""Offset of the lattice from the origin, in steps, so that a corner of the sample at the origin is not a node."""
 OFF_NODE = 1e-3
-"""Scatter of points around their nodes, in steps: without it rounding would decide between two points that are exactly
-as near."""
-LEVEL = 0.99  # Vertical part of a normal beyond which a plane has no horizontal direction of its own, and takes x
-CANDIDATES = 20  # Candidates for each particle that is kept: more do not make the layer more even
+"""Scatter of points around their nodes, in steps: without it rounding would decide between two equally near points."""
+LEVEL = 0.99  # Vertical part of a normal above which the plane counts as horizontal and its first axis is x
+CANDIDATES = 20  # Candidates per chosen particle; more do not make the layer more even
 PARTS, LEAST_PART = 12, 2000
-"""Parts in which candidates are chosen from, and the least number of candidates in one."""
+"""Number of parts into which the candidates are divided, and the least number of candidates in a part."""
 NEAREST = 0.78
-"""Least distance of two wall particles over 2R: with it a greedy choice leaves no hole wider than one particle."""
+"""Least distance of two wall particles over 2R: a greedy choice then has no hole wider than one particle."""
 
 
 @dataclass(frozen=True)
@@ -34,48 +33,48 @@ class WallParticles:
     """Wall particles on the device."""
 
     position_and_share: Any
-    """Position in cm, and share: the surface that a particle stands for over (2R)^2, 1 on average for any triangles."""
+    """Position in cm, and share: a particle's part of the surface over (2R)^2, 1 on average for any triangles."""
 
 
 @dataclass(frozen=True)
 class Enclosure:
-    """Barrier and wall particles of a crack; runs only read them, so that a study builds them once."""
+    """Barrier and wall particles of a crack. Runs only read them, so that a study builds them once."""
 
     barrier: Barrier
     walls: WallParticles
 
 
 def enclose(solid: Solid, outline: Outline, radius_mm: float, device: str) -> Enclosure:
-    """Build the distances to the solid and the wall particles. Raises InputError where either would be too large."""
+    """Build the distances to the solid and the wall particles. Raises InputError if the grid would be too large."""
     barrier = build_barrier(solid, outline, radius_mm, device)
     return Enclosure(barrier, place_walls(solid, outline, barrier, radius_mm))
 
 
 def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: float) -> WallParticles:
-    """Cover evenly all that sealant can touch. There is no seed: the layer is part of the geometry, not of a run."""
+    """Cover all that sealant can touch evenly. It does not depend on a seed: the layer is part of the geometry."""
     spacing_mm = 2 * radius_mm
     touched = solid.face_label != FaceLabel.OUTSIDE
     label, triangles_mm = solid.face_label[touched], solid.vertices_mm[solid.faces[touched]]
     points = spread_points(triangles_mm, spacing_mm / np.sqrt(CANDIDATES))
-    # All of the cavity, and the part of the face that sealant may run over.
+    # The whole cavity, and the part of the face that sealant may cover.
     near = label[points.face] != FaceLabel.TOP
     near[~near] = _near_crack(points.position_mm[~near], outline)
     deep = points.position_mm[near] - radius_mm * _normals(triangles_mm)[points.face[near]]
-    # Across a thin nose the far wall is nearer than the near one: such a point would be outside the solid there.
-    held = barrier.exact_mm(deep) <= -0.9 * radius_mm if len(deep) else np.zeros(0, dtype=bool)
-    kept = _spread(deep[held], points.lot[near][held], NEAREST * spacing_mm)
-    _, nearest = KDTree(kept).query(deep)
-    share = np.bincount(nearest, minlength=len(kept)) / CANDIDATES
+    # In a thin nose a radius deep is nearer to the opposite wall, or outside the solid: such points are dropped.
+    inside = barrier.exact_mm(deep) <= -0.9 * radius_mm if len(deep) else np.zeros(0, dtype=bool)
+    chosen = _spread(deep[inside], points.lot[near][inside], NEAREST * spacing_mm)
+    _, nearest = KDTree(chosen).query(deep)
+    share = np.bincount(nearest, minlength=len(chosen)) / CANDIDATES
     dummy = np.full((1, 4), NOWHERE_CM)
-    padded = np.concatenate([np.column_stack([kept * CM, share]), dummy])
-    return WallParticles(wp.array(padded, dtype=wp.vec4, device=barrier.device)[: len(kept)])
+    padded = np.concatenate([np.column_stack([chosen * CM, share]), dummy])
+    return WallParticles(wp.array(padded, dtype=wp.vec4, device=barrier.device)[: len(chosen)])
 
 
 def calibrated_wall_mass(radius: float) -> float:
-    """Psi of calibrated walls over the rest density, in the cube of the radius' unit.
+    """Return psi of calibrated walls over the rest density, in the cube of the radius' unit.
 
-    A flat layer of spacing 2R, R deep, then adds as much as the half of the kernel that a wall cuts off, for a
-    particle at the clearance: about 0.22 / W(0) where the source takes 1 / W(0), which keeps the fluid 1.45 R off.
+    For a particle at the clearance a flat layer of spacing 2R, R deep, then adds as much density as the half of the
+    kernel that a wall cuts off: about 0.22 / W(0). The paper's solver has 1 / W(0), which keeps the fluid 1.45 R away.
     """
     support = 4 * radius
     distance = CLEARANCE * radius
@@ -92,64 +91,64 @@ def calibrated_wall_mass(radius: float) -> float:
 
 
 def source_wall_mass(radius: float) -> float:
-    """Psi over the rest density in the solver that the paper built on: 1 / W(0)."""
+    """Return psi over the rest density in the paper's solver: 1 / W(0)."""
     return 64 * np.pi * (4 * radius) ** 3 / 315
 
 
 def _normals(triangles_mm: Floats) -> Floats:
-    """Outward, (f, 3); of length 0 where a triangle is a needle."""
+    """Return outward normals, (f, 3); of length 0 for a triangle without area."""
     across = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
     length = np.linalg.norm(across, axis=1)
     return across / np.where(length > 0, length, 1.0)[:, None]
 
 
 def _near_crack(points_mm: Floats, outline: Outline) -> np.ndarray:
-    """Mask of the points within the margin of the crack in the horizontal plane, (n,)."""
+    """Return the mask of points within the margin around the crack in the horizontal plane, (n,)."""
     rows = np.concatenate([outline.left_wall_mm, outline.centreline_mm, outline.right_wall_mm])
     away, _ = KDTree(rows).query(points_mm[:, :2], distance_upper_bound=MARGIN_MM)
     return np.isfinite(away)
 
 
 def _spread(points: Floats, lot: NDArray[np.uint64], apart: float) -> Floats:
-    """The greedy choice, in the order of ``lot``, of points no two of which are nearer than ``apart``.
+    """Choose points greedily in the order of ``lot``, so that two of them are at least ``apart`` from each other.
 
-    It is made part by part. Most points are dropped beside one chosen before them, and their pairs never listed.
+    Points are chosen part by part. Most are near one chosen before and dropped, so that their pairs are never listed.
     """
-    # Planes that meet may each have a node of the same lot; those differ in place.
-    left = points[np.lexsort((*points.T, lot))]
-    part = max(LEAST_PART, len(left) // PARTS)
-    kept = [left[:0]]
-    while len(left):
-        chosen = _chosen(left[:part], apart)
-        # Scipy finds what is nearer than its bound, and a pair may be as near as ``apart``.
-        away, _ = KDTree(chosen).query(left[part:], distance_upper_bound=np.nextafter(apart, np.inf))
-        left = left[part:][np.isinf(away)]
-        kept.append(chosen)
-    return np.concatenate(kept)
+    # Nodes of two planes may have the same lot; they are then ordered by place.
+    rest = points[np.lexsort((*points.T, lot))]
+    part = max(LEAST_PART, len(rest) // PARTS)
+    parts = [rest[:0]]
+    while len(rest):
+        chosen = _chosen(rest[:part], apart)
+        # Scipy's bound is exclusive, and a distance of exactly ``apart`` counts as near.
+        away, _ = KDTree(chosen).query(rest[part:], distance_upper_bound=np.nextafter(apart, np.inf))
+        rest = rest[part:][np.isinf(away)]
+        parts.append(chosen)
+    return np.concatenate(parts)
 
 
 def _chosen(points: Floats, apart: float) -> Floats:
-    """The greedy choice in the order of ``points``."""
+    """Choose greedily in the order of ``points``."""
     count = len(points)
     pairs = KDTree(points).query_pairs(apart, output_type="ndarray")
     earlier = csr_array((np.ones(len(pairs), dtype=np.int32), (pairs[:, 1], pairs[:, 0])), shape=(count, count))
     undecided = np.ones(count, dtype=np.int32)
-    kept = np.zeros(count, dtype=np.int32)
+    chosen = np.zeros(count, dtype=np.int32)
     while undecided.any():
-        kept[(undecided > 0) & (earlier @ undecided == 0)] = 1
-        undecided[(kept > 0) | (earlier @ kept > 0)] = 0
-    return points[kept > 0]
+        chosen[(undecided > 0) & (earlier @ undecided == 0)] = 1
+        undecided[(chosen > 0) | (earlier @ chosen > 0)] = 0
+    return points[chosen > 0]
 
 
 @dataclass(frozen=True)
 class SurfacePoints:
     position_mm: Floats  # (n, 3)
-    face: Integers  # (n,): the triangle that each lies in
-    lot: NDArray[np.uint64]  # (n,): a random number that follows from the node alone
+    face: Integers  # (n,): the triangle of each
+    lot: NDArray[np.uint64]  # (n,): a random number that depends on the node only
 
 
 def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
-    """A point for each square of ``spacing_mm`` on triangles (f, 3, 3); needles without area get none."""
+    """Return a point for each square of ``spacing_mm`` on triangles (f, 3, 3); none on triangles without area."""
     normal = np.cross(triangles_mm[:, 1] - triangles_mm[:, 0], triangles_mm[:, 2] - triangles_mm[:, 0])
     length = np.linalg.norm(normal, axis=1)
     face = np.flatnonzero(length > 0)
@@ -168,7 +167,7 @@ def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
 
 
 def _lots(node: Integers) -> NDArray[np.uint64]:
-    """A number for each pair of whole numbers, (n,), without any pattern: the mixer of splitmix64."""
+    """Return a pseudo-random number for each pair of whole numbers, (n,): the mixer of splitmix64."""
     row, column = node.astype(np.uint64).T
     mixed = row * np.uint64(0x9E3779B97F4A7C15) + column * np.uint64(0xC2B2AE3D27D4EB4F)
     for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
@@ -177,7 +176,7 @@ def _lots(node: Integers) -> NDArray[np.uint64]:
 
 
 def _axes(normal: Floats) -> Floats:
-    """Two unit vectors in each plane, (f, 2, 3), that follow from its normal alone."""
+    """Return two unit vectors in each plane, (f, 2, 3), which depend on its normal only."""
     along = np.column_stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))])
     level = np.abs(normal[:, 2]) > LEVEL
     along[level] = np.array([1.0, 0.0, 0.0]) - normal[level, :1] * normal[level]
@@ -188,7 +187,7 @@ def _axes(normal: Floats) -> Floats:
 
 
 def _crossed(corner: Floats, row: Integers) -> tuple[Integers, Integers]:
-    """First and last whole number inside each triangle (n, 3, 2), on the line where its first coordinate is ``row``."""
+    """Return the first and last whole number in each triangle (n, 3, 2), along the line of first coordinate ``row``."""
     low, high = np.full(len(row), np.inf), np.full(len(row), -np.inf)
     for one, other in ((0, 1), (1, 2), (2, 0)):
         a, b = corner[:, one], corner[:, other]

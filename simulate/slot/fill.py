@@ -1,9 +1,8 @@
-"""The fill of a crack in time: what lands is laid down, then flows along the crack under gravity.
+"""The fill of a crack in time: in each step sealant lands, then flows along the crack under gravity.
 
-Mass in each cell, dA/dt + dQ/ds = q. A step takes area and perimeter as they are once its sealant is laid down, upwind,
-and the slopes as they are at its end. That makes its end the minimum of a convex function, found by Newton's steps that
-are halved where they go too far; the areas then follow from the flows, so that nothing is lost whatever is left of the
-search.
+The balance of each cell is dA/dt + dQ/ds = q. A step uses the upwind area and perimeter after its sealant has landed,
+and the slopes at its end. The end then minimises a convex function, and is found by Newton steps, halved if they go too
+far. The areas follow from the flows, so that volume is conserved even if the search has a residual.
 """
 
 from collections.abc import Callable
@@ -21,34 +20,37 @@ from simulate.slot.sections import Trapezoids, sections_of
 
 CELLS = 60
 STEPS = 200
-"""Steps of time while the nozzle gives: 0.2 mm of a slot of 60 mm. A front advances by a cell in each, at most."""
-GROWS = 1.05  # Each step of settling over the one before
+"""Time steps while sealant flows: levels in a slot of 60 mm are then within 0.2 mm of those with finer steps. A front
+advances by at most one cell per step.
+"""
+GROWS = 1.05  # Ratio of each time step of settling to the one before
 TOLERANCE = 1e-6  # Largest residual of a step, over the area of the largest section
 MOST_NEWTON, MOST_HALVED = 60, 12
 OVERSHOT = 0.3
-"""Slope at the end of a Newton step over that at its start, above which it is halved: of a convex function, so that it
-would have gone beyond the minimum."""
-SAMPLES = 8  # Moments for each step at which the nozzle is looked at
+"""A Newton step is halved if the slope at its end, over that at its start, is above this: it has passed the minimum of
+the convex function.
+"""
+SAMPLES = 8  # Samples of the nozzle's motion per step
 GRAVITY_MM_S2 = 9810.0
-HUGE = 1e6  # Stands for the reach of a fluid without a yield stress, in 1/mm
+HUGE = 1e6  # Reach of a fluid without a yield stress, in 1/mm
 
 
 @dataclass(frozen=True)
 class Filled:
-    """The bed at the end, and what became of the sealant."""
+    """The bed at the end, and the balance of the sealant."""
 
     sections: Trapezoids
-    area_mm2: Floats  # Filled of each section
-    level_mm: Floats  # Of the surface in the middle of the crack, relative to the face, at the middles of the cells
+    area_mm2: Floats  # Filled area of each section
+    level_mm: Floats  # Surface in the middle of the crack, relative to the face, at the middles of the cells
     dispensed_mm3: float
     in_flight_mm3: float
-    """Given, and not yet landed when the run ends."""
+    """Dispensed, but not yet landed when the run ends."""
     steps: int
     newton_steps: int
 
     @property
     def read_mm2(self) -> Floats:
-        """Area of each section under the level of its middle, (n,): what a reading there makes of it."""
+        """Area of each section below the level of its middle, (n,): the area that a reading there implies."""
         return self.sections.area_mm2(self.level_mm - self.sections.bottom_mm)[0]
 
     @property
@@ -57,7 +59,7 @@ class Filled:
 
     @property
     def mass_error(self) -> float:
-        """Volume that the bed lacks or has too much, over what was dispensed."""
+        """Error of the bed's volume, over the dispensed volume."""
         return abs(self.bed_mm3 + self.in_flight_mm3 - self.dispensed_mm3) / self.dispensed_mm3
 
 
@@ -74,9 +76,9 @@ def fill(
     steps: int = STEPS,
     watch: Callable[[float, Floats], None] = lambda t_s, area_mm2: None,
 ) -> Filled:
-    """Pour along the trajectory, let the bed settle, and return it as it lies.
+    """Pour along the trajectory, let the bed settle, and return it.
 
-    ``watch`` gets the areas over time, without the mound that stays at the end.
+    ``watch`` receives the time and the areas after each step, without the mound that remains at the end.
     """
     weight = paste.weight_pa_mm
     reach = min(HUGE, weight / (2 * paste.yield_stress_pa)) if paste.yield_stress_pa > 0 else HUGE
@@ -113,7 +115,7 @@ def fill(
 
 
 def _times_s(trajectory: Trajectory, settle_s: float, steps: int) -> Floats:
-    """Ends of the steps: even while the nozzle gives, longer and longer while the bed settles."""
+    """Return the ends of the time steps: equal while sealant flows, growing while the bed settles."""
     begin_s, end_s = trajectory.t_s[trajectory.giving][[0, -1]]
     times_s = np.linspace(begin_s, end_s, steps + 1)
     left_s = trajectory.t_s[-1] + settle_s - end_s
@@ -127,11 +129,11 @@ def _times_s(trajectory: Trajectory, settle_s: float, steps: int) -> Floats:
 def supplied_mm3(
     trajectory: Trajectory, times_s: Floats, edges_mm: Floats, *, nozzle_mm: float, surface_mm: float, down: Floats
 ) -> Floats:
-    """Volume that lands in each cell in each step, (steps, cells); what lands after the last is in none.
+    """Return the volume that lands in each cell in each step, (steps, cells), without what lands after the last step.
 
     ``edges_mm`` are the cells' ends along the crack. Sealant leaves a disc square to the face and falls to
-    ``surface_mm``, the level of a bed that lies flat; ``down`` is the unit vector of gravity along the crack and square
-    to the face. What would land beyond an end lands in the last cell.
+    ``surface_mm``, the level of a flat bed; ``down`` is the unit vector of gravity along the crack and square to the
+    face. Sealant that would land beyond an end lands in the last cell.
     """
     begin_s, end_s = trajectory.t_s[trajectory.giving][[0, -1]]
     moment_s = np.linspace(begin_s, end_s, SAMPLES * len(times_s) + 1)
@@ -152,7 +154,7 @@ def supplied_mm3(
 
 
 def _below(place: Floats) -> Floats:
-    """Share of a disc of radius 1 below each place, (n, edges); all of it lies between the first and the last edge."""
+    """Return the share of a disc of radius 1 below each place, (n, edges); 0 at the first edge and 1 at the last."""
     x = np.clip(place, -1.0, 1.0)
     share = 0.5 + (np.arcsin(x) + x * np.sqrt(1 - x**2)) / np.pi
     share[:, 0], share[:, -1] = 0.0, 1.0
@@ -160,7 +162,7 @@ def _below(place: Floats) -> Floats:
 
 
 def down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[Floats, float]:
-    """Gravity's unit vector: along the crack at the faces between cells, (n - 1,), and into the sample."""
+    """Return gravity's unit vector: along the crack at the faces between cells, (n - 1,), and into the sample."""
     x, y, z = slope.down
     ahead = np.diff(outline.centreline_mm, axis=0)
     ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -170,7 +172,7 @@ def down(outline: Outline, sections: Trapezoids, slope: SampleSlope) -> tuple[Fl
 
 
 class _Bed:
-    """The paste in each cell, and its next state."""
+    """The paste in each cell, advanced step by step."""
 
     def __init__(self, sections: Trapezoids, paste: HerschelBulkley, weight: float, pull: Floats) -> None:
         self._sections, self._paste, self._weight, self._pull = sections, paste, weight, pull
@@ -181,7 +183,7 @@ class _Bed:
 
     def advance(self, step_s: float, landed_mm2: Floats) -> None:
         sections, share = self._sections, step_s / self._sections.step_mm
-        # Newton's steps begin at the bed before: a heap as it has just landed is farther from the end.
+        # The search begins at the bed of the last step: a heap that has just landed is farther from the solution.
         height_mm = self.height_mm
         self.area_mm2 = self.area_mm2 + landed_mm2
         through = self._faces(sections.height_mm(self.area_mm2))
@@ -210,22 +212,22 @@ class _Bed:
         self.height_mm = sections.height_mm(self.area_mm2)
 
     def _push(self, height_mm: Floats) -> Floats:
-        """Push at the faces towards larger s, in Pa/mm."""
+        """Return the push at the faces towards larger s, in Pa/mm."""
         level_mm = self._sections.bottom_mm + height_mm
         return self._pull - self._weight / self._sections.step_mm * (level_mm[1:] - level_mm[:-1])
 
     def _flow(self, through: Conduits, height_mm: Floats) -> tuple[Floats, Floats]:
-        """Flow through the faces towards larger s, and its growth with the push."""
+        """Return the flow through the faces towards larger s, and its derivative with the push."""
         return through.flow_mm3_s(self._push(height_mm))
 
     def _faces(self, height_mm: Floats) -> Conduits:
-        """The faces as conduits of the cells upwind of them, filled to a height."""
+        """Return each face as a conduit with the section of its upwind cell, filled to a height."""
         upwind = np.arange(len(height_mm) - 1) + (self._push(height_mm) < 0)
         return conduits(self._paste, self._sections, np.maximum(self.area_mm2, 0.0), height_mm, upwind)
 
 
 def _net(flow: Floats) -> Floats:
-    """Outflow of each cell less its inflow."""
+    """Return the outflow of each cell less its inflow."""
     net = np.empty(len(flow) + 1)
     net[0], net[1:-1], net[-1] = flow[0], flow[1:] - flow[:-1], -flow[-1]
     return net

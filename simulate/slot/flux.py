@@ -1,4 +1,4 @@
-"""The flow of a Herschel-Bulkley paste through a section, by the push along the crack."""
+"""The flow of a Herschel-Bulkley paste through a section, driven by the push along the crack."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from sealtwin.core.records import Floats, Integers
 from simulate.slot.sections import Trapezoids
 
 DUCT = (1.0, -1.3553, 1.9467, -1.7012, 0.9564, -0.2537)
-"""Friction of rectangular ducts over that of plates: coefficients of side over side (Shah and London 1978)."""
+"""Friction of rectangular ducts over that of plates: polynomial in short side over long side (Shah and London 1978)."""
 
 
 GRAVITY_M_S2 = 9.81
@@ -16,14 +16,14 @@ GRAVITY_M_S2 = 9.81
 
 @dataclass(frozen=True)
 class HerschelBulkley:
-    """Stress tau + K gamma^n, and of particles a share of the pressure besides."""
+    """Stress tau + K gamma^n; particles add a share of the pressure."""
 
     density_kg_m3: float
     yield_stress_pa: float
     consistency_pa_s_n: float
     flow_index: float = 1.0
     friction: float = 0.0
-    """Share of the pressure that resists shear, as between grains; paste has none."""
+    """Share of the pressure that resists shear, as between grains; 0 for paste."""
 
     @property
     def weight_pa_mm(self) -> float:
@@ -35,19 +35,19 @@ class HerschelBulkley:
 class Conduits:
     """The faces between cells as conduits: the flow through each by its push, (k,) each.
 
-    The flow between plates half a gap ``a`` apart, of Bingham's and Herschel and Bulkley's paste, with the radii of the
-    section in place of ``a``: one that has its yield stress, one that has its viscous flow.
+    It is the flow of a Bingham or Herschel-Bulkley paste between plates, with two radii of the section in place of half
+    the gap: one for its yield stress, one for its viscous flow.
     """
 
     area_mm2: Floats
     threshold: Floats
-    """Push at which the paste yields, in Pa/mm."""
+    """Push above which the paste flows, in Pa/mm."""
     rate: Floats
     """Mean speed over the push to the power 1/n, without a yield stress."""
     power: float
 
     def flow_mm3_s(self, push: Floats) -> tuple[Floats, Floats]:
-        """Flow along each push in Pa/mm, which may be negative, and its derivative: continuous, and never negative."""
+        """Return the flow by each push in Pa/mm, of either sign, and its derivative, continuous and at least 0."""
         size = np.abs(push)
         m = self.power
         moves = size > self.threshold
@@ -63,9 +63,9 @@ class Conduits:
 def conduits(
     paste: HerschelBulkley, sections: Trapezoids, area_mm2: Floats, height_mm: Floats, at: Integers
 ) -> Conduits:
-    """Conduits as wide as the sections ``at``, (k,), of those that are filled to an area and a height, (n,)."""
+    """Return conduits with the sections ``at``, (k,), which are filled to ``area_mm2`` and ``height_mm``, (n,) each."""
     wetted_mm = sections.wetted_mm(height_mm)
-    # Over both walls the mean pressure is half of that at the floor.
+    # The mean pressure on the walls is half of that at the floor.
     pressure_pa = paste.weight_pa_mm * np.maximum(height_mm, 0.0) * (1 + sections.floor_mm / wetted_mm) / 2
     holds_pa = paste.yield_stress_pa + paste.friction * pressure_pa
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -77,5 +77,5 @@ def conduits(
 
 
 def _rounder(side_by_side: Floats) -> Floats:
-    """Viscous flow through a rectangular duct over that between plates of the same area over perimeter."""
+    """Return the viscous flow through a rectangular duct over that between plates of the same area over perimeter."""
     return 1 / np.polynomial.polynomial.polyval(side_by_side, DUCT)

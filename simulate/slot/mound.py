@@ -1,9 +1,9 @@
-"""Mound under the nozzle and crown across the crack, which paste holds by itself and an averaged flow would spread.
+"""Mound under the nozzle and crown across the crack: the paste supports both, and an averaged flow would spread them.
 
-Paste that is pulled apart presses sideways by 2 tau less than its weight, and paste that is pushed together by 2 tau
-more (Rankine's limits of a plastic soil without friction). Under the nozzle's last place both meet along the crack, and
-levels there differ by 4 tau / rho g. Across the crack paste that was laid along the middle is pulled apart, and stands
-2 tau / rho g higher there than at the walls.
+The sideways pressure of paste that is pulled apart is 2 tau less than its weight, that of paste that is pushed together
+2 tau more (Rankine's limits of a plastic soil without friction). At the nozzle's last place both meet along the crack,
+and levels differ by 4 tau / rho g. Across the crack paste that was laid along the middle is pulled apart, and its level
+is 2 tau / rho g higher there than at the walls.
 """
 
 import numpy as np
@@ -14,16 +14,16 @@ from simulate.slot.sections import Trapezoids
 MOUND, CROWN = 4.0, 2.0
 """Heights of a mound and of a crown over tau / rho g."""
 MOST = 0.5
-"""Share of what lands that a mound may be: in a short crack it would leave no bed to stand on."""
+"""Largest share of the sealant in a mound: in a short crack a larger one would have no bed under it."""
 
 
 def mound_mm2(
     sections: Trapezoids, landed_mm3: float, *, held_mm: float, middle_mm: float, nozzle_mm: float, surface_mm: float
 ) -> Floats:
-    """Return the mound's area in each section, (n,), above a bed whose surface lies at ``surface_mm``.
+    """Return the mound's area in each section, (n,), above a bed with its surface at ``surface_mm``.
 
-    It rides under the nozzle and stays where that stops, at ``middle_mm``. On top it is as wide as the nozzle; its
-    flanks are those of a slump on its base, h dh/dx = tau / rho g, which is ``held_mm``.
+    It moves with the nozzle and remains at its last place, ``middle_mm``. Its top is as wide as the nozzle; its flanks
+    are those of a slump on its base, h dh/dx = tau / rho g, which is ``held_mm``.
     """
     aside_mm = np.maximum(np.abs(sections.s_mm - middle_mm) - nozzle_mm / 2, 0.0)
     rise_mm = np.sqrt(np.maximum((MOUND * held_mm) ** 2 - 2 * held_mm * aside_mm, 0.0))
@@ -34,8 +34,8 @@ def mound_mm2(
 
 
 def crown_mm(height_mm: Floats, depth_mm: Floats, held_mm: float) -> Floats:
-    """Return how far the middle of the crack lies over the mean across it, (n,): a third of a parabola's height.
+    """Return the level in the middle of the crack over the mean across it, (n,): a third of a parabola's height.
 
-    A thin bed has no more than it is high. A crown ends at the face: above it paste slumps beside the mouth.
+    It is at most the height of the bed, and 0 from the face on: above it paste slumps next to the mouth.
     """
     return np.clip(np.minimum(height_mm, depth_mm - height_mm), 0.0, CROWN * held_mm / 3)

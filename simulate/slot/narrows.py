@@ -1,7 +1,7 @@
-"""Places where a crack is narrower, or divided into more gaps, than the sections of the fast model have it.
+"""Places at which a crack is narrower, or divided into more gaps, than the sections of the fast model.
 
-A section of that model is a mean over a cell, and one gap. Stones, walls across and roofs leave less area, or more wall
-beside the same area, and hold more paste back. The crack is cut where they are, finer than by cells.
+A section of that model is a mean over a cell, with one gap. Stones, walls across and roofs reduce the area, or increase
+the wall for the same area, and resist the paste more. The crack is therefore cut at shorter distances than the cells.
 """
 
 from dataclasses import dataclass
@@ -14,23 +14,25 @@ from simulate.slot.sections import ROUND_CORNERS, Trapezoids, sections_of
 
 FINER = 8  # Cuts in each cell
 LEVELS = 96  # Layers of a cut, from the deepest floor to the face
-TOLERATED = 0.05  # Share by which a cell may hold more: what a trapezoid may be off by
-SLIVER_MM = 0.01  # Width of a gap that is none: it lets nothing through
+TOLERATED = 0.05  # Share by which a cell may resist more: the allowed error of a trapezoid
+SLIVER_MM = 0.01  # Gaps up to this width are ignored: nothing flows through
 BEYOND, NEAREST_MM, PROBES = 0.5, 0.05, 16
-"""Depths beyond an end, more than walls of 25 degrees open, and cuts up to there. A wall between ends the crack."""
+"""Distance beyond an end over the depth, more than walls of 25 degrees open, its least value, and the number of cuts up
+to there. The crack ends if one of the cuts is closed.
+"""
 TINY = float(np.finfo(np.float32).tiny)
 
 
 @dataclass(frozen=True)
 class Narrows:
-    """Length that narrow places add to a crack: 0 if sections are as the model has them, infinite if it is closed."""
+    """Length of crack equivalent to its narrow places: 0 without such places, infinite if it is closed."""
 
     holds_mm: float = 0.0
-    """Length of crack that would hold as much more paste back by its yield stress."""
+    """Length of crack with the same resistance by the yield stress."""
     drags_mm: float = 0.0
-    """Length of crack that would slow a liquid as much more."""
+    """Length of crack with the same drag on a liquid."""
     s_mm: float = 0.0
-    """Arc length of the cell that adds most."""
+    """Arc length of the cell that adds most drag."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ class _Cuts:
 
 
 def narrows(outline: Outline, solid: Solid, sections: Trapezoids, fill: float) -> Narrows:
-    """Return what a crack filled to a share of its sections adds to its length."""
+    """Return the length equivalent to the narrow places of a crack that is filled to a share of its sections."""
     height_mm = sections.height_mm(min(fill, 1.0) * sections.full_mm2)
     own_mm2, own_wetted_mm = sections.area_mm2(height_mm)[0], sections.wetted_mm(height_mm)
     own_mm = sections.holding_mm(own_mm2, own_wetted_mm)
@@ -53,13 +55,13 @@ def narrows(outline: Outline, solid: Solid, sections: Trapezoids, fill: float) -
         area_mm2, wetted_mm, gaps = _below(_cuts_of(outline, solid, len(own_mm)), _surface_mm(sections, height_mm))
     else:
         area_mm2, wetted_mm, gaps = _fine(outline, solid, sections, height_mm)
-    # Each gap is a section of its own: with equal ones, of an equal share of area and walls.
+    # Each gap is a section of its own, with an equal share of area and walls.
     half_mm = np.sqrt(np.maximum(wetted_mm**2 - 2 * ROUND_CORNERS * gaps * area_mm2, 0.0))
     holds, drags = np.full((2, *area_mm2.shape), np.inf)
     opens = area_mm2 > 0
     np.divide(own_mm[:, None] * (wetted_mm + half_mm), 2 * area_mm2, out=holds, where=opens)
     np.divide(holds**2 * own_mm2[:, None], area_mm2, out=drags, where=opens)
-    # At a closed tip width goes to 0 within a cell, and nothing flows on.
+    # The end cells do not count: at a closed tip the width goes to 0, and nothing flows farther.
     holds_mm, drags_mm = (
         sections.step_mm * np.maximum(more.mean(axis=1) - 1 - TOLERATED, 0.0)[1:-1] for more in (holds, drags)
     )
@@ -67,7 +69,7 @@ def narrows(outline: Outline, solid: Solid, sections: Trapezoids, fill: float) -
 
 
 def goes_on(outline: Outline, solid: Solid) -> float | None:
-    """Return the arc length of the closed end of a mesh's crack beyond which its cavity goes on under the face."""
+    """Return the arc length of a closed end of a mesh's mouth beyond which the cavity continues, or None."""
     if solid.tilt != "modelled":
         return None
     middles_mm = _middles_mm(solid)
@@ -92,7 +94,7 @@ def goes_on(outline: Outline, solid: Solid) -> float | None:
 
 
 def _surface_mm(sections: Trapezoids, height_mm: Floats) -> Floats:
-    """Return the surface's level at each cell, (n,), or that beside it if higher: a step in the floor is no dam."""
+    """Return the highest level of each cell and its neighbours, (n,): a step in the floor is not a dam."""
     level_mm = np.pad(sections.bottom_mm + height_mm, 1, mode="edge")
     return np.max([level_mm[:-2], level_mm[1:-1], level_mm[2:]], axis=0)
 
@@ -124,12 +126,12 @@ _BY_SOLID: WeakKeyDictionary[Solid, tuple[Outline, _Cuts]] = WeakKeyDictionary()
 
 
 def _cuts_of(outline: Outline, solid: Solid, cells: int) -> _Cuts:
-    """Return the cuts of a solid's mesh; those of the last outline are kept."""
-    of = _BY_SOLID.get(solid)
-    if of is None or of[0] is not outline:
-        of = outline, _cut(outline, solid, cells)
-        _BY_SOLID[solid] = of
-    return of[1]
+    """Return the cuts of a solid's mesh; those of its last outline are cached."""
+    cached = _BY_SOLID.get(solid)
+    if cached is None or cached[0] is not outline:
+        cached = outline, _cut(outline, solid, cells)
+        _BY_SOLID[solid] = cached
+    return cached[1]
 
 
 def _cut(outline: Outline, solid: Solid, cells: int) -> _Cuts:
@@ -148,7 +150,7 @@ def _cut(outline: Outline, solid: Solid, cells: int) -> _Cuts:
     for station, (at_mm, left) in enumerate(zip(centre_mm, across, strict=True)):
         ends_mm = (right_mm[station] - at_mm) @ left - beside_mm, (left_mm[station] - at_mm) @ left + beside_mm
         widths[station], gaps[station] = _gaps(solid, at_mm, left, middles_mm, ends_mm)
-    # The floor is wetted, and so are ledges: walls are as long as the way from one layer to the next.
+    # The floor and ledges are wetted too: walls are as long as the way from one layer to the next.
     beside = np.maximum(gaps[:, 1:], gaps[:, :-1])
     slanted_mm = 2 * beside * np.hypot(layer_mm, np.diff(widths, axis=1) / np.maximum(2 * beside, 1))
     first_mm = np.where(gaps[:, :1] > 0, widths[:, :1] + 2 * gaps[:, :1] * layer_mm, 0.0)
@@ -167,14 +169,14 @@ def _middles_mm(solid: Solid) -> Floats:
 def _gaps(
     solid: Solid, at_mm: Floats, left: Floats, levels_mm: Floats, ends_mm: tuple[float, float]
 ) -> tuple[Floats, Integers]:
-    """Return width and number of the gaps of an upright plane at each level, (n,); those that meet the mouth count."""
+    """Return width and number of the gaps of an upright plane at each level, (n,), between the ends of its mouth."""
     ahead = np.array([left[1], -left[0]])
     away_mm = (solid.vertices_mm[:, :2] - at_mm) @ ahead
     beyond = (away_mm >= 0)[solid.faces]
     cut = solid.faces[beyond.any(axis=1) & ~beyond.all(axis=1)]
     ends, others = cut, np.roll(cut, -1, axis=1)
     crosses = (away_mm[ends] >= 0) != (away_mm[others] >= 0)
-    # Each triangle that is cut has two sides that cross the plane. In one order, so that neighbours meet to the bit.
+    # Each cut triangle has two sides that cross the plane. In a fixed order, so that neighbours have the same bits.
     one, other = np.minimum(ends, others)[crosses], np.maximum(ends, others)[crosses]
     share = away_mm[one] / (away_mm[one] - away_mm[other])
     points_mm = solid.vertices_mm[one] + share[:, None] * (solid.vertices_mm[other] - solid.vertices_mm[one])
@@ -185,7 +187,7 @@ def _gaps(
     order = np.lexsort((y_mm, level))
     level, y_mm = level[order], y_mm[order]
     rank = np.arange(len(level)) - np.searchsorted(level, level)
-    # Out of the block's own side into it, out into a gap, and so on.
+    # The first crossing is the block's own side, the second opens a gap, the third closes it, and so on.
     opens = np.flatnonzero((rank[:-1] % 2 == 1) & (level[:-1] == level[1:]))
     low_mm, high_mm = y_mm[opens], y_mm[opens + 1]
     counts = (high_mm - low_mm > SLIVER_MM) & (high_mm > ends_mm[0]) & (low_mm < ends_mm[1])

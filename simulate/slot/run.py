@@ -1,4 +1,4 @@
-"""A run of the fast model with the settings of a trial, recorded like one of particles."""
+"""A run of the fast model with the settings of a trial, recorded as a run of particles is."""
 
 import time
 from collections.abc import Callable
@@ -20,10 +20,11 @@ from simulate.slot.flux import HerschelBulkley
 
 DEVICE = "CPU, without particles"
 STATION_MM = 0.2
-FILL_STEP = 0.1  # Of the fills that are tried for one inside the domain
+FILL_STEP = 0.1  # Step of the fills that are tried to find one inside the domain
 PARTICLES_RUB = 0.0065
-"""Friction of particles under pressure, 0.5 to 0.8 % by shear waves in a box without walls (decision 0064). The fast
-model stands for particles, which judge it, and has it too."""
+"""Friction of particles under pressure: 0.5 to 0.8 % by shear waves in a box without walls (decision 0064). The fast
+model replaces particles and is compared with them, so it has the same friction.
+"""
 
 
 def pour(
@@ -38,9 +39,9 @@ def pour(
 ) -> tuple[Run, Profile]:
     """Follow the trajectory and let the sealant settle for ``solver.settle_s``; return the run and its level.
 
-    With ``advise`` an unfit run says last with what settings it would be fit: a dozen fills more, at most.
+    With ``advise`` the last sentence on an unfit run proposes settings that are fit, by at most a dozen more fills.
 
-    Raises InputError for sealant that this model does not know: one that freezes, stiffens or follows a curve.
+    Raises InputError for sealant outside this model: sealant that freezes, stiffens or follows a curve.
     """
     solid, outline, trajectory = sample.solid, sample.outline, sample.trajectory
     solver = solver.for_crack(outline.mean_width_mm)
@@ -111,7 +112,7 @@ def pour(
 
 
 def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajectory, seed: int) -> HerschelBulkley:
-    """The sealant as this model has it; U counts as the viscosity that it amounts to at the trial's radius."""
+    """Return the sealant in this model. U is replaced by its equivalent viscosity at the trial's radius."""
     for key, given in (
         ("freeze_after_s", fluid.freezes),
         ("structuration_pa_per_s", fluid.structuration_pa_per_s > 0),
@@ -119,22 +120,22 @@ def paste_of(fluid: Fluid, solver: Solver, nozzle: Nozzle, trajectory: Trajector
     ):
         if given:
             raise InputError(
-                f'fluid.{key}: solver.model = "slot" knows no age of the sealant, and so neither freezing nor '
-                'stiffening. Take solver.model = "particles", or a paste whose yield stress stays as it is.'
+                f'fluid.{key}: solver.model = "slot" does not model the age of the sealant: neither freezing nor '
+                'stiffening. Take solver.model = "particles", or a paste with a constant yield stress.'
             )
     viscosity_pa_s = fluid.fresh.viscosity_pa_s
     if viscosity_pa_s is None and not fluid.yields:
         raise InputError(
-            f"fluid.U is {fluid.U:g}: without a yield stress it amounts to no viscosity, and the fast model needs one. "
-            "Give fluid.viscosity_pa_s in its place."
+            f"fluid.U is {fluid.U:g}: without a yield stress it has no equivalent viscosity, and the fast model needs "
+            "one. Give fluid.viscosity_pa_s in its place."
         )
     if viscosity_pa_s is None:
         try:
             frame_s = plan_releases(trajectory, solver.size_mm, nozzle.diameter_mm, seed).frame_s
         except InputError as fault:
             raise InputError(
-                f"fluid.U: its viscosity is that of particles, which cannot be released here ({fault}); give "
-                "fluid.viscosity_pa_s, which the fast model takes as it is."
+                f"fluid.U: its equivalent viscosity is that of particles, which cannot be released here ({fault}). "
+                "Give fluid.viscosity_pa_s in its place."
             ) from None
         viscosity_pa_s = dynamic_viscosity(fluid.U or 0.0, fluid.density_kg_m3, 4 * solver.size_mm * CM, frame_s)
     if viscosity_pa_s == 0:
@@ -149,7 +150,7 @@ def _changes(
     fitness: Fitness,
     poured: Callable[[Trajectory, HerschelBulkley], tuple[Filled, Fitness]],
 ) -> tuple[str, ...]:
-    """Settings of a trial that bring a case inside, as fills with them show; none where it is, or where none does."""
+    """Return settings that bring a fill into the domain; none if the case is inside, or if no such fill was found."""
     if not fitness.unfit:
         return ()
     shares = np.arange(FULLEST, 0.0, -FILL_STEP)
@@ -158,35 +159,35 @@ def _changes(
         soft = replace(paste, yield_stress_pa=min(paste.yield_stress_pa, fitness.most_pa))
         if poured(less, soft)[1].unfit:
             continue
-        found = []
+        changes = []
         if soft != paste:
-            found.append(f"fluid.yield_stress_pa = {soft.yield_stress_pa:g} or less")
+            changes.append(f"fluid.yield_stress_pa = {soft.yield_stress_pa:g} or less")
         if share != fitness.fill:
-            found.append(f'path.fill = {share:.2f} with path.volume_ml = "cavity"')
-        return tuple(found)
+            changes.append(f'path.fill = {share:.2f} with path.volume_ml = "cavity"')
+        return tuple(changes)
     return ()
 
 
 def unknown(fluid: Fluid, outline: Outline) -> tuple[str, ...]:
-    """Parts of a case that this model leaves out, a sentence each."""
-    found = []
+    """Return sentences on the parts of a case that this model does not have."""
+    sentences = []
     if fluid.D_cm is not None:
-        found.append(f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls.")
+        sentences.append(f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls.")
     if outline.branches_kept:
-        found.append("The solid has side cracks, which this model does not fill.")
-    return tuple(found)
+        sentences.append("The solid has side cracks, which this model does not fill.")
+    return tuple(sentences)
 
 
 def _unfit(
     fitness: Fitness, fluid: Fluid, outline: Outline, paste: HerschelBulkley, changes: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Return why the model is unfit for a case, a sentence each, and what to change; none where it is fit."""
-    found, wanted = [*fitness.unfit, *unknown(fluid, outline)], list(changes)
+    """Return sentences on why the model is unfit for a case, and on what to change; none if it is fit."""
+    sentences, settings = [*fitness.unfit, *unknown(fluid, outline)], list(changes)
     if fluid.D_cm is not None:
         thickness = f"fluid.viscosity_pa_s = {paste.consistency_pa_s_n:.3g} in place of fluid.U and fluid.D_cm"
-        wanted.append(thickness if fluid.U is not None else "no fluid.D_cm")
+        settings.append(thickness if fluid.U is not None else "no fluid.D_cm")
     if outline.branches_kept and outline.seen_in == "photo":
-        wanted.append('photo.branches = "drop"')
-    if wanted and (changes or not fitness.unfit):
-        found.append(f"Inside it with: {'; '.join(wanted)}.")
-    return tuple(found)
+        settings.append('photo.branches = "drop"')
+    if settings and (changes or not fitness.unfit):
+        sentences.append(f"Inside its domain with: {'; '.join(settings)}.")
+    return tuple(sentences)

@@ -1,7 +1,7 @@
-"""Sections of a crack square to its centreline: what paste of a depth fills of them, and what of them drags it.
+"""Sections of a crack square to its centreline: the area that paste of a depth fills, and the walls that drag it.
 
-A section is a trapezoid from floor to face. Above the face the paste stands on the mouth and slumps to both sides, as
-far as its yield stress lets it: it lies ``e^2 rho g / 2 tau`` wide at a height ``e`` over the face, under a parabola.
+A section is a trapezoid from floor to face. Above the face the paste is over the mouth and slumps to both sides as far
+as its yield stress allows: ``e^2 rho g / 2 tau`` wide at a height ``e`` over the face, under a parabola.
 """
 
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ from pydantic import with_config
 
 from sealtwin.core.records import FROM_JSON, Floats, Numbers, Outline, Solid
 
-NARROWEST_MM = 0.05  # Width given to a section that closes, so that a depth follows from every area
+NARROWEST_MM = 0.05  # Least width of a section that closes, so that every area has a depth
 ROUND_CORNERS = 4 - np.pi
-"""Twice what a corner's dead paste leaves out of area over radius squared: a square less its inscribed circle."""
+"""Twice the area of unmoved paste in a corner over the radius squared: a square less its inscribed circle."""
 COMPARED = 17  # Levels at which a trapezoid is compared with a section of a mesh
-INVERTED, ROUNDING_MM = 20, 1e-9  # Newton steps for a depth above the face, at most, and the last of them
+INVERTED, ROUNDING_MM = 20, 1e-9  # Most Newton steps for a level above the face, and the length of a last step
 
 
 @with_config(FROM_JSON)
 @dataclass(frozen=True)
 class Trapezoids:
-    """Sections at the middles of equal cells along a crack; all (n,)."""
+    """Sections at the middles of equal cells along a crack; arrays are (n,)."""
 
     s_mm: Numbers
     floor_mm: Numbers
@@ -30,13 +30,13 @@ class Trapezoids:
     mouth_mm: Numbers
     depth_mm: Numbers
     slant: Numbers
-    """Length of both walls over their height, 2 where they are upright."""
+    """Length of both walls over their height, 2 if they are upright."""
     bottom_mm: Numbers
-    """Level of the floor, or of where closing walls meet."""
+    """Level of the floor, or of the line at which closing walls meet."""
     reach_per_mm: float
     """Width of a slump on one side over the square of its height, rho g / 2 tau in 1/mm."""
     reach_mm: float
-    """Width that a slump on one side has at most."""
+    """Largest width of a slump on one side."""
 
     @property
     def step_mm(self) -> float:
@@ -44,7 +44,7 @@ class Trapezoids:
 
     @cached_property
     def opening(self) -> Floats:
-        """Width gained for each millimetre up."""
+        """Increase of the width per millimetre of height."""
         return (self.mouth_mm - self.floor_mm) / self.depth_mm
 
     @cached_property
@@ -53,7 +53,7 @@ class Trapezoids:
         return (self.floor_mm + self.mouth_mm) / 2 * self.depth_mm
 
     def area_mm2(self, height_mm: Floats) -> tuple[Floats, Floats]:
-        """Area filled to heights above the floor, and the width there; below the floor too, where Newton may step."""
+        """Return the area below heights above the floor, and the width there; also for heights below 0, for Newton."""
         inside_mm = np.minimum(np.maximum(height_mm, 0.0), self.depth_mm)
         width_mm = self.floor_mm + self.opening * inside_mm
         over_mm = np.maximum(height_mm - self.depth_mm, 0.0)
@@ -62,12 +62,12 @@ class Trapezoids:
         return area_mm2 + self.mouth_mm * over_mm + beside_mm, width_mm + grows
 
     def _slump(self, over_mm: Floats) -> tuple[Floats, Floats]:
-        """Area of both slumps beside the mouth, and its growth with the height over the face."""
+        """Return the area of both slumps next to the mouth, and its derivative with the height over the face."""
         free_mm = self.reach_per_mm * over_mm**2
         bound = free_mm > self.reach_mm
         if not bound.any():
             return 4 / 3 * free_mm * over_mm, 4 * free_mm
-        # From the height at which it reaches as far as it may, a slump only rises.
+        # A slump of the largest width only rises.
         edge_mm = np.sqrt(self.reach_mm / self.reach_per_mm)
         risen_mm = np.maximum(over_mm - edge_mm, 0.0)
         within_mm = np.minimum(over_mm, edge_mm)
@@ -75,16 +75,16 @@ class Trapezoids:
         return area_mm2, np.where(bound, 2 * self.reach_mm, 4 * free_mm)
 
     def height_mm(self, area_mm2: Floats) -> Floats:
-        """The height to which an area fills each section."""
+        """Return the height of each section's filled area."""
         opening, floor_mm = self.opening, self.floor_mm
         inside_mm2 = np.clip(area_mm2, 0.0, self.full_mm2)
-        # Of both roots the one without a difference of near equals, so that upright walls need no case of their own.
+        # This form of the root has no difference of nearly equal numbers, and works for upright walls too.
         height_mm = 2 * inside_mm2 / (floor_mm + np.sqrt(np.maximum(floor_mm**2 + 2 * opening * inside_mm2, 0.0)))
         height_mm += np.minimum(area_mm2, 0.0) / floor_mm
         over = area_mm2 > self.full_mm2
         if over.any():
             height_mm = np.where(over, self.depth_mm + (area_mm2 - self.full_mm2) / self.mouth_mm, height_mm)
-            # The area is convex in the height: from above Newton's steps never pass the root.
+            # The area is convex in the height: Newton steps from above never pass the root.
             for _ in range(INVERTED):
                 there_mm2, width_mm = self.area_mm2(height_mm)
                 change_mm = np.where(over, (there_mm2 - area_mm2) / width_mm, 0.0)
@@ -94,32 +94,32 @@ class Trapezoids:
         return height_mm
 
     def wetted_mm(self, height_mm: Floats) -> Floats:
-        """Length of floor and walls below a height; what stands above the mouth is dragged by nothing."""
+        """Return the length of floor and walls below a height; nothing drags above the mouth."""
         return self.floor_mm + self.slant * np.minimum(np.maximum(height_mm, 0.0), self.depth_mm)
 
     def slenderness(self, area_mm2: Floats, height_mm: Floats) -> Floats:
-        """Short side over long one of a rectangular duct: a filled section of its mean width with its mirror image."""
+        """Return short side over long side of a duct: a filled section of its mean width with its mirror image."""
         high_mm = 2 * np.maximum(height_mm, NARROWEST_MM)
         wide_mm = np.maximum(2 * area_mm2 / high_mm, NARROWEST_MM)
         return np.minimum(wide_mm / high_mm, high_mm / wide_mm)
 
     @staticmethod
     def holding_mm(area_mm2: Floats, wetted_mm: Floats) -> Floats:
-        """Area over perimeter of the plug that yields first: a section less its corners, rounded by that radius.
+        """Return area over perimeter of the plug that yields first: a section with corners rounded by that same radius.
 
-        It is the largest that any part of the section has, which with its mirror image above the free surface is that
-        of Mosolov and Miasnikov (1965); corners are taken as square.
+        It is the largest ratio of any part of the section, mirrored at its free surface (Mosolov and Miasnikov 1965),
+        with corners taken as square.
         """
         half_mm = np.sqrt(np.maximum(wetted_mm**2 - 2 * ROUND_CORNERS * area_mm2, 0.0))
         return 2 * area_mm2 / (wetted_mm + half_mm)
 
 
 def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: float) -> Trapezoids:
-    """Return the sections of equal cells, from the traced walls, the depth and what the solid's sections hold.
+    """Return the sections of equal cells, from the traced walls, the depth and the areas of the solid's sections.
 
-    A trapezoid keeps the area of its section and one of its widths: that of the floor where the walls flare, else that
-    of the mouth. Where walls close above the floor, the section ends where they meet. Walls of a mesh need not be
-    straight: ``trapezoid_misfit`` is what a trapezoid misses of them.
+    A trapezoid has the area of its section and one of its widths: that of the floor if the walls flare, else that of
+    the mouth. If walls close above the floor, the section ends at the line at which they meet. Walls of a mesh need not
+    be straight: ``trapezoid_misfit`` measures their difference from trapezoids.
     """
     s_mm = (np.arange(cells) + 0.5) * outline.length_mm / cells
     width_mm = np.maximum(_means(s_mm, outline.s_mm, outline.width_mm), NARROWEST_MM)
@@ -143,9 +143,9 @@ def sections_of(outline: Outline, solid: Solid, cells: int, *, reach_per_mm: flo
 
 
 def trapezoid_misfit(sections: Trapezoids, solid: Solid) -> float:
-    """Return how far the areas below a level are off those of the solid's table, as a share of the full section.
+    """Return the error of the areas below a level against the solid's table, as a share of the full section.
 
-    It is the largest over all levels of the mean along the crack; 0 for built walls, which are straight.
+    The mean along the crack, at the level at which it is largest; 0 for built walls, which are straight.
     """
     if not solid.sections.by_level:
         return 0.0
@@ -158,7 +158,7 @@ def trapezoid_misfit(sections: Trapezoids, solid: Solid) -> float:
 
 
 def _means(s_mm: Floats, known_mm: Floats, values: Floats) -> Floats:
-    """Means over cells around ``s_mm`` of values that are linear between ``known_mm``."""
+    """Return means over cells around ``s_mm`` of values that are linear between ``known_mm``."""
     half_mm = (s_mm[1] - s_mm[0]) / 2
     edges_mm = np.append(s_mm - half_mm, s_mm[-1] + half_mm)
     grid_mm = np.unique(np.concatenate([edges_mm, known_mm.clip(edges_mm[0], edges_mm[-1])]))

@@ -39,7 +39,7 @@ def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand(v
         lay_down(engine, np.arange(len(place_mm)) != one)
         engine.find_neighbours()
         engine.viscosity.weigh_pairs(1)
-        taken.append(engine.viscosity.system.held.numpy()[0])
+        taken.append(engine.viscosity.system.restraint.numpy()[0])
     assert len(taken) == 8
     assert fluid.damping(support, STEP_S, 1) == pytest.approx(np.mean(taken), rel=0.1)
 

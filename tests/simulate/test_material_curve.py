@@ -272,7 +272,7 @@ def test_particles_of_two_ages_meet_with_the_harmonic_mean_of_their_viscosities(
         engine.state.particles.release_frame.assign(frames.astype(np.int32))
         engine.viscosity.measure_shear(engine.rows)
         engine.viscosity.pass_explicit(engine.rows)
-        sums.append(engine.viscosity.system.held.numpy()[: len(points)].copy())
+        sums.append(engine.viscosity.system.restraint.numpy()[: len(points)].copy())
         height = points[in_rows(engine), 2]
     ratio = sums[1] / sums[0]
     assert ratio[height > 23 + 1.7] == pytest.approx(3.0, rel=1e-4)

@@ -218,7 +218,7 @@ def test_a_position_that_is_no_number_stops_the_run(monkeypatch):
 
     monkeypatch.setattr(injection, "plan_releases", poisoned)
     crack = slot(12.0)
-    with pytest.raises(NumericalError, match=r"no number any more.*particle 9"):
+    with pytest.raises(NumericalError, match=r"is not finite.*particle 9"):
         pour(crack, path(crack[1], 0.02, speed_mm_s=20.0))
 
 

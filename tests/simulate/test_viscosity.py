@@ -57,7 +57,7 @@ def velocity_of(engine: FluidSolver) -> Floats:
 
 def largest_diagonal(engine: FluidSolver) -> float:
     """Of Eq. 5 as printed, once its passes were made."""
-    return float(engine.viscosity.system.held.numpy().max())
+    return float(engine.viscosity.system.restraint.numpy().max())
 
 
 def chaos(engine: FluidSolver) -> Floats:

@@ -96,7 +96,7 @@ def test_what_holds_back_more_than_sections_have_is_unfit_and_its_place_is_named
 
 
 def test_a_liquid_is_slowed_by_a_stone_that_closes_the_crack():
-    assert "slow what flows" in str(judged(slot_with(stone(5.97, 5.97)), stress_pa=0.0).unfit)
+    assert "slow the flow" in str(judged(slot_with(stone(5.97, 5.97)), stress_pa=0.0).unfit)
     assert judged(slot_with(stone(3.0, 3.0)), stress_pa=0.0).unfit == ()
 
 

@@ -95,7 +95,7 @@ def test_a_crack_with_room_that_sections_leave_out_is_outside(room: float, fit: 
 
 @pytest.mark.parametrize("change", [{"freeze_after_s": 2.0}, {"structuration_pa_per_s": 0.1}])
 def test_sealant_that_ages_is_refused(change: dict[str, Any]):
-    with pytest.raises(InputError, match="knows no age"):
+    with pytest.raises(InputError, match="does not model the age"):
         poured(**change)
 
 
@@ -109,7 +109,7 @@ def test_a_u_whose_particles_cannot_be_released_asks_for_a_viscosity():
     """The fast model has no particles: a refusal of their number alone would say nothing."""
     crack, fluid = slot(40.0), Fluid(U=30.0, D_cm=0.3, yield_stress_pa=3.0, freeze_after_s="never")
     fine = SLOT.model_copy(update={"radius_mm": 0.03})
-    with pytest.raises(InputError, match=r"give fluid\.viscosity_pa_s"):
+    with pytest.raises(InputError, match=r"Give fluid\.viscosity_pa_s"):
         pour(sample_of(crack, path(crack[1], 1.2, trim_mm=6.0)), fluid, fine, Nozzle(), seed=0)
 
 
@@ -122,5 +122,5 @@ def test_u_without_a_yield_stress_is_refused_as_it_is_no_viscosity():
 def test_particles_are_not_run_in_its_place():
     crack = slot(40.0)
     fluid = Fluid(viscosity_pa_s=0.3, freeze_after_s="never")
-    with pytest.raises(InputError, match="this runs particles"):
+    with pytest.raises(InputError, match="only particles"):
         prepare(*crack, path(crack[1], 1.0), [fluid], SLOT, Nozzle(), seed=0, device="cpu")
