@@ -23,15 +23,15 @@ from validate.figures.snapshots import FillScene
 
 CELLS = 240  # Number of the map's cells along each axis, finer than a page shows
 LINE_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3, 0.88, 256)))
-"""Viridis without its ends, of which one is invisible on a dark page and the other on a light one."""
+"""Viridis without its ends: one is invisible on a dark page, the other on a light one."""
 HALO = [withStroke(linewidth=2.5, foreground=theme.INK)]  # Dark edge of white marks on the map
 STEPS = 12  # Number of equal steps of the number of moving particles
-FEWEST = 3  # Least number of frames in a step, and of steps for a straight line
+FEWEST = 3  # Least number of frames in a step, and of steps with a median for a straight line
 
 
 @theme.themed()
 def draw_levels_of_study(chart: Chart) -> Figure:
-    """Draw the levels of all runs over the readings, the nearest one in bold."""
+    """Draw the levels of all runs and the readings, the nearest run in bold."""
     figure, axes = wide_axes(4.2, face=True)
     curves = [np.column_stack([run.profile.s_mm, run.profile.level_mm]) for run in chart.runs]
     axes.add_collection(LineCollection(curves, colors=theme.MUTED, linewidths=0.7, alpha=0.5, rasterized=True))
@@ -61,7 +61,7 @@ def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
 
 @theme.themed()
 def draw_influence(chart: Chart, of: int) -> Figure:
-    """Draw the mean error over axis ``of``, with a line for each value of the other one, or points off a grid."""
+    """Draw the mean error over axis ``of``: a line for each value of the other axis on a grid of runs, else points."""
     along, other = chart.axes[of], chart.axes[1 - of]
     figure, axes = wide_axes(4.2)
     places, values = (np.array([run.at[index] for run in chart.runs]) for index in (of, 1 - of))
@@ -94,7 +94,7 @@ def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
     at, near, best = np.array([run.at for run in chart.runs]), np.array(chart.as_near), chart.best
     axes.plot(*at.T, "x", color=theme.MEASURED, markersize=5, markeredgewidth=1.1, label="a run", clip_on=False)
-    label = "as near, by readings and scatter of runs"
+    label = "fit equally well"
     ring = {"color": "white", "markerfacecolor": "none", "markersize": 9, "path_effects": HALO}
     axes.plot(*at[near].T, "o", **ring, label=label, clip_on=False)
     label = f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm"
@@ -102,7 +102,7 @@ def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     axes.plot(*best.at, "*", **star, label=label, clip_on=False)
     numbers = [run.number for run in chart.runs]
     for letter, run in zip(ascii_lowercase, chosen, strict=False):
-        # On the side of the middle: title and colour bar are beyond the edges.
+        # Toward the middle, since title and colour bar are at the edges.
         right, above = chart.places[numbers.index(run.number)] > 0.5
         axes.annotate(
             letter,
@@ -119,7 +119,7 @@ def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     scale_axis(axes, "y", chart.axes[1])
     axes.grid(visible=False)
     theme.label_axes(axes, chart.axes[0].label, chart.axes[1].label, "Mean error against the readings")
-    # Above the marks of runs on the upper edge.
+    # Space for the marks of runs on the upper edge.
     axes.set_title(axes.get_title(loc="left"), pad=12.0)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3, fontsize=8.0)
     return figure
@@ -143,17 +143,17 @@ def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
 
 @dataclass(frozen=True)
 class Watched:
-    """The course of a run that was computed once more."""
+    """Frames and times of a run that was repeated to draw it."""
 
     frames: tuple[Frame, ...]  # Frames in the order of time; the last one is the end of the run
     particles: Floats  # Number of moving particles, every few frames, (k,)
     frame_ms: Floats  # Computing time of a frame at the same moments, (k,)
-    differs_mm: float  # Mean distance of its level from the study's, which is 0 on the same kind of device
+    differs_mm: float  # Mean distance of its level from that in the study; 0 on the same kind of device
 
 
 @dataclass(frozen=True)
 class Fill:
-    """A chosen run with its course."""
+    """A chosen run with its frames."""
 
     run: HeldRun
     title: str  # Unique title
@@ -185,7 +185,7 @@ def draw_fills(fills: Sequence[Fill]) -> Figure:
 
 @theme.themed()
 def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
-    """Draw each run at its end, with the level measured from it."""
+    """Draw each run at its end, with the level read from its particles."""
     columns = min(3, len(fills))
     rows = -(-len(fills) // columns)
     figure = theme.wide_figure(0.5 + 1.3 * rows)
@@ -212,7 +212,7 @@ def _ages(fills: Sequence[Fill]) -> ColourScale:
 
 
 def medians(particles: Floats, frame_ms: Floats) -> Floats:
-    """Return the medians of particles and of time in each step, (2, k), which other load changes little."""
+    """Return the medians of particles and of time in each step, (2, k); other load changes them little."""
     step = np.minimum((particles / particles.max() * STEPS).astype(int), STEPS - 1)
     inside = [step == number for number in range(STEPS) if (step == number).sum() >= FEWEST]
     return np.array([[np.median(values[one]) for one in inside] for values in (particles, frame_ms)])
@@ -221,8 +221,8 @@ def medians(particles: Floats, frame_ms: Floats) -> Floats:
 def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] | None:
     """Fit a straight line to the medians by least squares; None if there are too few.
 
-    Returns its time of a frame without particles in ms, what each moving particle adds in µs, and R², the share of the
-    medians' variance that it explains.
+    Returns the time of a frame without particles in ms, the time that each moving particle adds in µs, and R², the
+    share of the medians' variance that the line explains.
     """
     from scipy.stats import linregress
 
