@@ -22,8 +22,8 @@ NEIGHBOURS = 8  # Number of a run's neighbours on the map: all around it on a gr
 NORMAL_QUARTILE = 0.6745  # Median of |x| of the standard normal distribution
 DRAWS = 2_000  # Number of random sets of readings, from which a share of 2.5 % is known to 0.35 %
 CANNOT_TELL = 0.025
-"""A run fits as well as the best one if it does so in more than this share of the random sets of readings: a tail of
-95 %.
+"""A run fits as well as the best one if its error is the smaller one in more than this share of the random sets of
+readings: one tail of 95 %.
 """
 FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean errors of a run that fits equally well and of the best run
 REPEATED = "seed"  # Setting in which replicates differ; it is never an axis
@@ -150,7 +150,7 @@ class RepeatedPairs:
 
 
 def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
-    """Compare a run with the readings. Raises InputError if the two have no stretch of s in common."""
+    """Compare a run with the readings. Raises InputError if they share no stretch of s."""
     error = level_difference(run.profile, readings)
     worst = int(np.argmax(error.size.value))
     across, up = (float(run.settings[axis.setting]) for axis in axes)
@@ -309,7 +309,7 @@ def as_near_as_the_best(
     """Return True for each run whose mean error cannot be distinguished from the least one.
 
     All runs are compared with random readings, drawn from their budget: an error of the readings changes the errors of
-    similar runs alike, so their difference is known far better than either. ``scatter_mm`` is added to each run
+    similar runs alike, so their difference is far more certain than either. ``scatter_mm`` is added to each run
     independently. A run whose mean error is over a third larger never fits equally well.
     """
     s_mm, error_mm = errors_on_grid(runs, readings)

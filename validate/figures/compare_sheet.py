@@ -98,7 +98,7 @@ def _cautions(sides: Sequence[Side]) -> list[str]:
 
 
 def _not_held_out(sides: Sequence[Side]) -> list[str]:
-    """Return a sentence on readings that one run is calibrated on and another declares as held out."""
+    """Return a sentence on readings to which one run was fitted while another declares them unseen."""
     roles: dict[int, dict[str, list[int]]] = {}
     for index, first in enumerate(first_with_readings(sides)):
         comparison = sides[index].comparison

@@ -54,7 +54,7 @@ class Painter:
         self._plan.set_aspect("equal")
         self._plan.grid(visible=False)
         label_axes(self._side, "", "z (mm)", " ")
-        label_axes(self._plan, ALONG, "to its left (mm)", "From above, the crack pulled straight")
+        label_axes(self._plan, ALONG, "left of the crack (mm)", "From above, the crack pulled straight")
         add_bar(self._figure, SPEED, [self._side, self._plan], pad=0.01, aspect=25)
         self._nozzle = scene.draw_nozzle(self._side, 0.0)
         self._discs: list[EllipseCollection] = []

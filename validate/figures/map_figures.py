@@ -158,24 +158,24 @@ class Fill:
     run: HeldRun
     title: str  # Unique title
     scene: FillScene
-    seen: Watched
+    course: Watched
 
 
 @theme.themed()
 def draw_fills(fills: Sequence[Fill]) -> Figure:
     """Draw sections along the crack by age, with a row for each run and a column for each moment."""
-    moments = max(len(fill.seen.frames) for fill in fills)
+    moments = max(len(fill.course.frames) for fill in fills)
     figure = theme.wide_figure(0.8 + 0.95 * len(fills))
     grid = figure.subplots(len(fills), moments, squeeze=False, sharex=True, sharey=True)
     scale = _ages(fills)
     for row, fill in zip(grid, fills, strict=True):
-        for axes, frame in zip(row, fill.seen.frames, strict=False):
+        for axes, frame in zip(row, fill.course.frames, strict=False):
             fill.scene.draw_side(axes, frame, frame.age_s, scale)
             axes.annotate(
                 f"{frame.t_s:.1f} s", (1.0, 1.0), (0, 3), "axes fraction", "offset points", ha="right", fontsize=7.5
             )
         row[0].set_title(fill.title, fontsize=8.5)
-        for axes in row[len(fill.seen.frames) :]:
+        for axes in row[len(fill.course.frames) :]:
             axes.set_axis_off()
     for axes in grid[-1]:
         axes.set_xlabel("s (mm)")
@@ -192,7 +192,7 @@ def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
     scale = _ages(fills)
     for axes, fill in zip(grid, fills, strict=False):
-        end, profile = fill.seen.frames[-1], fill.run.profile
+        end, profile = fill.course.frames[-1], fill.run.profile
         fill.scene.draw_side(axes, end, end.age_s, scale)
         axes.plot(profile.s_mm, profile.level_mm, color=theme.AIR, linewidth=2.4)
         axes.plot(profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.1)
@@ -208,7 +208,7 @@ def _add_bar(figure: Figure, scale: ColourScale) -> None:
 
 
 def _ages(fills: Sequence[Fill]) -> ColourScale:
-    return ages_of(frame for fill in fills for frame in fill.seen.frames)
+    return ages_of(frame for fill in fills for frame in fill.course.frames)
 
 
 def medians(particles: Floats, frame_ms: Floats) -> Floats:
@@ -262,5 +262,5 @@ def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
 
 def frame_times(fills: Sequence[Fill]) -> tuple[Floats, Floats]:
     """Return moving particles and milliseconds of the frames of all fills."""
-    seen = [fill.seen for fill in fills]
-    return np.concatenate([one.particles for one in seen]), np.concatenate([one.frame_ms for one in seen])
+    courses = [fill.course for fill in fills]
+    return np.concatenate([one.particles for one in courses]), np.concatenate([one.frame_ms for one in courses])

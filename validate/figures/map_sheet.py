@@ -128,7 +128,7 @@ def _influences(chart: Chart) -> SheetSection:
 
 
 def _again(fills: Sequence[map_figures.Fill]) -> str:
-    differing = [fill.seen.differs_mm for fill in fills if fill.seen.differs_mm > SAME_MM]
+    differing = [fill.course.differs_mm for fill in fills if fill.course.differs_mm > SAME_MM]
     if not differing:
         return "These runs were repeated to draw them; their levels are the same to the last digit."
     return (

@@ -166,7 +166,7 @@ def draw_across(
 ) -> None:  # fmt: skip
     """Draw the sections across the crack at ``SECTIONS_AT``: the solid, and the particles within a radius of the plane.
 
-    The view is along the path: its left side is on the left of the picture.
+    The view is along the path, so its left is at the left of the picture.
     """
     for axes, share in zip(row, SECTIONS_AT, strict=True):
         s_mm = share * outline.length_mm

@@ -112,7 +112,7 @@ def _same(one: Profile | None, other: Profile | None) -> bool:
 def nearest(sides: Sequence[Side]) -> int | None:
     """Return the index of the ranked run with the least mean error.
 
-    Returns None if the ranked runs have no readings, or different ones: some readings are easier to fit than others.
+    Returns None if the ranked runs have different readings, or none: some readings are easier to fit than others.
     """
     errors_mm = {
         index: side.comparison.mean_error_mm

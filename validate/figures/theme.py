@@ -157,7 +157,7 @@ def _characters() -> frozenset[int]:
 
 
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-"""An SVG has no metadata, so that the same run gives the same file."""
+"""Metadata that is left out of an SVG, so that two equal runs give equal files."""
 PAGE_COLOURS = {
     INK: "--ink",
     MUTED: "--muted",

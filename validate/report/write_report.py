@@ -69,7 +69,7 @@ class PdfLayout:
     cell_gap_in: float = 0.0165
     """Space above and below the text of a cell."""
     lines_together: int = 10
-    """Most lines of a paragraph that are kept on one page."""
+    """Longest paragraph that is not split between pages, in lines."""
     lines_in_row: int = 50
     """Most lines of a table's row: fpdf2 refuses a row that is higher than a page."""
     gutter_in: float = 0.2

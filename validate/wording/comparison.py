@@ -195,7 +195,7 @@ def _included(uncertainty: ErrorUncertainty) -> list[str]:
     if (draws := uncertainty.input_draws) is not None:
         sentences.append(
             f"The effect of the inputs is by the fast model: {counted(draws.runs, 'run')} with random inputs, less one "
-            f"with the inputs as they are. Its level itself is not used. {FAST_INPUTS}"
+            f"with the inputs as they are. Only these differences are used, not its level. {FAST_INPUTS}"
         )
     return sentences + input_sentences(
         uncertainty.inputs_left_out, () if draws is None else draws.unfit, "the intervals"
@@ -226,7 +226,7 @@ def volume_table(metrics: Comparison, volumes: VolumeComparison) -> PageTable:
         ("share of the cavity filled, over the covered length", filled),
         ("level of the dispensed volume, flat in the whole crack, as a baseline", baseline),
     )
-    return PageTable("Space that the settled sealant fills, beside the readings", rows)
+    return PageTable("Volume of the settled sealant, and by the readings", rows)
 
 
 def sealant_as_read(balance: MassBalance) -> tuple[str, str]:
@@ -278,7 +278,7 @@ def _result(uncertainty: ErrorUncertainty) -> Rows:
     return [
         ("mean error, 95 % interval by the readings", f"{low_mm:.3f} to {high_mm:.3f} mm"),
         ("bias, 95 % interval by the readings", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
-        ("part of the bias's u that more stations would not reduce", f"{uncertainty.bias_systematic_mm:.3f} mm (1 sd)"),
+        ("u of the bias that more stations would not reduce", f"{uncertainty.bias_systematic_mm:.3f} mm (1 sd)"),
         ("95 % band of one station's level, by the readings", f"± {span(levels.band_95_mm, 3)} mm"),
         ("95 % band of all stations' levels together", f"± {span(levels.profile_band_95_mm, 3)} mm"),
         ("E, error of the mean level: simulated - measured", f"{signed(mean.error_mm, 3)} mm"),

@@ -1,4 +1,4 @@
-"""The beginning of a report: cautions, the verdict in one line, the key figures, and the answer in plain sentences."""
+"""The beginning of a report: cautions, the verdict in one line, the key figures, and the result in plain sentences."""
 
 from typing import Any
 
@@ -25,8 +25,8 @@ MUCH_SPILLED = 0.05
 """Spilled share above which the spill is always reported. A smaller one is reported if it makes the ratio unsound."""
 ML = 1000.0  # mm³
 FAST = (
-    "This fill is by the fast model, not by particles: it averages the flow along the crack over each section. It is "
-    "for screening; do not rely on its level alone."
+    "This fill is by the fast model, not by particles: it computes the flow along the crack, averaged over each "
+    "section. It is for screening; do not rely on its level alone."
 )
 
 
@@ -119,7 +119,7 @@ def _why(run: Run | Simulation, *, lost: bool) -> str:
 
 
 def _table(run: Run | Simulation, name: str) -> dict[str, Any]:
-    """Return a table of the run's settings in effect; empty if the run has none, or a value, under that name."""
+    """Return a table of the run's settings in effect; empty if there is none of that name."""
     table = run.settings.get(name)
     return table if isinstance(table, dict) else {}
 

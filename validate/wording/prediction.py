@@ -1,4 +1,4 @@
-"""Sentences and a table on a predicted level that has no readings yet."""
+"""Sentences and a table on a level that was predicted before it was read."""
 
 from collections.abc import Sequence
 
@@ -16,7 +16,7 @@ def predicted_sentence(prediction: PredictedLevel) -> str:
     level, low, high = (signed(value_mm, 2) for value_mm in (prediction.mean_level_mm, *prediction.mean_level_95_mm))
     return (
         f"Predicted, nothing fitted to this sample: the mean level is {level} mm from the face, 95 % from {low} to "
-        f"{high} mm. No readings check it yet."
+        f"{high} mm. There are no readings yet to check it."
     )
 
 

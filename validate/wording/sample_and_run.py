@@ -230,7 +230,7 @@ def _tilt(evidence: Evidence) -> str:
         return f"The walls are those of the mesh; the cavity holds {ratio:.2f} times the sealant."
     if (weighed := evidence.solid.figures.weighed) is not None and evidence.solid.tilt not in ("lean", "vertical"):
         return (
-            "The tilt of the walls is by a liquid weighed into the crack in "
+            "The tilt of the walls was measured by a liquid weighed into the crack in "
             f"{counted(len(weighed.levels_mm), 'step')}: {tilt_words(evidence)}, assumed to be straight; the cavity "
             f"holds {ratio:.2f} times the sealant."
         )

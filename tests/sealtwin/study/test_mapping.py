@@ -94,7 +94,7 @@ def test_fills_of_chosen_runs_are_drawn(study, here):
     assert [done for done, _ in counted.done] == [1, 2, 3, 4]
     assert {note for _, note in counted.done} == {"run 1", "run 2", "run 3", "run 4"}
     page = (study / "map" / "map.html").read_text(encoding="utf-8")
-    assert "their levels came out the same to the last digit" in page
+    assert "their levels are the same to the last digit" in page
     assert {"figures/fills.svg", "figures/thumbnails.svg"} <= set(mapped.content["files"])
 
 

@@ -64,7 +64,7 @@ def test_scatter_of_single_runs_makes_neighbours_as_near():
     }
     chart = make_chart()
     assert "fit equally well: U = 30 and D from 0.01 to 3 cm" in chart.flatness
-    assert "scatter by 0.10 mm (one standard deviation, 1 pair run again, 4 degrees of freedom)" in chart.flatness
+    assert "scatter by 0.10 mm (one standard deviation, 1 pair repeated, 4 degrees of freedom)" in chart.flatness
 
 
 def test_without_replicates_no_other_pair_is_called_as_near():
@@ -232,5 +232,5 @@ def test_chosen_runs_span_the_map_and_hold_the_best():
 def test_what_is_left_out_is_counted_with_its_reason():
     excluded = (Excluded(36, {"fluid.U": 1e9}, "it diverged."), Excluded(37, {"fluid.U": 2e9}, "it diverged."))
     assert make_chart(excluded, replicates=None).exclusion == "2 of 37 runs are not ranked. Runs 36, 37: it diverged."
-    assert make_chart(replicates=None).exclusion == "All 35 runs of the study are in it."
-    assert make_chart().exclusion == "All 39 runs of the study are in it.", "four replicates are no pairs"
+    assert make_chart(replicates=None).exclusion == "All 35 runs of the study are ranked."
+    assert make_chart().exclusion == "All 39 runs of the study are ranked.", "four replicates are no pairs"
