@@ -23,7 +23,7 @@ MOST_ROWS = 8  # Most moments below each other; of more frames, this many are dr
 NOZZLE_MM = 5.0  # Length of the nozzle that is drawn
 UNDER, OVER = 1.0, 4.0  # Drawing order of the sealant under the face and over it; the face is drawn between them
 PANELS = (
-    ("compression (%)", {"density_error_mean": "mean of moving particles", "density_error_p95": "their 95th percentile"}),
+    ("compression (%)", {"density_error_mean": "mean of moving particles", "density_error_p95": "95th percentile"}),
     ("particles", {"particles": "released", "moving": "moving"}),
     ("particles", {"escaped": "through a wall: must stay 0", "spilled": "spilled over the sample's edge"}),
     ("iterations", {"viscosity_iterations": "viscosity solve, per substep"}),
