@@ -26,7 +26,7 @@ INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)
 
 
 @dataclass(frozen=True)
-class Model:
+class ModelSizes:
     """Constants of the model in 3-D. They change how it looks and how large the page is, and no figure of a result.
 
     Blur and limits were chosen by counting: vertices, bytes, and the grain of a lattice of particles. The view was
@@ -65,7 +65,7 @@ class Model:
         return self.steps + 1 - self.most_vertices
 
 
-MODEL = Model()
+MODEL = ModelSizes()
 
 
 @dataclass(frozen=True)
