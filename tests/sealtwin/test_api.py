@@ -188,8 +188,8 @@ def test_a_mask_may_be_an_array(way):
 @pytest.mark.parametrize(
     ("fluid", "settle_s", "sentences"),
     [
-        ({"consistency_pa_s_n": 20, "flow_index": 0.3}, 2.0, ["fluid.consistency_pa_s_n is 20", "stands over hollows"]),
-        ({"U": 30, "D_cm": 0.3}, 0.0, ["fluid.U is 30: without a yield", "solver.settle_s lets it come to rest"]),
+        ({"consistency_pa_s_n": 20, "flow_index": 0.3}, 2.0, ["fluid.consistency_pa_s_n is 20", "covers hollows"]),
+        ({"U": 30, "D_cm": 0.3}, 0.0, ["fluid.U is 30: without a yield", "Set a longer solver.settle_s"]),
         ({"viscosity_pa_s": 0.3}, 2.0, []),
     ],
 )
