@@ -157,7 +157,7 @@ def _characters() -> frozenset[int]:
 
 
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-"""Metadata that is left out of an SVG, so that two equal runs give equal files."""
+"""Metadata that an SVG omits, so that two equal runs give equal files."""
 PAGE_COLOURS = {
     INK: "--ink",
     MUTED: "--muted",

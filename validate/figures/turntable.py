@@ -57,7 +57,7 @@ class ModelSizes:
     finest: float = 1 / 2000
     """Cell within which vertices of the walls are first merged, over the solid's extent, if there are too many."""
     walls_coarser: float = 1.3
-    """Growth of that cell by try."""
+    """Growth of the cell by try."""
 
     @property
     def most_corners(self) -> int:

@@ -89,7 +89,7 @@ class Chapter:
 
     @property
     def rows(self) -> Iterator[tuple[Item, ...]]:
-        """Items from top to bottom: consecutive plates and photos in pairs, all others alone."""
+        """Items from top to bottom, one a row; consecutive plates and photos in pairs."""
         for half, group in groupby(self.items, lambda item: isinstance(item, Plate | PhotoBlock)):
             items, size = tuple(group), 2 if half else 1
             yield from (items[first : first + size] for first in range(0, len(items), size))

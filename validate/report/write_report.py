@@ -188,7 +188,7 @@ class Typesetter(FPDF):
     """A4 pages, filled from top to bottom; fpdf2 breaks lines, tables and pages."""
 
     def __init__(self, title: str) -> None:
-        """Begin the first page; ``title`` is printed at the foot of each page, to the left of its number."""
+        """Begin the first page; ``title`` is printed at the foot of each page, before its number."""
         super().__init__(unit="in", format="A4")
         fonts = Path(matplotlib.get_data_path(), "fonts", "ttf")
         self.add_font(FONT, "", fonts / "DejaVuSans.ttf")
