@@ -20,26 +20,26 @@ class ReadingsSheet(JsonRecord):
     sha256: str
     """SHA-256 of its content."""
     operator: str | None
-    """Name of the person who read; None where no note says."""
+    """Name of the person who read; None if no note has it."""
     date: str | None
-    """Date of the readings, as the lab writes it; None where no note says."""
+    """Date of the readings, as the lab writes it; None if no note has it."""
 
 
 class LiveSlider(JsonRecord):
-    """A setting that the page moves by whole steps, from ``low`` to ``high`` of them about its value as run."""
+    """A setting that the page changes by ``low`` to ``high`` whole steps from its value as run."""
 
     as_run: float
     step: float
     low: int
     high: int
-    said: bool = True
-    """False where the trial file as run leaves the setting out."""
+    in_trial: bool = True
+    """False if the trial file as run does not have the setting."""
 
 
 class LiveWidth(JsonRecord):
-    """Sections of the crack at one of its mean widths, of equal cells along it, and what the nozzle gives over them.
+    """Sections of the crack in equal cells along it, at one of its mean widths, and the sealant dispensed over them.
 
-    The arrays are those of the fast model's sections; ``given_mm3`` is the sealant given up to each place of the path.
+    The arrays are those of the fast model's sections; ``given_mm3`` is the volume dispensed up to each place.
     """
 
     floor_mm: list[float]
@@ -51,35 +51,35 @@ class LiveWidth(JsonRecord):
 
 
 class LiveModel(JsonRecord):
-    """Data of the page's script, which computes the fill by the fast model with other settings."""
+    """Data of the page's script, which computes the fill by the fast model for other settings."""
 
     s_mm: list[float]
     """Middles of the cells."""
     widths: dict[int, LiveWidth]
-    """Sections by the steps of the width's slider; 0 alone where the width stays."""
+    """Sections by the steps of the width's slider; only 0 if the width is fixed."""
     along: list[float]
     """Gravity's unit vector along the crack at the faces between cells."""
     into: float
-    """The same into the sample."""
+    """Its component into the sample."""
     paste: dict[str, float]
     nozzle_mm: float
     settle_s: float
     path: dict[str, list[float]]
-    """Time, height and place along the crack of the nozzle while it gives, from ``t_s`` = 0."""
+    """Time, height and place along the crack of the nozzle while it dispenses, from ``t_s`` = 0."""
     after_s: float
-    """Time in which the nozzle still moves when it has ceased to give."""
+    """Time for which the nozzle still moves after it has stopped dispensing."""
     sliders: dict[str, LiveSlider]
     limits: Mapping[str, tuple[float, int, str]]
-    """Largest number of a case in the model's domain, its decimals, and the sentence on a larger one, by name."""
+    """Largest figure of a case in the model's domain, its decimals, and the sentence on a larger one, by name."""
     unknown: tuple[str, ...]
-    """Parts of the case that the fast model leaves out, a sentence each."""
+    """Sentences on parts of the case that the fast model does not include."""
     trial: str
     """Text of the trial file, with "@" for the values that the page writes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """One trial, as its stages left it."""
+    """One trial with the results of its stages."""
 
     name: str
     note: str = ""
@@ -88,29 +88,31 @@ class Evidence:
     trajectory: Trajectory
     run: Run
     profile: Profile
-    readings: Profile | None = None  # None without a caliper sheet: the report then shows the simulation alone
+    readings: Profile | None = None  # None without a caliper sheet; the report then shows only the simulation
     comparison: Comparison | None = None  # Comparison of profile and readings; None without readings
-    prediction: PredictedLevel | None = None  # Of a run without readings; None where no extra runs were made
-    earlier: EarlierTrials | None = None  # What the lab's earlier trials make of the level; None where they say nothing
+    prediction: PredictedLevel | None = None  # Of a run without readings; None without extra runs
+    earlier: EarlierTrials | None = (
+        None  # Error expected from the lab's earlier trials; None with fewer than two that count
+    )
     volume_ratio: float
     overlay_path: Path
     photo_data: DataKind
     provenance: dict[str, str]  # Versions, device, seed, times and hashes, in the order of the report
     commands: tuple[str, ...] = ()  # Commands that make this report again, in order
     sheet: ReadingsSheet | None = None  # File of the readings; None without readings
-    edited: tuple[str, ...] = ()  # Files of the run that are not as their stage wrote them
-    lab_searched: bool = False  # True if a lab's catalogue knows of no other use of held-out readings
-    extra_runs: str = ""  # Time in words that 'sealtwin validate RUN --uncertainty' takes; empty where it is not known
+    edited: tuple[str, ...] = ()  # Files of the run that were changed after their stage wrote them
+    lab_searched: bool = False  # True if a lab's catalogue has no other use of held-out readings
+    extra_runs: str = ""  # Time in words that 'sealtwin validate RUN --uncertainty' takes; empty if unknown
     frames: tuple[Frame, ...] = ()  # Snapshots of the run, in the order of time
-    live: LiveModel | None = None  # Fast model of the page; None where it cannot do the trial
+    live: LiveModel | None = None  # Fast model of the page; None if it cannot compute the trial
 
 
 def provenance(
     facts: dict[str, str], device: str, seed: Any, versions: dict[str, str], numbers: Mapping[str, int]
 ) -> dict[str, str]:
-    """Return ``facts`` between this program and machine, and the device, the seed and the versions of a run.
+    """Return the origin of a report: program, machine, ``facts``, and the device, seed and versions of the run.
 
-    ``numbers`` are the stage numbers by which the results were computed.
+    ``numbers`` are the stage numbers with which the results were computed.
     """
     return {
         "sealtwin": version("sealtwin"),

@@ -128,8 +128,8 @@ def _width_slider(trial: Trial, outline: Outline, widths: Collection[int]) -> di
     """Return the slider of the mean width; empty if the width is fixed."""
     if trial.photo is None or len(widths) == 1:
         return {}
-    width_mm, said = outline.mean_width_mm, trial.photo.mean_width_mm is not None
-    slider = LiveSlider(as_run=width_mm, step=WIDER * width_mm, low=min(widths), high=max(widths), said=said)
+    width_mm, in_trial = outline.mean_width_mm, trial.photo.mean_width_mm is not None
+    slider = LiveSlider(as_run=width_mm, step=WIDER * width_mm, low=min(widths), high=max(widths), in_trial=in_trial)
     return {"mean_width_mm": slider}
 
 

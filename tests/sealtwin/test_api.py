@@ -188,8 +188,8 @@ def test_a_mask_may_be_an_array(way):
 @pytest.mark.parametrize(
     ("fluid", "settle_s", "sentences"),
     [
-        ({"consistency_pa_s_n": 20, "flow_index": 0.3}, 2.0, ["fluid.consistency_pa_s_n is 20", "stands over hollows"]),
-        ({"U": 30, "D_cm": 0.3}, 0.0, ["fluid.U is 30: without a yield", "solver.settle_s lets it come to rest"]),
+        ({"consistency_pa_s_n": 20, "flow_index": 0.3}, 2.0, ["fluid.consistency_pa_s_n is 20", "covers hollows"]),
+        ({"U": 30, "D_cm": 0.3}, 0.0, ["fluid.U is 30: without a yield", "Set a longer solver.settle_s"]),
         ({"viscosity_pa_s": 0.3}, 2.0, []),
     ],
 )
@@ -471,7 +471,7 @@ def test_the_script_of_fifteen_lines_runs_as_it_stands(tmp_path):
 def test_the_fast_model_is_a_model_of_the_solver_and_its_level_is_measured_like_any_other():
     solid, crack = slot(40.0)
     paste = st.Fluid(viscosity_pa_s=0.3, yield_stress_pa=4.0, freeze_after_s="never")
-    with pytest.warns(RuntimeWarning, match="fast model made this fill"):
+    with pytest.warns(RuntimeWarning, match="This fill is by the fast model"):
         run = st.inject(crack, solid, short_path(crack, 1.2, trim_mm=6.0), paste, solver=st.Solver(model="slot"))
     level = st.measure_level(run, crack, solid)
     assert not run.has_particles

@@ -139,7 +139,7 @@ def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(e
     told = assess(fuller, SHEET, NO_PASSES, None).uncertainty
     assert told is not None
     rows = dict(row for table in uncertainty_tables(told) for row in table.rows)
-    assert rows["of it, by volume that the numerics gained (below 0: lost)"] == f"+{level_mm:.3f} mm"
+    assert rows["part of E by volume that the numerics gained (below 0: lost)"] == f"+{level_mm:.3f} mm"
 
 
 def test_only_declared_inputs_count_and_the_others_are_named(evidence):
@@ -258,8 +258,8 @@ def test_every_table_has_units(evidence):
     told = comparison.uncertainty
     assert told is not None
     titles = [table.title for table in uncertainty_tables(told)]
-    assert titles[0] == "What may be said of the error"
-    assert {"Where s is 0", "Particle size"} < set(titles)
+    assert titles[0] == "Error and its uncertainty"
+    assert {"Origin of s", "Particle size"} < set(titles)
     assert any(title.startswith("Budget: u of the mean level") for title in titles)
     rows = dict(row for table in uncertainty_tables(told) for row in table.rows)
     assert rows["volume given, by 0.1 ml"].startswith("mean level +0.300 mm")

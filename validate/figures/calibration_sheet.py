@@ -1,4 +1,4 @@
-"""Page of a calibration: readings beside what the posterior predicts, and what it determines."""
+"""Page of a calibration: readings and the posterior's predictions of them, and the settings that it determines."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -13,7 +13,7 @@ from validate.figures import theme
 from validate.figures.figure_sheet import FigureSheet, FigureTable, Numbers, Plot, SheetSection, wide_axes
 from validate.units import percent
 
-BARS = 30
+BARS = 30  # Number of bars of a histogram
 
 
 def calibration_sheet(calibrated: Calibrated) -> FigureSheet:
@@ -39,7 +39,7 @@ def calibration_sheet(calibrated: Calibrated) -> FigureSheet:
 
 def _levels(calibrated: Calibrated, one: Prediction, number: int) -> SheetSection:
     caption = (
-        f"Readings ({one.data}) with their 95 % intervals, and the mean and 95 % band that the posterior has for them."
+        f"Readings ({one.data}) with their 95 % intervals, and the mean and 95 % band that the posterior predicts."
     )
     columns = ["s_mm", "read_mm", "reading_half_width_mm", "predicted_mm", "band_half_width_mm"]
     rows = np.column_stack([one.s_mm, one.read_mm, one.error_mm, one.mean_mm, one.half_mm]).tolist()
@@ -48,9 +48,9 @@ def _levels(calibrated: Calibrated, one: Prediction, number: int) -> SheetSectio
         f"{percent(one.held, 0)} of {len(one.s_mm)} stations in the band."
     )
     used = (
-        "These readings chose the settings: what is left is a residual and predicts nothing."
+        "The settings were fitted to these readings, so this error is a residual and predicts nothing."
         if one.role == "calibrated"
-        else "These readings chose nothing: this is a prediction."
+        else "Nothing was fitted to these readings: this is a prediction."
     )
     mark = "EMULATED " if calibrated.emulated and one.data != "measured" else ""
     plot = Plot(f"levels-{number}", caption, partial(draw_prediction, one, mark), Numbers(columns, rows))
@@ -59,7 +59,7 @@ def _levels(calibrated: Calibrated, one: Prediction, number: int) -> SheetSectio
 
 @theme.themed()
 def draw_prediction(one: Prediction, mark: str = "") -> Figure:
-    """Draw the readings over the band that is predicted of them."""
+    """Draw the readings over the band that is predicted for them."""
     figure, axes = wide_axes(3.8, face=True)
     theme.draw_band(axes, one.s_mm, one.mean_mm, one.half_mm, theme.SIMULATED, 0.25, "95 % band of a reading")
     axes.plot(one.s_mm, one.mean_mm, color=theme.SIMULATED, linewidth=2.2, label="predicted mean")
@@ -73,7 +73,7 @@ def draw_prediction(one: Prediction, mark: str = "") -> Figure:
 
 
 def _settings(calibrated: Calibrated, draws: Floats) -> SheetSection:
-    head = ["setting", "range", "best", "5 %", "95 %", "width over that beforehand", "identified"]
+    head = ["setting", "range", "best", "5 %", "95 %", "width over prior width", "identified"]
     rows = [
         [
             one.free.label,
@@ -89,7 +89,7 @@ def _settings(calibrated: Calibrated, draws: Floats) -> SheetSection:
         for one in calibrated.marginals
     ]
     columns = ["setting", "low", "high", "best", "q05", "q95", "width_over_prior"]
-    caption = "The posterior of each free setting (bars) over what was known of it before (line)."
+    caption = "The posterior of each free setting (bars) over its prior (line)."
     table = FigureTable("Free settings", head, rows, "settings", Numbers(columns, numbers))
     plot = Plot("marginals", caption, partial(_draw, calibrated.marginals, draws))
     return SheetSection("Settings", calibrated.advice, [plot, table])
@@ -128,16 +128,16 @@ def _label(axes: "theme.Axes", one: Marginal) -> None:
 
 def _combinations(calibrated: Calibrated) -> SheetSection:
     sentence = (
-        "Directions in which the posterior is narrowest and widest, in units of each setting's standard deviation "
-        "beforehand: 1 is nothing learned. Those with a small deviation are well determined, whatever the settings "
-        "alone are."
+        "Directions in which the posterior is narrowest and widest, in units of each setting's prior standard "
+        "deviation: 1 means that nothing was learned. Combinations with a small deviation are well determined, even if "
+        "no setting alone is."
     )
     rows = [[one.said(calibrated.frees), f"{one.deviation:.2f}"] for one in calibrated.combinations]
     numbers = Numbers(
         [*(free.name for free in calibrated.frees), "deviation_over_prior"],
         [[*one.parts, one.deviation] for one in calibrated.combinations],
     )
-    table = FigureTable("The best determined first", ["combination", "deviation"], rows, "combinations", numbers)
+    table = FigureTable("Best determined first", ["combination", "deviation"], rows, "combinations", numbers)
     return SheetSection("Combinations", [sentence], [table])
 
 
@@ -155,13 +155,13 @@ def _gates(calibrated: Calibrated) -> SheetSection:
         for (name, reach), noise in zip(calibrated.reaches, calibrated.run_noise_mm, strict=True)
     ]
     sentences = [
-        "Residual: what no sum of the runs' shapes makes of the readings. Noise: standard uncertainty of a reading "
-        "and of what the shapes leave out.",
-        f"The nearest setting of the ranges misses by {calibrated.least_implausibility:.2f} of what readings, runs and "
-        "emulator allow; above 1 none is possible.",
+        "Residual: the part of the readings that no sum of the runs' shapes fits. Noise: standard uncertainty of a "
+        "reading and of what the shapes leave out.",
+        f"The best setting within the ranges misses by {calibrated.least_implausibility:.2f} times what readings, runs "
+        "and emulator allow; above 1 no setting is possible.",
     ]
     if calibrated.discrepancy_mm is not None:
         sentences.append(
-            f"The model's own error, by the posterior of the trials together: {calibrated.discrepancy_mm:.2f} mm."
+            f"Error of the model itself, by the posterior of all trials together: {calibrated.discrepancy_mm:.2f} mm."
         )
     return SheetSection("Gates", sentences, [FigureTable("Trials", head, rows, "gates")])

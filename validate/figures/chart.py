@@ -1,4 +1,4 @@
-"""A study's runs over two settings, compared with the same readings: the nearest pair, and the pairs as near as it."""
+"""A study's runs over two settings, compared with the same readings: the nearest pair, and pairs that fit as well."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,20 +16,20 @@ from validate.metrics.curve_distances import error_figures, level_difference
 from validate.uncertainty.budget import Budget, hats, mean_absolute
 from validate.units import counted, words
 
-DECADES = 100.0  # Ratio of the largest to the smallest value from which an axis is logarithmic: two decades
+DECADES = 100.0  # Least ratio of the largest to the smallest value of a logarithmic axis: two decades
 LEVELS = 16  # Largest number of values of a setting that are drawn as a line each
 NEIGHBOURS = 8  # Number of a run's neighbours on the map: all around it on a grid
 NORMAL_QUARTILE = 0.6745  # Median of |x| of the standard normal distribution
 DRAWS = 2_000  # Number of random sets of readings, from which a share of 2.5 % is known to 0.35 %
 CANNOT_TELL = 0.025
-"""Share of the random sets of readings in which a run must be as near as the best one for the two to be equally near:
-both tails of 95 %.
+"""A run fits as well as the best one if its error is the smaller one in more than this share of the random sets of
+readings: one tail of 95 %.
 """
-FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean error of a run that is as near as the best one to that one's
-REPEATED = "seed"  # Setting of replicates, which is no axis
-NAMED = 8  # Runs that a sentence names
-UNFIT = "the fast model is unfit for it, which bars it from every ranking."
-VOLUME_OFF = "its volume is off by over 5 %, which bars it from every ranking."
+FARTHEST_NEAR = 4 / 3  # Largest ratio of the mean errors of a run that fits equally well and of the best run
+REPEATED = "seed"  # Setting in which replicates differ; it is never an axis
+NAMED = 8  # Most runs that a sentence names
+UNFIT = "the fast model is unfit for it."
+VOLUME_OFF = "its volume is off by over 5 %."
 
 
 @dataclass(frozen=True)
@@ -83,23 +83,25 @@ class Axis:
 
 
 def axes_of(settings: Sequence[Mapping[str, Any]]) -> tuple[Axis, Axis]:
-    """Return the two settings that vary among the runs, the first one for the horizontal axis; the seed is none.
+    """Return the two settings that vary among the runs, horizontal axis first; the seed does not count.
 
-    Raises InputError unless exactly two vary, both are numbers, and the runs do not lie on a line.
+    Raises InputError unless exactly two vary, both are numbers, and the runs cover an area, not a line.
     """
     values = {name: [each[name] for each in settings] for name in settings[0] if name != REPEATED}
     varying = [name for name, each in values.items() if len({str(value) for value in each}) > 1]
     if len(varying) != 2:
         these = "none does" if not varying else f"{len(varying)} do: {', '.join(varying)}"
-        raise InputError(f"A map needs two settings that vary among the runs that are done; here {these}.")
+        raise InputError(f"A map needs two settings that vary among the finished runs; here {these}.")
     for name in varying:
         if odd := [value for value in values[name] if isinstance(value, bool) or not isinstance(value, int | float)]:
-            raise InputError(f"{name} = {odd[0]!r:.40}: no number; only settings that are numbers can be mapped.")
+            raise InputError(f"{name} = {odd[0]!r:.40} is not a number; only numbers can be mapped.")
     across, up = (Axis(name, tuple(sorted({float(value) for value in values[name]}))) for name in varying)
     points = np.column_stack([axis.spaced(np.array(values[axis.setting], float)) for axis in (across, up)])
     reach = np.ptp(points, axis=0)
     if np.linalg.matrix_rank((points - points.mean(axis=0)) / reach, tol=1e-6) < 2:
-        raise InputError(f"{across.setting} and {up.setting} vary as one: all runs lie on a line. Vary them apart.")
+        raise InputError(
+            f"{across.setting} and {up.setting} vary together: all runs are on one line. Vary them independently."
+        )
     return across, up
 
 
@@ -115,7 +117,7 @@ class Finished:
 
 @dataclass(frozen=True)
 class Excluded:
-    """A run without a result, or with one that counts in no ranking."""
+    """A run without a result, or one that is not ranked."""
 
     number: int
     settings: Mapping[str, Any]
@@ -137,12 +139,12 @@ class RepeatedPairs:
     runs: int
     pairs: int  # Number of pairs that they repeat
     scatter_mm: float | None
-    """Standard deviation of a single run's mean error, pooled over the pairs; None of the fast model, which has no
+    """Standard deviation of a single run's mean error, pooled over the pairs; None for the fast model, which does not
     scatter."""
 
 
 def hold(run: Finished, readings: Profile, axes: tuple[Axis, Axis]) -> HeldRun:
-    """Compare a run with the readings. Raises InputError if the two have no stretch of s in common."""
+    """Compare a run with the readings. Raises InputError if they share no stretch of s."""
     errors = error_figures(level_difference(run.profile, readings), readings)
     across, up = (float(run.settings[axis.setting]) for axis in axes)
     return HeldRun(**vars(run), **vars(errors), at=(across, up))
@@ -196,10 +198,12 @@ class Chart:
     as_near: tuple[bool, ...]
     """True for each run that cannot be distinguished from the best; without replicates only for the best."""
     replicates: RepeatedPairs | None = None
-    screening: str = ""  # Sentence on the runs of the fast model, if there are any
+    screening: str = ""  # Sentence on the runs of the fast model; empty if there are none
     unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict
-    fluid_warnings: tuple[str, ...] = ()  # Sentences on what is not sound of the runs' fluids
-    fitted: int = 2  # Number of settings that these readings chose: those of the map, and what the trial declares
+    fluid_warnings: tuple[str, ...] = ()  # Sentences on faults of the runs' fluids
+    fitted: int = (
+        2  # Number of settings that were fitted to these readings: those of the map, and those that the trial declares
+    )
 
     @property
     def errors_mm(self) -> Floats:
@@ -217,7 +221,7 @@ class Chart:
 
     @property
     def beside_baselines(self) -> str:
-        """Statement about the nearest run, which these readings chose whatever their role, beside the baselines."""
+        """Sentence on the nearest run and the baselines; the run counts as calibrated: these readings chose it."""
         x = level_difference(self.best.profile, self.readings).x
         stations = int(are_compared(self.readings, float(x[0]), float(x[-1])).sum())
         return against_baselines(self.best.mean_error_mm, self.baselines, "calibrated-on", self.fitted, stations)
@@ -233,49 +237,50 @@ class Chart:
 
     @property
     def scatter_of_replicates_mm(self) -> float | None:
-        """Standard deviation of a single run's mean error by replicates; None without any, and of the fast model."""
+        """Standard deviation of a single run's mean error by replicates; None without any, and for the fast model."""
         return None if self.replicates is None else self.replicates.scatter_mm
 
     @property
     def flatness(self) -> str:
-        """Statement about the pairs as near as the nearest one."""
+        """Sentence on the pairs that fit as well as the nearest one."""
         scatter_mm = self.scatter_of_replicates_mm
         if scatter_mm is None and self.screening:
-            return "The fast model's runs do not scatter; how far particles would be from them is not known here."
+            return "Runs of the fast model do not scatter; how far particles would be from them is unknown here."
         if self.replicates is None or scatter_mm is None:
             return (
-                "No pair was run again with another seed: how far single runs scatter is not known, and no other pair "
-                "is called as near."
+                "No pair was repeated with another seed, so it is unknown how far single runs scatter and which other "
+                "pairs fit equally well."
             )
         near = [run for run, alike in zip(self.runs, self.as_near, strict=True) if alike]
-        pairs = f"{counted(self.replicates.pairs, 'pair')} run again"
+        pairs = f"{counted(self.replicates.pairs, 'pair')} repeated"
         freedom = f"{counted(self.replicates.runs, 'degree')} of freedom"
         first = f"Single runs scatter by {scatter_mm:.2f} mm (one standard deviation, {pairs}, {freedom})"
         if len(near) == 1:
-            return f"{first}; with that and the doubt about the readings no other pair comes as near."
+            return f"{first}; given this and the uncertainty of the readings, no other pair fits equally well."
         values = np.array([run.at for run in near]).T
         spans = [axis.span(along) for axis, along in zip(self.axes, values, strict=True)]
         return (
-            f"{first}; with that and the doubt about the readings {len(near)} of {len(self.runs)} pairs come as near: "
-            f"{' and '.join(spans)}, with mean errors up to {max(run.mean_error_mm for run in near):.2f} mm."
+            f"{first}; given this and the uncertainty of the readings, {len(near)} of {len(self.runs)} pairs fit "
+            f"equally well: {' and '.join(spans)}, with mean errors up to "
+            f"{max(run.mean_error_mm for run in near):.2f} mm."
         )
 
     @property
     def exclusion(self) -> str:
-        """Statement about the excluded runs and the reasons."""
+        """Sentences on the excluded runs and the reasons."""
         total = len(self.runs) + len(self.excluded) + (self.replicates.runs if self.replicates else 0)
         if not self.excluded:
-            return f"All {total} runs of the study are in it."
+            return f"All {total} runs of the study are ranked."
         runs: dict[str, list[str]] = {}
         for each in self.excluded:
             runs.setdefault(each.reason, []).append(str(each.number))
         reasons = " ".join(f"{_named(numbers)}: {reason}" for reason, numbers in runs.items())
         are = "is" if len(self.excluded) == 1 else "are"
-        return f"{len(self.excluded)} of {total} runs {are} not in it. {reasons}"
+        return f"{len(self.excluded)} of {total} runs {are} not ranked. {reasons}"
 
 
 def _named(numbers: Sequence[str]) -> str:
-    """Return some numbers of runs in words; the table of the runs that are left out has all."""
+    """Return the first numbers of runs in words; the table of runs that are not ranked has all."""
     if len(numbers) == 1:
         return f"Run {numbers[0]}"
     more = f" and {len(numbers) - NAMED} others" if len(numbers) > NAMED else ""
@@ -285,11 +290,11 @@ def _named(numbers: Sequence[str]) -> str:
 def as_near_as_the_best(
     runs: Sequence[HeldRun], readings: Profile, budget: Budget, scatter_mm: float
 ) -> tuple[bool, ...]:
-    """Return a flag for each run whose mean error cannot be distinguished from the least one.
+    """Return True for each run whose mean error cannot be distinguished from the least one.
 
     All runs are compared with random readings, drawn from their budget: an error of the readings changes the errors of
-    similar runs alike, so their difference is known far better than either. ``scatter_mm`` is added to each run
-    independently. A run whose mean error is over a third larger is never as near.
+    similar runs alike, so their difference is far more certain than either. ``scatter_mm`` is added to each run
+    independently. A run whose mean error is over a third larger never fits equally well.
     """
     s_mm, error_mm = errors_on_grid(runs, readings)
     off_mm = budget.at_stations_mm[:DRAWS] @ hats(s_mm, readings.s_mm).T

@@ -1,4 +1,4 @@
-"""Page that compares finished runs, named by number in all figures and tables, with the figures."""
+"""Page that compares finished runs, and its figures; figures and tables name a run by its number."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -34,22 +34,22 @@ FIGURES = {
     "mean error of the dispensed volume's flat level (mm)": ("volume_balance_error_mm", "{:.3f}"),
     "share of the crack that is filled": ("simulated_fill_ratio", "{:.3f}"),
 }
-"""Keys and forms of a comparison's figures, by label."""
+"""Key and format of each figure of a comparison, by label."""
 
 COLOURS = (theme.SIMULATED, theme.MEASURED, theme.THIRD, "#cc79a7", "#e69f00", "#9467bd", theme.INK)
-"""Okabe and Ito's colours, without their sky blue, which the first one becomes on a dark page.
+"""Okabe and Ito's colours without sky blue, which the first one becomes on a dark page.
 
-Colours four apart, which have the same stroke, are no shades of each other.
+Colours four apart have the same stroke and so are not shades of each other.
 """
 STROKES = ("-", "--", ":", "-.")
-MOST = len(COLOURS) * len(STROKES)  # Largest number of runs that look different: every stroke in every colour
-LEGEND_COLUMNS = 10  # Largest number of two-digit labels, with their strokes, side by side
+MOST = len(COLOURS) * len(STROKES)  # Most runs that look different: every stroke in every colour
+LEGEND_COLUMNS = 10  # Most two-digit labels, with their strokes, side by side
 
-Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each run, and the form of a value on the page
+Row = tuple[str, Sequence[Any], Callable[[Any], str]]  # Label, value of each run, and format of a value on the page
 
 
 def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> FigureSheet:
-    """Return the page of some runs; ``cautions`` come before those that the runs themselves show."""
+    """Return the page of some runs; ``cautions`` come before those on the runs."""
     compared = [side for side in sides if side.comparison is not None]
     best, held_out_mm, settings = nearest(sides), held_out_mean_mm(sides), differing(sides)
     key_figures = [("settings that differ", str(len(settings)))]
@@ -58,9 +58,9 @@ def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Figure
         finding = f"Nearest is run {best + 1}, {sides[best].name}, {off} on average. {beside_baselines(nearest_one)}"
         key_figures.append(("nearest", f"run {best + 1}, {off}"))
     elif any(side.counts for side in compared):
-        finding = "Their readings differ, so none of them is the nearest."
+        finding = "Their readings differ, so there is no nearest run."
     else:
-        finding = "No run with readings counts, so none is the nearest."
+        finding = "No run with readings is ranked, so there is no nearest run."
     if held_out_mm is not None:
         key_figures.append(("mean error over held-out trials", f"{held_out_mm:.2f} mm"))
     no_setting = [] if settings else ["No setting differs."]
@@ -75,7 +75,7 @@ def compare_sheet(sides: Sequence[Side], cautions: Sequence[str] = ()) -> Figure
     ]
     if unranked := [[str(number), side.unranked] for number, side in enumerate(sides, start=1) if side.unranked]:
         table = FigureTable("By run", ["run", "why"], unranked, "not-ranked")
-        parts.append(SheetSection("In no ranking", [], [table]))
+        parts.append(SheetSection("Not ranked", [], [table]))
     if compared:
         words = [_held_out_words(sides), *replicate_words(sides)]
         parts.append(SheetSection("Held out", words, [_held_out(sides)]))
@@ -94,18 +94,18 @@ def _cautions(sides: Sequence[Side]) -> list[str]:
     sentences = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
     if unranked := [f"run {number}: {side.unranked}" for number, side in enumerate(sides, start=1) if side.unranked]:
         sentences.append(f"Not ranked: {'; '.join(unranked)}.")
-    return sentences + _known_before(sides)
+    return sentences + _not_held_out(sides)
 
 
-def _known_before(sides: Sequence[Side]) -> list[str]:
-    """Name the readings that served to calibrate one run and are declared as held out in another."""
+def _not_held_out(sides: Sequence[Side]) -> list[str]:
+    """Return a sentence on readings to which one run was fitted while another declares them unseen."""
     roles: dict[int, dict[str, list[int]]] = {}
     for index, first in enumerate(first_with_readings(sides)):
         comparison = sides[index].comparison
         if first is not None and comparison is not None:
             roles.setdefault(first, {}).setdefault(comparison.role, []).append(index)
     return [
-        f"Not held out: the readings of {numbered(by_role['held-out'])} served to calibrate "
+        f"Not held out: the readings of {numbered(by_role['held-out'])} were used to calibrate "
         f"{numbered(by_role['calibrated-on'])}."
         for by_role in roles.values()
         if {"held-out", "calibrated-on"} <= by_role.keys()
@@ -127,7 +127,7 @@ def _names(sides: Sequence[Side]) -> FigureTable:
 
 
 def _by_run(sides: Sequence[Side], name: str, first: str, rows: Sequence[Row]) -> FigureTable:
-    """Return a table with a column for each run, headed by its number; its CSV has the name too."""
+    """Return a table with a column for each run under its number; the CSV has the name too."""
     head = [first, *(str(index + 1) for index in range(len(sides)))]
     shown = [[label, *(NONE if value is None else text(value) for value in values)] for label, values, text in rows]
     content = [
@@ -159,7 +159,7 @@ def _held_out_words(sides: Sequence[Side]) -> str:
     if held_out_mm is not None:
         return f"Mean error over the held-out trials: {held_out_mm:.2f} mm."
     if any(side.held_out for side in sides):
-        return "No held-out run counts: the table of those in no ranking says why."
+        return "No held-out run is ranked; the table of runs that are not ranked has the reasons."
     return "No run has held-out readings: every error here is the residual of a calibration."
 
 
@@ -198,7 +198,7 @@ def _levels(sides: Sequence[Side]) -> Plot:
 
 
 def _named(sides: Sequence[Side]) -> list[str]:
-    """Return numbers with names, for a CSV that is read without the page."""
+    """Return numbers with names, since a CSV is read without the page."""
     return [f"{number} {side.name}" for number, side in enumerate(sides, start=1)]
 
 
@@ -208,7 +208,7 @@ def _rounded(value: float) -> str:
 
 @theme.themed()
 def draw_levels_of_runs(sides: Sequence[Side]) -> Figure:
-    """Draw levels as lines and readings as circles, in the colour of their run, or in ink if shared."""
+    """Draw levels as lines, and readings as circles in the colour of their run, or in ink if runs share them."""
     figure, axes = wide_axes(4.2, face=True)
     first_with = first_with_readings(sides)
     for index, side in enumerate(sides):
@@ -230,7 +230,7 @@ def draw_errors_of_runs(sides: Sequence[Side]) -> Figure:
     for index, side in enumerate(sides):
         if (error := side.error) is not None:
             _draw_line(axes, index, error.x, error.value)
-    _finish(axes, sides, "error (mm)", "Signed error: positive where the simulated level is too high")
+    _finish(axes, sides, "error (mm)", "Signed error: above 0 the simulated level is too high")
     return figure
 
 

@@ -13,19 +13,19 @@ from matplotlib.figure import Figure
 from sealtwin.core.files import write_sheet, write_text
 from validate.figures.theme import as_svg, draw_face, in_page, wide_figure
 
-DPI = 110  # Resolution of the parts of a figure that are drawn as pixels: a page of thirty fills has less than 2 MB
+DPI = 110  # Resolution of the pixels inside a figure; a page of thirty fills then has less than 2 MB
 FIGURES = "figures"
 NAME_BREAKS = re.compile(r"(?<=[._/])(?=[^\W\d])")
-"""Places in names and paths at which a line of a table may end; numbers have none."""
-LONGEST_PART = 16  # Largest number of characters between two such places; a cell with more breaks anywhere
-NONE = "-"  # Cell of the page that has no value
+"""Places in names and paths where a line of a table may break; never inside a number."""
+LONGEST_PART = 16  # Most characters between two such places; a cell with more may break anywhere
+NONE = "-"  # Text of a cell without a value
 
 Cell = str | float | None
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """Content of a CSV, in which no text is written as a formula."""
+    """Content of a CSV; a text in it is never a formula."""
 
     columns: Sequence[str]  # Names with units
     rows: Sequence[Sequence[Cell]]
@@ -33,7 +33,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure, with the numbers in it."""
+    """A figure and its numbers."""
 
     name: str  # Name of its files
     caption: str
@@ -49,7 +49,7 @@ class FigureTable:
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
     name: str  # Name of its CSV
-    numbers: Numbers | None = None  # Content of the CSV, if it is not that of the page
+    numbers: Numbers | None = None  # Content of the CSV; None if it is that of the page
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class FigureSheet:
 
 
 def wide_axes(height_in: float, *, face: bool = False) -> tuple[Figure, Axes]:
-    """Return a figure of the page's width and its only axes, with a line at 0 for the sample's ``face`` on request."""
+    """Return a figure of the page's width and its axes, with a line at 0 if ``face`` is True."""
     figure = wide_figure(height_in)
     axes = figure.add_subplot()
     if face:
@@ -90,7 +90,7 @@ def page_environment() -> jinja2.Environment:
 
 
 def write_sheet_of_figures(folder: Path, name: str, sheet: FigureSheet) -> list[str]:
-    """Write the page ``name``, which needs no other file and no network, and figures/ beside it.
+    """Write the page ``name``, which needs no other file and no network, and the folder figures/ next to it.
 
     Returns the names of all files in ``folder``.
     """

@@ -19,15 +19,15 @@ from validate.figures.snapshots import OVER, UNDER, FillScene
 from validate.figures.theme import ALONG, GROUND, INK, label_axes, themed, wide_figure
 
 WIDTH_IN, DPI = 9.6, 100
-ASIDE_MM = 6.0  # Width shown on each side of the walls
+ASIDE_MM = 6.0  # Width of the face that is shown on each side of the walls
 FASTEST_FPS, SLOWEST_FPS = 50, 1
-"""Limits of the frame rate: a GIF counts hundredths of a second, and browsers keep to two of them at least."""
-LAST_STANDS_S = 1.5  # Time for which a GIF shows its last frame before it begins again
+"""Limits of the frame rate: a GIF counts hundredths of a second, and browsers show a frame for at least two of them."""
+LAST_FRAME_S = 1.5  # Time for which a GIF shows its last frame before it begins again
 COLOURS = 128  # Size of a GIF's palette
 
 
 class Painter:
-    """Canvas on which one frame after the other is painted."""
+    """Canvas on which frames are painted one after the other."""
 
     @themed()
     def __init__(self, scene: FillScene) -> None:
@@ -46,7 +46,7 @@ class Painter:
         self._plan.set_facecolor(GROUND)
         self._plan.fill(*np.vstack([left, right[::-1]]).T, color="white", linewidth=0, zorder=0.5)
         for wall, edge_mm in ((left, reach_mm), (right, -reach_mm)):
-            # The face hides the sealant below it, past the ends of the walls too.
+            # The face hides the sealant below it, also past the ends of the walls.
             shore = np.vstack([[low_mm, wall[0, 1]], wall, [high_mm, wall[-1, 1]]])
             self._plan.fill_between(*shore.T, edge_mm, color=GROUND, linewidth=0, zorder=UNDER + 0.1)
             self._plan.plot(*wall.T, color=INK, linewidth=0.8, zorder=OVER - 0.1)
@@ -54,7 +54,7 @@ class Painter:
         self._plan.set_aspect("equal")
         self._plan.grid(visible=False)
         label_axes(self._side, "", "z (mm)", " ")
-        label_axes(self._plan, ALONG, "to its left (mm)", "From above, the crack pulled straight")
+        label_axes(self._plan, ALONG, "left of the crack (mm)", "From above, the crack pulled straight")
         add_bar(self._figure, SPEED, [self._side, self._plan], pad=0.01, aspect=25)
         self._nozzle = scene.draw_nozzle(self._side, 0.0)
         self._discs: list[EllipseCollection] = []
@@ -113,7 +113,7 @@ def _write_gif(temporary: Path, _: Path, pictures: Iterator[Pixels], times_s: Se
     # The colour bar of the first picture has the colours of all pictures.
     palette = first.quantize(COLOURS, dither=Image.Dither.NONE)
     rest = (Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
-    duration = [*shown_ms, round(1000 * LAST_STANDS_S)]
+    duration = [*shown_ms, round(1000 * LAST_FRAME_S)]
     palette.save(temporary, save_all=True, append_images=rest, duration=duration, loop=0, optimize=False)
 
 

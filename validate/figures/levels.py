@@ -15,7 +15,7 @@ from validate.units import signed
 
 OVER_LINES = {"facecolor": theme.CARD, "edgecolor": "none", "pad": 1.5}
 DOTTED = (0, (1, 2))
-MOST_BIN_LABELS = 10  # Largest number of bins whose labels fit side by side
+MOST_BIN_LABELS = 10  # Most bins whose labels fit side by side
 
 
 @theme.themed()
@@ -29,7 +29,7 @@ def draw_profile(
 ) -> Figure:
     """Draw the simulated level over the crack, with the caliper's means, their 95 % band and single readings.
 
-    A level that was predicted has a band of its own.
+    A predicted level has its own band.
     """
     axes = (on or theme.plate(3.4)).add_subplot()
     if prediction is not None:
@@ -62,7 +62,7 @@ def draw_levels(
         bottom_mm = float(floor_mm.min()) - 1.5
         theme.draw_ground(axes, s_mm, floor_mm, bottom_mm)
         marks.append(("floor", float(floor_mm[-1])))
-    # Beside the plot, outside all curves.
+    # To the right of the plot, outside all curves.
     beside = axes.get_yaxis_transform()
     for name, z_mm in marks:
         axes.annotate(
@@ -180,10 +180,10 @@ def draw_uncertainty(stations: StationErrors) -> Figure:
         (stations.numerics_mm, "numerics", theme.SIMULATED, "--"),
         (stations.inputs_mm, "inputs", theme.THIRD, "-."),
     )
-    known = [part for part in parts if part[0] is not None]
-    for part_mm, name, colour, style in known:
+    computed = [part for part in parts if part[0] is not None]
+    for part_mm, name, colour, style in computed:
         lower.plot(s_mm, part_mm, style, color=colour, label=name)
-    if len(known) > 1:
+    if len(computed) > 1:
         lower.plot(s_mm, validation_mm, color=theme.INK, linewidth=1.0, label="all together")
     lower.set_ylim(bottom=0.0)
     return theme.label_axes(lower, theme.ALONG, "u (mm)", "Standard uncertainties", legend=2)

@@ -23,15 +23,15 @@ from validate.figures.snapshots import FillScene
 
 CELLS = 240  # Number of the map's cells along each axis, finer than a page shows
 LINE_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3, 0.88, 256)))
-"""Viridis without its ends, of which one is invisible on a dark page and the other on a light one."""
+"""Viridis without its ends: one is invisible on a dark page, the other on a light one."""
 HALO = [withStroke(linewidth=2.5, foreground=theme.INK)]  # Dark edge of white marks on the map
 STEPS = 12  # Number of equal steps of the number of moving particles
-FEWEST = 3  # Least number of frames in a step, and of steps for a straight line
+FEWEST = 3  # Least number of frames in a step, and of steps with a median for a straight line
 
 
 @theme.themed()
 def draw_levels_of_study(chart: Chart) -> Figure:
-    """Draw the levels of all runs over the readings, the nearest one in bold."""
+    """Draw the levels of all runs and the readings, the nearest run in bold."""
     figure, axes = wide_axes(4.2, face=True)
     curves = [np.column_stack([run.profile.s_mm, run.profile.level_mm]) for run in chart.runs]
     axes.add_collection(LineCollection(curves, colors=theme.MUTED, linewidths=0.7, alpha=0.5, rasterized=True))
@@ -61,7 +61,7 @@ def scale_axis(axes: Axes, name: Literal["x", "y"], setting: Axis) -> None:
 
 @theme.themed()
 def draw_influence(chart: Chart, of: int) -> Figure:
-    """Draw the mean error over axis ``of``, with a line for each value of the other one, or points off a grid."""
+    """Draw the mean error over axis ``of``: a line for each value of the other axis on a grid of runs, else points."""
     along, other = chart.axes[of], chart.axes[1 - of]
     figure, axes = wide_axes(4.2)
     places, values = (np.array([run.at[index] for run in chart.runs]) for index in (of, 1 - of))
@@ -94,7 +94,7 @@ def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     figure.colorbar(drawn, ax=axes, pad=0.01).set_label("mean error (mm)")
     at, near, best = np.array([run.at for run in chart.runs]), np.array(chart.as_near), chart.best
     axes.plot(*at.T, "x", color=theme.MEASURED, markersize=5, markeredgewidth=1.1, label="a run", clip_on=False)
-    label = "as near, by readings and scatter of runs"
+    label = "fit equally well"
     ring = {"color": "white", "markerfacecolor": "none", "markersize": 9, "path_effects": HALO}
     axes.plot(*at[near].T, "o", **ring, label=label, clip_on=False)
     label = f"nearest: {chart.said(best)}, {best.mean_error_mm:.2f} mm"
@@ -102,7 +102,7 @@ def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     axes.plot(*best.at, "*", **star, label=label, clip_on=False)
     numbers = [run.number for run in chart.runs]
     for letter, run in zip(ascii_lowercase, chosen, strict=False):
-        # On the side of the middle: title and colour bar are beyond the edges.
+        # Toward the middle, since title and colour bar are at the edges.
         right, above = chart.places[numbers.index(run.number)] > 0.5
         axes.annotate(
             letter,
@@ -119,7 +119,7 @@ def draw_heat(chart: Chart, chosen: Sequence[HeldRun] = ()) -> Figure:
     scale_axis(axes, "y", chart.axes[1])
     axes.grid(visible=False)
     theme.label_axes(axes, chart.axes[0].label, chart.axes[1].label, "Mean error against the readings")
-    # Above the marks of runs on the upper edge.
+    # Space for the marks of runs on the upper edge.
     axes.set_title(axes.get_title(loc="left"), pad=12.0)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3, fontsize=8.0)
     return figure
@@ -143,39 +143,39 @@ def heat(chart: Chart) -> tuple[Floats, Floats, Floats]:
 
 @dataclass(frozen=True)
 class Watched:
-    """The course of a run that was computed once more."""
+    """Frames and times of a run that was repeated to draw it."""
 
     frames: tuple[Frame, ...]  # Frames in the order of time; the last one is the end of the run
     particles: Floats  # Number of moving particles, every few frames, (k,)
     frame_ms: Floats  # Computing time of a frame at the same moments, (k,)
-    differs_mm: float  # Mean distance of its level from the study's, which is 0 on the same kind of device
+    differs_mm: float  # Mean distance of its level from that in the study; 0 on the same kind of device
 
 
 @dataclass(frozen=True)
 class Fill:
-    """A chosen run with its course."""
+    """A chosen run with its frames."""
 
     run: HeldRun
     title: str  # Unique title
     scene: FillScene
-    seen: Watched
+    course: Watched
 
 
 @theme.themed()
 def draw_fills(fills: Sequence[Fill]) -> Figure:
     """Draw sections along the crack by age, with a row for each run and a column for each moment."""
-    moments = max(len(fill.seen.frames) for fill in fills)
+    moments = max(len(fill.course.frames) for fill in fills)
     figure = theme.wide_figure(0.8 + 0.95 * len(fills))
     grid = figure.subplots(len(fills), moments, squeeze=False, sharex=True, sharey=True)
     scale = _ages(fills)
     for row, fill in zip(grid, fills, strict=True):
-        for axes, frame in zip(row, fill.seen.frames, strict=False):
+        for axes, frame in zip(row, fill.course.frames, strict=False):
             fill.scene.draw_side(axes, frame, frame.age_s, scale)
             axes.annotate(
                 f"{frame.t_s:.1f} s", (1.0, 1.0), (0, 3), "axes fraction", "offset points", ha="right", fontsize=7.5
             )
         row[0].set_title(fill.title, fontsize=8.5)
-        for axes in row[len(fill.seen.frames) :]:
+        for axes in row[len(fill.course.frames) :]:
             axes.set_axis_off()
     for axes in grid[-1]:
         axes.set_xlabel("s (mm)")
@@ -185,14 +185,14 @@ def draw_fills(fills: Sequence[Fill]) -> Figure:
 
 @theme.themed()
 def draw_thumbnails(fills: Sequence[Fill]) -> Figure:
-    """Draw each run at its end, with the level measured from it."""
+    """Draw each run at its end, with the level read from its particles."""
     columns = min(3, len(fills))
     rows = -(-len(fills) // columns)
     figure = theme.wide_figure(0.5 + 1.3 * rows)
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
     scale = _ages(fills)
     for axes, fill in zip(grid, fills, strict=False):
-        end, profile = fill.seen.frames[-1], fill.run.profile
+        end, profile = fill.course.frames[-1], fill.run.profile
         fill.scene.draw_side(axes, end, end.age_s, scale)
         axes.plot(profile.s_mm, profile.level_mm, color=theme.AIR, linewidth=2.4)
         axes.plot(profile.s_mm, profile.level_mm, color=theme.MEASURED, linewidth=1.1)
@@ -208,11 +208,11 @@ def _add_bar(figure: Figure, scale: ColourScale) -> None:
 
 
 def _ages(fills: Sequence[Fill]) -> ColourScale:
-    return ages_of(frame for fill in fills for frame in fill.seen.frames)
+    return ages_of(frame for fill in fills for frame in fill.course.frames)
 
 
 def medians(particles: Floats, frame_ms: Floats) -> Floats:
-    """Return the medians of particles and of time in each step, (2, k), which other load changes little."""
+    """Return the medians of particles and of time in each step, (2, k); other load changes them little."""
     step = np.minimum((particles / particles.max() * STEPS).astype(int), STEPS - 1)
     inside = [step == number for number in range(STEPS) if (step == number).sum() >= FEWEST]
     return np.array([[np.median(values[one]) for one in inside] for values in (particles, frame_ms)])
@@ -221,8 +221,8 @@ def medians(particles: Floats, frame_ms: Floats) -> Floats:
 def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] | None:
     """Fit a straight line to the medians by least squares; None if there are too few.
 
-    Returns its time of a frame without particles in ms, what each moving particle adds in µs, and R², the share of the
-    medians' variance that it explains.
+    Returns the time of a frame without particles in ms, the time that each moving particle adds in µs, and R², the
+    share of the medians' variance that the line explains.
     """
     from scipy.stats import linregress
 
@@ -262,5 +262,5 @@ def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
 
 def frame_times(fills: Sequence[Fill]) -> tuple[Floats, Floats]:
     """Return moving particles and milliseconds of the frames of all fills."""
-    seen = [fill.seen for fill in fills]
-    return np.concatenate([one.particles for one in seen]), np.concatenate([one.frame_ms for one in seen])
+    courses = [fill.course for fill in fills]
+    return np.concatenate([one.particles for one in courses]), np.concatenate([one.frame_ms for one in courses])

@@ -11,8 +11,8 @@ from validate.figures.figure_sheet import NONE, Cell, FigureSheet, FigureTable, 
 from validate.figures.side_by_side import setting_words
 from validate.units import percent, signed
 
-MOST_ROWS = 200  # Largest number of rows on the page, the nearest runs first; the CSV has all
-MOST_COLUMNS = 1_000  # Largest number of levels in a CSV; of larger studies each run's folder has its profile
+MOST_ROWS = 200  # Most rows on the page, the nearest runs first; the CSV has all
+MOST_COLUMNS = 1_000  # Most levels in a CSV; in larger studies each run's folder has its profile
 SAME_MM = 1e-6  # Precision of a profile's file
 ERRORS = {
     "mean error (mm)": ("mean_error_mm", "{:.3f}".format),
@@ -21,13 +21,13 @@ ERRORS = {
     "at s (mm)": ("worst_at_mm", "{:.1f}".format),
     "of the length under 1 mm": ("share_under_1_mm", partial(percent, decimals=0)),
 }
-"""Names and forms of a run's errors, by label."""
+"""Field and format of each error of a run, by label."""
 
 
 def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequence[str] = ()) -> FigureSheet:
-    """Return the page of a study's map; ``cautions`` come before those that its runs themselves show."""
+    """Return the page of a study's map; ``cautions`` come before those on its runs."""
     best = chart.best
-    as_near = "not known: no pair was run again"
+    as_near = "unknown: no pair was repeated"
     if chart.scatter_of_replicates_mm is not None:
         as_near = f"{sum(chart.as_near)} of {len(chart.runs)}"
     first, second = chart.axes
@@ -39,7 +39,7 @@ def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequenc
         )
     sections += [_cost(chart, fills), SheetSection("Runs", [], [_runs(chart)])]
     if chart.excluded:
-        sections.append(SheetSection("Left out", [chart.exclusion], [_left_out(chart)]))
+        sections.append(SheetSection("Not ranked", [chart.exclusion], [_left_out(chart)]))
     return FigureSheet(
         title=f"{chart.name}: {first.name} and {second.name} against {chart.readings.source}",
         lead=f"{len(chart.runs)} runs, each compared with the same readings along the crack.",
@@ -54,7 +54,7 @@ def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequenc
             *((f"{one.name}, as a baseline", f"{one.mean_error_mm:.2f} mm") for one in chart.baselines),
             ("its bias", f"{signed(best.bias_mm, 2)} mm"),
             ("of the length under 1 mm", percent(best.share_under_1_mm, 0)),
-            ("pairs as near as that", as_near),
+            ("pairs that fit equally well", as_near),
             ("farthest pair", f"{chart.errors_mm.max():.2f} mm"),
         ],
         parts=sections,
@@ -70,11 +70,13 @@ def _cautions(chart: Chart) -> list[str]:
         *chart.unused,
     ]
     if chart.readings.data == "undeclared":
-        sentences.append("Nobody declared whether the readings are measured: how close runs come to them says no more.")
+        sentences.append(
+            "It is not declared whether the readings are measured: a small error shows only closeness to them."
+        )
     elif chart.readings.data != "measured":
         sentences.append(
-            f"The readings are {chart.readings.data}: this shows how close runs come to what they were made "
-            "from, and no more."
+            f"The readings are {chart.readings.data}: a small error shows only that runs are close to the source of "
+            "the readings."
         )
     return sentences
 
@@ -126,12 +128,12 @@ def _influences(chart: Chart) -> SheetSection:
 
 
 def _again(fills: Sequence[map_figures.Fill]) -> str:
-    differing = [fill.seen.differs_mm for fill in fills if fill.seen.differs_mm > SAME_MM]
+    differing = [fill.course.differs_mm for fill in fills if fill.course.differs_mm > SAME_MM]
     if not differing:
-        return "These runs were computed once more to be drawn; their levels came out the same to the last digit."
+        return "These runs were repeated to draw them; their levels are the same to the last digit."
     return (
-        f"These runs were computed once more to be drawn; the levels of {len(differing)} of {len(fills)} came out "
-        f"otherwise, by {max(differing):.2g} mm on average at most."
+        f"These runs were repeated to draw them; the levels of {len(differing)} of {len(fills)} differ, by at most "
+        f"{max(differing):.2g} mm on average."
     )
 
 
@@ -157,7 +159,7 @@ def _cost(chart: Chart, fills: Sequence[map_figures.Fill]) -> SheetSection:
 
 
 def _runs(chart: Chart) -> FigureTable:
-    head = ["run", *(axis.label for axis in chart.axes), *ERRORS, "as near as the best", "time (s)"]
+    head = ["run", *(axis.label for axis in chart.axes), *ERRORS, "fits equally well", "time (s)"]
     columns = ["run", *(axis.setting for axis in chart.axes), *(name for name, _ in ERRORS.values())]
     rows: list[list[str]] = []
     numbers: list[list[Cell]] = []
@@ -166,7 +168,7 @@ def _runs(chart: Chart) -> FigureTable:
         numbers.append([run.number, *run.at, *(value for value, _ in errors), "yes" if near else "no", run.wall_s])
         row = [str(run.number), *(f"{value:g}" for value in run.at), *(written(value) for value, written in errors)]
         rows.append([*row, "yes" if near else "", f"{run.wall_s:.1f}"])
-    title = "The nearest first"
+    title = "Nearest first"
     if len(rows) > MOST_ROWS:
         title += f"; the nearest {MOST_ROWS} of {len(rows)}"
     nearest = [rows[index] for index in np.argsort(chart.errors_mm, kind="stable")[:MOST_ROWS]]
@@ -184,4 +186,4 @@ def _left_out(chart: Chart) -> FigureTable:
         ]
         for each in chart.excluded
     ]
-    return FigureTable("Runs that are in no ranking", head, rows[:MOST_ROWS], "left-out", Numbers(head, rows))
+    return FigureTable("Runs that are not ranked", head, rows[:MOST_ROWS], "left-out", Numbers(head, rows))

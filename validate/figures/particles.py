@@ -18,18 +18,18 @@ from sealtwin.core.records import Floats, Frame, Integers, Outline, Solid
 from validate.figures.theme import AGES, AIR, GROUND, ON_GROUND, SPEEDS, label_axes
 
 SECTIONS_AT = (0.2, 0.5, 0.8)
-"""Places of the sections across a crack, as shares of its length: in the paste's slope, its middle, its plateau."""
+"""Places of the sections across a crack, as shares of its length: slope, middle and plateau of the paste."""
 ACROSS_MM = 9.0  # Half the width of a section
 MARGIN_MM = 4.0  # Width shown past the sample's edges
 BEYOND_MM = 30.0  # Length by which the centreline is continued straight past its ends, for sealant on the face
-FINE_MM = 0.1  # Spacing of the points that stand for a centreline: an eighth of a particle of the paper's
-CELLS = 6  # Cells of a disc's radius where what it hides is looked for
-DISCS_AT_ONCE = 20_000  # Discs for which that takes 20 MB
+FINE_MM = 0.1  # Spacing of the points of a centreline: an eighth of a particle of the paper
+CELLS = 6  # Cells of a disc's radius in the search for hidden discs
+DISCS_AT_ONCE = 20_000  # Discs that are searched together, in 20 MB
 SLOWEST_MM_S, FASTEST_MM_S = 1.0, 1000.0  # Ends of the scale of speeds: creeping paste, and a fall of 50 mm
 
 
 class ColourScale(NamedTuple):
-    """Label, colour map and range of the values that colours stand for."""
+    """Label, colour map and range of the values that colours represent."""
 
     label: str
     colours: str | Colormap
@@ -51,15 +51,15 @@ def ages_of(frames: Iterable[Frame]) -> ColourScale:
 def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, scale: ColourScale) -> EllipseCollection:
     """Draw particles at (n, 2) as discs of their size, in pixels: 15,000 outlines would take megabytes."""
     scale.norm.autoscale_None(value)
-    seen = not_hidden(place_mm, radius_mm)
+    visible = not_hidden(place_mm, radius_mm)
     discs = EllipseCollection(
         [2 * radius_mm],
         [2 * radius_mm],
         [0.0],
         units="xy",
-        offsets=place_mm[seen],
+        offsets=place_mm[visible],
         offset_transform=axes.transData,
-        array=value[seen],
+        array=value[visible],
         cmap=scale.colours,
         norm=scale.norm,
         linewidth=0,
@@ -70,7 +70,7 @@ def draw_discs(axes: Axes, place_mm: Floats, radius_mm: float, value: Floats, sc
 
 
 def not_hidden(place_mm: Floats, radius_mm: float) -> NDArray[np.bool_]:
-    """Mask of the discs at (n, 2), each drawn over those before it, of which a part is seen.
+    """Mask of the discs at (n, 2) that are visible, at least in part; later ones are drawn over earlier ones.
 
     A disc counts on cells of a sixth of its radius, and hides only what is a cell inside its edge.
     """
@@ -85,17 +85,17 @@ def not_hidden(place_mm: Floats, radius_mm: float) -> NDArray[np.bool_]:
     middle = cell @ [columns, 1]
     number = np.arange(len(middle), dtype=np.int32)[:, None]
     top = np.full(rows * columns, -1, dtype=np.int32)
-    seen = np.empty(len(middle), dtype=bool)
+    visible = np.empty(len(middle), dtype=bool)
     parts = [slice(first, first + DISCS_AT_ONCE) for first in range(0, len(middle), DISCS_AT_ONCE)]
     for part in parts:
         top[middle[part, None] + inside] = number[part]
     for part in parts:
-        seen[part] = (top[middle[part, None] + whole] <= number[part]).any(axis=1)
-    return seen
+        visible[part] = (top[middle[part, None] + whole] <= number[part]).any(axis=1)
+    return visible
 
 
 def add_bar(figure: FigureBase, scale: ColourScale, axes: Iterable[Axes], **layout: Any) -> None:
-    """Draw a colour bar beside ``axes``; the arrow at the end of the scale of speeds stands for all lower values."""
+    """Draw a colour bar for ``axes``; the arrow at the end of the scale of speeds means all lower values."""
     layout.setdefault("extend", "min" if scale is SPEED else "neither")
     bar = figure.colorbar(ScalarMappable(scale.norm, scale.colours), ax=list(axes), label=scale.label, **layout)
     if isinstance(scale.norm, LogNorm):
@@ -166,7 +166,7 @@ def draw_across(
 ) -> None:  # fmt: skip
     """Draw the sections across the crack at ``SECTIONS_AT``: the solid, and the particles within a radius of the plane.
 
-    The view is along the path: left of the path is left in the picture.
+    The view is along the path, so its left is at the left of the picture.
     """
     for axes, share in zip(row, SECTIONS_AT, strict=True):
         s_mm = share * outline.length_mm

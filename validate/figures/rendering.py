@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from sealtwin.core.records import Floats, Integers
 
 LIGHT = np.array([-0.36, 0.48, 0.8])
-"""Unit vector to the light: to the right in the picture, up in it, toward the viewer."""
-DARKEST = 0.55  # Brightness without light, at which a colour can still be compared with its scale
+"""Unit vector to the light, by its parts to the right in the picture, up in it, and toward the viewer."""
+DARKEST = 0.55  # Brightness without light; the colour can still be compared with its scale
 SMOOTHING = 2  # Samples along each side of a pixel, averaged for smooth edges
 MOST_AT_ONCE = 1_000_000  # Samples in the bounding boxes of facets that are computed together, in 100 MB
 FLAT = 1e-9  # Doubled area, in samples, below which a triangle is regarded as a line
@@ -50,10 +50,10 @@ def render(
         index, pixel, depth = _covered(place[faces[part]], nearness[faces[part]], width, height)
         in_front = np.flatnonzero(depth > nearest[pixel])
         np.maximum.at(nearest, pixel[in_front], depth[in_front])
-        # The last value written to a sample remains: of facets equally near, that of the first.
+        # The value that is written last remains, so the order is reversed: of equally near facets the first one wins.
         last = in_front[depth[in_front] == nearest[pixel[in_front]]][::-1]
         owner[pixel[last]] = part[index[last]]
-    # The last row stands for samples that no facet covers.
+    # The last row is the colour of samples that no facet covers.
     colour = np.zeros((len(faces) + 1, 4), dtype=np.float32)
     colour[:-1, :3] = face_colour * shade[:, None]
     colour[:-1, 3] = 1.0
@@ -122,6 +122,6 @@ def _covered(corner: Floats, nearness: Floats, width: int, height: int) -> tuple
 
 
 def _counted_up(count: Integers, first: Integers) -> tuple[Integers, Integers]:
-    """Return ``count[k]`` copies of each index k, and beside them the numbers from ``first[k]`` on."""
+    """Return ``count[k]`` copies of each index k, and for these the numbers from ``first[k]`` on."""
     owner = np.repeat(np.arange(len(count)), count)
     return owner, np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)

@@ -11,16 +11,16 @@ from validate.metrics.curve_distances import Difference, level_difference
 from validate.metrics.verdict import SOUND, kept_volume
 from validate.result import Comparison
 
-FEWEST = 2  # Least number of replicates: one alone has no distribution
+FEWEST = 2  # Least number of replicates; a single one does not show a distribution
 SAME_MM = 0.01
 """Largest difference at any station between copies of the same readings: the last digit of a caliper. Repeated readings
 differ by ten times that."""
 LONGEST_VALUE = 120
-"""Letters of a setting that are shown; a board of markers has a thousand."""
+"""Most characters of a setting that are shown; a board of markers has a thousand."""
 
 
 def setting_words(value: Any) -> str:
-    """Return a setting's value as a person writes it; "-" if it is not set."""
+    """Return a setting's value as text; "-" if it is not set."""
     match value:
         case None:
             words = "-"
@@ -49,11 +49,11 @@ class Side:
     readings: Profile | None
     comparison: Comparison | None  # None without readings
     facts: Mapping[str, float | None]  # Figures of the run itself, by name with unit
-    replicate_of: str  # Key that runs of the same ordered crack, path, paste and solver share: replicates of one trial
+    replicate_of: str  # Key of crack, path, paste and solver as set; runs with the same key are replicates of one trial
     volume_ratio: float  # Volume of the settled sealant over the dispensed volume
     escaped_particles: int = 0  # Number of particles that went through a wall
     edited: Sequence[str] = ()  # Names of its files that were changed after the run
-    fluid_warnings: Sequence[str] = ()  # Sentences on what is not sound of its fluid
+    fluid_warnings: Sequence[str] = ()  # Sentences on faults of its fluid
 
     @property
     def error(self) -> Difference | None:
@@ -62,12 +62,12 @@ class Side:
 
     @property
     def counts(self) -> bool:
-        """True if findings may rest on the run."""
+        """True if the run is ranked."""
         return not self.unranked
 
     @property
     def unranked(self) -> str:
-        """Reasons for which the run is in no ranking; empty if it is in them."""
+        """Reasons why the run is not ranked; empty if it is."""
         low, high = SOUND
         reasons = {
             f"edited by hand since it was made ({', '.join(self.edited)})": self.edited,
@@ -85,16 +85,16 @@ class Side:
 
 
 def differing(sides: Sequence[Side]) -> dict[str, list[Any]]:
-    """Return the settings that are not the same in all runs, each with its values by run, None if not set."""
+    """Return the settings that differ among the runs, each with its value in every run, None if not set."""
     names = dict.fromkeys(name for side in sides for name in side.settings)
     values = {name: [side.settings.get(name) for side in sides] for name in names}
     return {name: each for name, each in values.items() if any(value != each[0] for value in each[1:])}
 
 
 def first_with_readings(sides: Sequence[Side]) -> list[int | None]:
-    """Return, for each run, the index of the first run with the same readings; None for a run without readings.
+    """Return for each run the index of the first run with the same readings; None for a run without readings.
 
-    Equal numbers are the same readings, from any sheet.
+    Readings with equal numbers are the same, whatever their sheets.
     """
     return [
         next((first for first, other in enumerate(sides[: index + 1]) if _same(other.readings, side.readings)), None)
@@ -110,9 +110,9 @@ def _same(one: Profile | None, other: Profile | None) -> bool:
 
 
 def nearest(sides: Sequence[Side]) -> int | None:
-    """Return the index of the run with the least mean error, of those that count.
+    """Return the index of the ranked run with the least mean error.
 
-    Returns None if these have no readings, or different ones, since some readings are easier to meet than others.
+    Returns None if the ranked runs have different readings, or none: some readings are easier to fit than others.
     """
     errors_mm = {
         index: side.comparison.mean_error_mm
@@ -124,21 +124,21 @@ def nearest(sides: Sequence[Side]) -> int | None:
 
 
 def held_out_mean_mm(sides: Sequence[Side]) -> float | None:
-    """Return the mean error over the held-out runs that count, or None if there are none."""
+    """Return the mean error over the ranked held-out runs; None without any."""
     comparisons = [side.comparison for side in sides if side.held_out and side.counts]
     errors_mm = [one.mean_error_mm for one in comparisons if one is not None]
     return float(np.mean(errors_mm)) if errors_mm else None
 
 
 def replicate_words(sides: Sequence[Side]) -> list[str]:
-    """State the area validation metric of each trial with replicates, or what it needs, in sentences.
+    """Return sentences on the area validation metric of each trial with replicates, or on what the metric needs.
 
-    The metric (Ferson, Oberkampf & Ginzburg 2008) is the area between the distributions of one figure over replicates:
-    the same crack, path and paste again. In one dimension that is the Wasserstein distance.
+    The metric (Ferson, Oberkampf & Ginzburg 2008) is the area between the distributions of one figure over replicates,
+    which are runs of the same crack, path and paste. In one dimension it is the Wasserstein distance.
     """
     from scipy.stats import wasserstein_distance
 
-    # The runs of each trial, those with the same readings together.
+    # The runs of each trial, grouped by their readings.
     trials: dict[str, dict[int | None, list[int]]] = {}
     for index, first in enumerate(first_with_readings(sides)):
         if first is not None and sides[index].counts:
@@ -146,8 +146,8 @@ def replicate_words(sides: Sequence[Side]) -> list[str]:
     sentences, replicated = [], False
     for copies in trials.values():
         sentences += [
-            f"{numbered(same).capitalize()} hold the same readings, to {SAME_MM:g} mm at every station: copies are no "
-            "replicates, and only the first one counts."
+            f"{numbered(same).capitalize()} have the same readings, to {SAME_MM:g} mm at every station: copies are not "
+            "replicates, so only the first one counts."
             for same in copies.values()
             if len(same) > 1
         ]
@@ -163,13 +163,13 @@ def replicate_words(sides: Sequence[Side]) -> list[str]:
             )
     if not replicated:
         sentences.append(
-            f"No area validation metric: it takes {FEWEST} or more replicates of a trial, the same settings with "
-            "readings of their own each, and there are none among these runs."
+            f"No area validation metric: it needs {FEWEST} or more replicates of a trial, which have the same settings "
+            "and each its own readings. These runs have none."
         )
     return sentences
 
 
 def numbered(indices: Sequence[int]) -> str:
-    """Name runs by their numbers: "runs 1, 2 and 5"."""
+    """Return the numbers of runs in words: "runs 1, 2 and 5"."""
     *before, last = [str(index + 1) for index in indices]
     return f"runs {', '.join(before)} and {last}" if before else f"run {last}"

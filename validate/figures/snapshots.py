@@ -1,4 +1,4 @@
-"""Pictures beside a run's files: its fill at single moments and as in the paper's Fig. 6, and its health over time."""
+"""Pictures in a run folder: the fill at single moments and as in the paper's Fig. 6, and the run's health over time."""
 
 import zlib
 from collections.abc import Mapping, Sequence
@@ -19,20 +19,20 @@ from validate.figures import particles, theme
 MARGIN_MM = 6.0  # Length shown past each end of the crack
 ABOVE_MM = 6.0  # Height shown above the face, with the nozzle's tip
 AROUND_MM = 8.0  # Width of the face shown around the crack
-MOST_ROWS = 8  # Largest number of moments below each other; of more frames, that many are chosen over the run
+MOST_ROWS = 8  # Most moments below each other; of more frames, this many are drawn, evenly chosen
 NOZZLE_MM = 5.0  # Length of the nozzle that is drawn
-UNDER, OVER = 1.0, 4.0  # Drawing order of the sealant under the face and on it; the face is drawn between the two
+UNDER, OVER = 1.0, 4.0  # Drawing order of the sealant under the face and over it; the face is drawn between them
 PANELS = (
-    ("compression (%)", {"density_error_mean": "mean of what moves", "density_error_p95": "95 % of it stay below"}),
-    ("particles", {"particles": "out of the nozzle", "moving": "moving"}),
+    ("compression (%)", {"density_error_mean": "mean of moving particles", "density_error_p95": "95th percentile"}),
+    ("particles", {"particles": "released", "moving": "moving"}),
     ("particles", {"escaped": "through a wall: must stay 0", "spilled": "spilled over the sample's edge"}),
-    ("iterations", {"viscosity_iterations": "of the viscosity solve, a substep"}),
-    ("time (ms)", {"ms_a_frame": "of computing, a frame"}),
+    ("iterations", {"viscosity_iterations": "viscosity solve, per substep"}),
+    ("time (ms)", {"ms_a_frame": "computing time per frame"}),
 )  # fmt: skip
 """Unit of each panel, and the labels of its curves by column."""
 STYLES = ((theme.SIMULATED, "-"), (theme.MEASURED, (0, (4, 2))))
-"""Colour and dashes of a panel's two curves, distinct without colour and where they coincide."""
-Shade = Literal["speed", "age"]  # What the colour of a particle tells
+"""Colour and dashes of a panel's two curves: distinct without colour, and if they coincide."""
+Shade = Literal["speed", "age"]  # Quantity by which particles are coloured
 DPI = 150  # Resolution of a PNG
 
 
@@ -81,7 +81,7 @@ class FillScene:
     def draw_ground(self, axes: Axes) -> None:
         """Draw the sample in a side view: below the cavity's floor, its face, and past its closed ends.
 
-        The dam at an open end is oblique like the edge of the face and has no one place along the crack.
+        A dam at an open end is not drawn: it is oblique like the sample's edge, so its place along the crack varies.
         """
         low_mm, high_mm, bottom_mm, top_mm = self.limits_mm
         length_mm = self.outline.length_mm
@@ -166,7 +166,7 @@ def draw_snapshot(frame: Frame, scene: FillScene) -> Figure:
 
 def _draw_top(axes: Axes, frame: Frame, scene: FillScene) -> None:
     outline, block_mm = scene.outline, np.reshape(scene.solid.block_mm, (2, 2))
-    # The part of the face that is shown: a clip path replaces that of the axes.
+    # The visible part of the face, since a clip path replaces that of the axes.
     x_min, y_min = np.maximum(block_mm[0], outline.outline_mm.min(axis=0) - AROUND_MM)
     x_max, y_max = np.minimum(block_mm[1], outline.outline_mm.max(axis=0) + AROUND_MM)
     face = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, facecolor="none", edgecolor="none")
@@ -201,7 +201,7 @@ def _ring(points_mm: Floats) -> Outlines:
 
 @theme.themed()
 def draw_health(columns: Mapping[str, Floats]) -> Figure:
-    """Draw ``columns``, by the names of health.csv and of one length; NaN stands for an empty field."""
+    """Draw ``columns``, by the names of health.csv and of equal length; NaN is an empty field."""
     figure = theme.wide_figure(8.5)
     rows = figure.subplots(len(PANELS), 1, sharex=True)
     for axes, (unit, curves) in zip(rows, PANELS, strict=True):
@@ -225,7 +225,7 @@ def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene, heal
     """
     written = _write(folder, "health", draw_health(health))
     first: Figure | None = None
-    # The last one first, whose ages have the widest labels.
+    # The last frame first: its ages have the widest labels, which set the layout of all.
     for name, frame in reversed(frames.items()):
         figure = draw_snapshot(frame, scene)
         if first is not None:
@@ -239,6 +239,6 @@ def write_gallery(folder: Path, frames: dict[str, Frame], scene: FillScene, heal
 
 def _write(folder: Path, name: str, figure: Figure) -> list[str]:
     with replacing(folder / f"{name}.png") as temporary:
-        # Most of a figure is of one colour: runs alone are found in half the time, and the file is no larger.
+        # Most of a figure has one colour: run-length encoding takes half the time, and the file is not larger.
         theme.as_picture(figure, DPI).save(temporary, format="png", compress_type=zlib.Z_RLE)
     return [f"{name}.png"]

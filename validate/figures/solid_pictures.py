@@ -26,14 +26,14 @@ from validate.figures.particles import (
 from validate.figures.rendering import render
 
 FACE_COLOURS = np.array([to_rgb(colour) for colour in (theme.GROUND, "#5b87a6", "#35566e", "#8fb0c6", "#ada497")])
-"""Colours of the triangles of a solid, in the order of ``FaceLabel``."""
+"""Colours of the facets of a solid, in the order of ``FaceLabel``."""
 WIDTH_PX = 900
 BELOW: Any = {"location": "bottom", "aspect": 40, "pad": 0.02}  # Place of a colour bar
 
 
 @theme.themed()
 def draw_solid(solid: Solid) -> Figure:
-    """Draw the block from above, and its cavity alone from the side, as a cast; each as wide as the figure."""
+    """Draw the block from above, and its cavity from the side, as a cast; each as wide as the figure."""
     colour = FACE_COLOURS[solid.face_label]
     azimuth_deg = square_on(solid)
     cavity = np.isin(solid.face_label, (FaceLabel.WALL, FaceLabel.FLOOR))
@@ -64,7 +64,7 @@ def draw_still(still: NDArray[np.uint8], oldest_s: float) -> Figure:
 
 @theme.themed()
 def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile, on: FigureBase | None = None) -> Figure:
-    """Draw the particles along the crack and in height, by age, with the profile measured from them."""
+    """Draw the particles along the crack and in height, by age, with the profile read from them."""
     figure = on or theme.plate(2.7)
     axes = figure.add_subplot()
     s_mm = arc_length_at(run.position_mm[:, :2], outline.centreline_mm)
@@ -100,7 +100,7 @@ def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajecto
     draw_walls(axes, outline, face)
     axes.plot(*trajectory.position_mm[:, :2].T, color=theme.MEASURED, linewidth=1.2, label="nozzle path, from its dot")
     axes.plot(*trajectory.position_mm[0, :2], "o", color=theme.MEASURED, markersize=5)
-    # The legend shows the line on mortar: it is as dark as a dark page.
+    # The legend shows the line on mortar, since it would be invisible on a dark page.
     on_mortar = [withStroke(linewidth=5.0, foreground=theme.GROUND)]
     label = f"walls in the {outline.seen_in}"
     axes.plot([], [], color=theme.ON_GROUND, linewidth=0.9, path_effects=on_mortar, label=label)

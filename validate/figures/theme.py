@@ -1,4 +1,4 @@
-"""Style of all figures: a palette that colour-blind readers can tell apart, one font, no global state."""
+"""Style of all figures: a palette that colour-blind readers can distinguish, one font, no global state."""
 
 import io
 import re
@@ -26,11 +26,11 @@ GRID = "#d4dadf"
 GROUND = "#c9c2b8"
 """Colour of mortar in a section."""
 ON_GROUND = "#2b2620"
-"""Colour of lines and words on mortar and in the air, dark on a dark page too."""
+"""Colour of lines and words on mortar and air; it stays dark on a dark page."""
 AIR = "#fcfcfa"
-"""Colour around sealant: light on a dark page too, on which the darkest sealant would be invisible."""
+"""Colour around sealant; it stays light on a dark page, on which the darkest sealant would be invisible."""
 CARD = "#ffffff"  # Colour of the page behind a figure
-# Okabe and Ito's: distinct with any colour vision, and in grey.
+# Colours of Okabe and Ito, distinct with any colour vision and in grey.
 SIMULATED = "#0072b2"
 MEASURED = "#d55e00"
 THIRD = "#009e73"
@@ -41,7 +41,7 @@ SPEEDS = "plasma"  # Colour maps of the sealant's age, height and speed
 ALONG = "s from the end where the nozzle starts (mm)"  # Label of the axis along the crack
 LEVEL = "level from the face (mm)"
 BAND = "95 % band, all stations together"
-BESIDE_PLOT_IN = 0.7  # Width of the figure beside a plot: its labels and margins
+BESIDE_PLOT_IN = 0.7  # Width of the labels and margins of a plot
 LEGEND_ROW_PT = 12.5  # Height of a legend's line of 8 pt, with the space between two lines
 STYLE: Any = {
     "font.family": "sans-serif",
@@ -54,7 +54,7 @@ STYLE: Any = {
     "axes.titlesize": 10.0,
     "axes.titlelocation": "left",
     "axes.titleweight": "bold",
-    # No figure has ticks at its top, and to look for them measures all labels once more.
+    # No figure has ticks at its top; without a fixed place, Matplotlib measures all labels to look for them.
     "axes.titley": 1.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -63,7 +63,7 @@ STYLE: Any = {
     "grid.color": GRID,
     "grid.linewidth": 0.6,
     "text.color": INK,
-    # A sample may be called $\frac$: a user's text is never a formula.
+    # A user's text is never a formula, even if a sample is called $\frac$.
     "text.parse_math": False,
     "text.usetex": False,
     "xtick.color": MUTED,
@@ -79,7 +79,7 @@ STYLE: Any = {
 
 @contextmanager
 def themed() -> Iterator[None]:
-    """Apply the style; figures are drawn and written inside, since matplotlib reads most of a style late."""
+    """Apply the style. Draw and write figures inside: Matplotlib reads most of a style late."""
     with rc_context(STYLE):
         yield
 
@@ -88,7 +88,7 @@ PLATE_IN = 4.6  # Width of a plate
 
 
 def plate(height_in: float) -> Figure:
-    """Return an empty figure whose words can be read on a phone's screen and on half of an A4 page's width."""
+    """Return an empty figure whose text is legible on a phone and at half the width of an A4 page."""
     return wide_figure(height_in, PLATE_IN)
 
 
@@ -106,7 +106,7 @@ def label_axes(axes: Axes, x: str, y: str, title: str, legend: int = 0) -> Figur
 
 
 def draw_face(axes: Axes) -> None:
-    """Draw the line at 0: the sample's face, or no error."""
+    """Draw the line at 0: the sample's face, or an error of 0."""
     axes.axhline(0.0, color=INK, linewidth=1.0)
 
 
@@ -157,7 +157,7 @@ def _characters() -> frozenset[int]:
 
 
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-"""Metadata of an SVG: none, so that the same run leaves the same file."""
+"""Metadata that an SVG omits, so that two equal runs give equal files."""
 PAGE_COLOURS = {
     INK: "--ink",
     MUTED: "--muted",
@@ -171,7 +171,7 @@ PAGE_COLOURS = {
 
 
 def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
-    """Write a figure as ``Figure.savefig`` does, in a quarter less time: its dry run for the layout draws nothing."""
+    """Write a figure as ``Figure.savefig`` does, in a quarter less time: the dry run for the layout draws nothing."""
     draw = figure.draw
 
     def lay_out(_: RendererBase) -> None:
@@ -188,7 +188,7 @@ def save(figure: Figure, target: Path | IO[Any], **how: Any) -> None:
 
 
 def lay_out_as(figure: Figure, model: Figure) -> None:
-    """Place the axes of a figure where those of ``model`` are, which holds the same and is laid out."""
+    """Place the axes of a figure as in ``model``, a figure with the same axes that is laid out."""
     for axes, placed in zip(figure.axes, model.axes, strict=True):
         axes.set_position(placed.get_position(original=True))
         axes.set_box_aspect(placed.get_box_aspect())
@@ -197,15 +197,15 @@ def lay_out_as(figure: Figure, model: Figure) -> None:
 
 
 def as_svg(figure: Figure, name: str, pixels_dpi: int) -> str:
-    """Write a figure as SVG, the same text for the same figure under the same name, and keep its layout.
+    """Return a figure as SVG, the same text for the same figure and name, and fix its layout.
 
     ``name`` is unique on a page. ``pixels_dpi`` is the resolution of the parts that are drawn as pixels.
     """
     target = io.StringIO()
-    # Ids of clip paths differ between the figures of a page, not between two runs.
+    # The ids of clip paths differ between the figures of a page, but not between two runs.
     with themed(), rc_context({"svg.hashsalt": name}):
         save(figure, target, format="svg", dpi=pixels_dpi, facecolor="none", metadata=NO_METADATA)
-    # To lay it out takes as long as to draw it, and a PNG of it has the same size.
+    # The layout takes as long as the drawing, and a PNG of the figure has the same size.
     figure.set_layout_engine("none")
     return target.getvalue()
 
@@ -220,7 +220,7 @@ def as_picture(figure: Figure, dpi: int) -> Image.Image:
 
 
 def in_page(svg: str, caption: str) -> Markup:
-    """Return ``svg`` for use inside a page; matplotlib has escaped its texts, so none is a formula or markup."""
+    """Return ``svg`` for use inside a page. Matplotlib has escaped its texts, so they cannot be markup."""
     head, body = svg[svg.index("<svg") :].split(">", 1)
     head = re.sub(r' (width|height)="[^"]*"', "", head)
     for colour, variable in PAGE_COLOURS.items():

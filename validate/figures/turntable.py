@@ -1,6 +1,6 @@
 """The fill in three dimensions: a mesh that a page can turn, and a still picture of it.
 
-Only facets that face the viewer are drawn. The near wall of the crack faces away and so does not hide the sealant.
+Only facets that face the viewer are drawn. The near wall of the crack faces away, so it does not hide the sealant.
 """
 
 import base64
@@ -21,31 +21,56 @@ from validate.figures.rendering import DARKEST, LIGHT, facet_normals, render, se
 from validate.figures.solid_pictures import FACE_COLOURS, square_on
 from validate.figures.theme import AGES, ON_GROUND
 
-BLUR = 0.6
-"""Standard deviation of the blur over the particles' spacing: a lattice keeps 0.1 % of its grain, and a layer one
-particle thick still fills more than half of its space."""
-HALF_FULL = 0.5
-"""Filled share of the space at the surface; where the sealant ends in a plane, the surface is that plane."""
-MOST_VERTICES = 24_000
-"""Largest number of vertices: a finer surface looks no better, and a vertex takes 12 bytes of a page."""
-SURFACE_COARSER = 1.15  # Ratio of the cells of one try to those of the last while a surface has too many vertices
 INSIDE = (FaceLabel.WALL, FaceLabel.FLOOR)
 """Labels of the sample's facets that are drawn; a dam at an open end would hide the sealant in the first view."""
-ASIDE_DEG = 28.0  # Angle of the first view from the line square to the crack, large enough to show the crack's width
-DOWN_DEG = 32.0
-RIM_MM = 0.35  # Width of the line around the crack's mouth
-STILL_PX = (1200, 600)
-MARGIN = 0.08  # Least margin of the first view over the picture's width: the mesh is wider in other views
-STEPS = 65_535  # Steps of 16 bits across the largest extent: 2 µm each in a sample of 160 mm
-MOST_CORNERS = STEPS + 1 - MOST_VERTICES
-"""Largest number of vertices of walls and rim, indexed by 16 bits; the paper's trial has 7,000, a scan millions."""
-FINEST, WALLS_COARSER = 1 / 2000, 1.3
-"""Cell within which vertices are merged if there are too many, over the solid's extent; and its growth by try."""
+
+
+@dataclass(frozen=True)
+class ModelSizes:
+    """Constants of the model in 3-D. They change how it looks and how large the page is, and no figure of a result.
+
+    Blur and limits were chosen by counting: vertices, bytes, and the grain of a lattice of particles. The view was
+    chosen by eye.
+    """
+
+    blur: float = 0.6
+    """Standard deviation of the blur over the particles' spacing: a lattice keeps 0.1 % of its grain, and a layer one
+    particle thick still fills more than half of its space. A larger one rounds edges and loses thin layers."""
+    half_full: float = 0.5
+    """Filled share of the space at the surface; if the sealant ends in a plane, the surface is that plane."""
+    most_vertices: int = 24_000
+    """Most vertices of the surface: a finer surface looks no better, and a vertex takes 12 bytes of a page."""
+    surface_coarser: float = 1.15
+    """Growth of the surface's cells by try, while it has too many vertices."""
+    aside_deg: float = 28.0
+    """Angle of the first view from the line square to the crack, large enough to show the crack's width."""
+    down_deg: float = 32.0
+    """Angle of the first view below the horizontal."""
+    rim_mm: float = 0.35
+    """Width of the line around the crack's mouth."""
+    still_px: tuple[int, int] = (1200, 600)
+    """Width and height of the still picture."""
+    margin: float = 0.08
+    """Least margin of the first view over the picture's width, since the mesh is wider in other views."""
+    steps: int = 65_535
+    """Steps of 16 bits across the largest extent: 2 µm each in a sample of 160 mm."""
+    finest: float = 1 / 2000
+    """Cell within which vertices of the walls are first merged, over the solid's extent, if there are too many."""
+    walls_coarser: float = 1.3
+    """Growth of the cell by try."""
+
+    @property
+    def most_corners(self) -> int:
+        """Most vertices of walls and rim, since indices have 16 bits; the paper's trial has 7,000, a scan millions."""
+        return self.steps + 1 - self.most_vertices
+
+
+MODEL = ModelSizes()
 
 
 @dataclass(frozen=True)
 class Turntable:
-    """Mesh whose facets are drawn from outside only."""
+    """Mesh whose facets are drawn only from outside."""
 
     vertices_mm: Floats  # (v, 3)
     faces: Integers  # (f, 3), counter-clockwise from outside
@@ -60,10 +85,10 @@ class Turntable:
         """RGBA picture of the page's first view."""
         shown, low_mm, high_mm = self._first_view
         colour, normal = (values[shown].mean(axis=1) for values in (self.colour, self.normal))
-        width_px = round(STILL_PX[0] * (high_mm - low_mm)[0] / self._across_mm)
+        width_px = round(MODEL.still_px[0] * (high_mm - low_mm)[0] / self._across_mm)
         view_deg = self.azimuth_deg, self.elevation_deg
         picture = render(self.vertices_mm, shown, colour, *view_deg, width_px, face_normal=unit(normal))
-        still = np.zeros((STILL_PX[1], STILL_PX[0], 4), np.uint8)
+        still = np.zeros((MODEL.still_px[1], MODEL.still_px[0], 4), np.uint8)
         top, left = ((room - size) // 2 for room, size in zip(still.shape, picture.shape[:2], strict=False))
         still[top : top + picture.shape[0], left : left + picture.shape[1]] = picture
         return still
@@ -71,11 +96,11 @@ class Turntable:
     def packed(self) -> str:
         """Return JSON for the page's script, with the mesh in base64, little-endian.
 
-        A vertex has 12 bytes: its place in three 16-bit numbers of ``step_mm`` from ``low_mm``, its normal in three
-        signed bytes, its colour in three bytes. A facet has the three 16-bit indices of its vertices.
+        A vertex has 12 bytes: its place as three 16-bit numbers of steps of ``step_mm`` from ``low_mm``, its normal as
+        three signed bytes, its colour as three bytes. A facet has the three 16-bit indices of its vertices.
         """
         low_mm, high_mm = self.vertices_mm.min(axis=0), self.vertices_mm.max(axis=0)
-        step_mm = float((high_mm - low_mm).max()) / STEPS
+        step_mm = float((high_mm - low_mm).max()) / MODEL.steps
         vertex = np.empty(len(self.vertices_mm), [("place", "<u2", 3), ("normal", "i1", 3), ("colour", "u1", 3)])
         vertex["place"] = np.round((self.vertices_mm - low_mm) / step_mm)
         vertex["normal"] = np.round(127 * self.normal)
@@ -109,7 +134,7 @@ class Turntable:
         """Width of the picture."""
         _, low_mm, high_mm = self._first_view
         width_mm, height_mm = high_mm - low_mm
-        return float(max(width_mm, height_mm * STILL_PX[0] / STILL_PX[1])) / (1 - 2 * MARGIN)
+        return float(max(width_mm, height_mm * MODEL.still_px[0] / MODEL.still_px[1])) / (1 - 2 * MODEL.margin)
 
     @property
     def _middle_mm(self) -> Floats:
@@ -136,14 +161,14 @@ def build_turntable(run: Run, solid: Solid) -> Turntable:
         faces=np.vstack([part.faces + first for part, first in zip(parts, before, strict=False)]),
         normal=np.vstack([part.normal for part in parts]),
         colour=np.vstack([part.value for part in parts]),
-        azimuth_deg=square_on(solid) - ASIDE_DEG,
-        elevation_deg=DOWN_DEG,
+        azimuth_deg=square_on(solid) - MODEL.aside_deg,
+        elevation_deg=MODEL.down_deg,
         oldest_s=oldest_s,
     )
 
 
 class Surface(NamedTuple):
-    """Mesh of a part of the picture."""
+    """Mesh of a part of the model."""
 
     vertices_mm: Floats  # (v, 3)
     faces: Integers  # (f, 3), counter-clockwise from outside
@@ -152,7 +177,7 @@ class Surface(NamedTuple):
 
 
 def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, Integers, Integers]:
-    """Return the cavity's facets, (f, 3), their labels, (f,), and its rim: edges, (n, 2), the face to their left."""
+    """Return the cavity's facets, (f, 3), their labels, (f,), and its rim: edges, (n, 2), with the face on the left."""
     inside = np.isin(label, INSIDE)
     edges, back = _directed_edges(faces[label == FaceLabel.TOP]), _directed_edges(faces[inside])[:, ::-1]
     key = [len(solid.vertices_mm), 1]
@@ -160,17 +185,17 @@ def _cavity(solid: Solid, faces: Integers, label: Integers) -> tuple[Integers, I
 
 
 def _coarse_cavity(solid: Solid) -> tuple[Integers, Integers, Integers]:
-    """Return a solid's cavity, its near vertices merged as far as ``MOST_CORNERS`` requires."""
+    """Return a solid's cavity; neighbouring vertices are merged if it has more than ``MODEL.most_corners``."""
     faces, label, rim = _cavity(solid, solid.faces, solid.face_label)
-    cell_mm = FINEST * float(np.ptp(solid.vertices_mm, axis=0).max())
-    # Facets share no vertices, and a ribbon has four.
-    while 3 * len(faces) + 4 * len(rim) > MOST_CORNERS:
+    cell_mm = MODEL.finest * float(np.ptp(solid.vertices_mm, axis=0).max())
+    # Each facet has its own three vertices, a ribbon has four.
+    while 3 * len(faces) + 4 * len(rim) > MODEL.most_corners:
         cells = np.round(solid.vertices_mm / cell_mm).astype(np.int64)
         _, first, cell = np.unique(cells, axis=0, return_index=True, return_inverse=True)
         merged = first[cell.ravel()][solid.faces]
-        kept = (merged != merged[:, [1, 2, 0]]).all(axis=1)
-        faces, label, rim = _cavity(solid, merged[kept], solid.face_label[kept])
-        cell_mm *= WALLS_COARSER
+        whole = (merged != merged[:, [1, 2, 0]]).all(axis=1)
+        faces, label, rim = _cavity(solid, merged[whole], solid.face_label[whole])
+        cell_mm *= MODEL.walls_coarser
     return faces, label, rim
 
 
@@ -189,7 +214,7 @@ def _ribbon(vertices_mm: Floats, rim: Integers) -> Surface:
     begin_mm, end_mm = vertices_mm[rim.T]
     ahead = (end_mm - begin_mm)[:, :2]
     ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
-    onto_face = RIM_MM * np.column_stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))])
+    onto_face = MODEL.rim_mm * np.column_stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))])
     corner = np.stack([begin_mm, end_mm, end_mm + onto_face, begin_mm + onto_face], axis=1).reshape(-1, 3)
     faces = (4 * np.arange(len(ahead))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
     count = len(corner)
@@ -207,26 +232,26 @@ def fluid_surface(position_mm: Floats, particle_volume_mm3: float, value: Floats
     """Return the surface on which half of the space is sealant, by a blurred count of the particles in each cell.
 
     The colour field is that of Müller, Charypar and Gross 2003. ``position_mm`` is (n, 3), ``value`` (n,). Cells are
-    half the particles' spacing, or larger if ``MOST_VERTICES`` requires it. Single particles have no surface.
+    half the particles' spacing, or larger for at most ``MODEL.most_vertices``. Single particles have no surface.
     """
     if not len(position_mm):
         return NOTHING
     spacing_mm = float(np.cbrt(particle_volume_mm3))
     cell_mm = spacing_mm / 2
     while True:
-        blur_mm = BLUR * max(spacing_mm, cell_mm)
+        blur_mm = MODEL.blur * max(spacing_mm, cell_mm)
         margin_mm = 4 * blur_mm + cell_mm
         low_mm = position_mm.min(axis=0) - margin_mm
         place = (position_mm - low_mm) / cell_mm
         shape = tuple(np.ceil(place.max(axis=0) + margin_mm / cell_mm).astype(int) + 2)
         share = particle_volume_mm3 / cell_mm**3
         filled = share * ndimage.gaussian_filter(_spread(place, np.ones(len(place)), shape), blur_mm / cell_mm)
-        if filled.max() <= HALF_FULL:
+        if filled.max() <= MODEL.half_full:
             return NOTHING
-        vertices, faces, normal, _ = marching_cubes(filled, HALF_FULL, gradient_direction="ascent")
-        if len(vertices) <= MOST_VERTICES:
+        vertices, faces, normal, _ = marching_cubes(filled, MODEL.half_full, gradient_direction="ascent")
+        if len(vertices) <= MODEL.most_vertices:
             break
-        cell_mm *= SURFACE_COARSER
+        cell_mm *= MODEL.surface_coarser
     weighted = share * ndimage.gaussian_filter(_spread(place, value, shape), blur_mm / cell_mm)
     at = ndimage.map_coordinates(weighted, vertices.T, order=1) / ndimage.map_coordinates(filled, vertices.T, order=1)
     return Surface(vertices * cell_mm + low_mm, faces.astype(np.int64), normal.astype(float), at)

@@ -1,4 +1,4 @@
-"""Content of a report from its first chapter to its last, which the page and the PDF set each in its own way."""
+"""Content of a report, chapter by chapter; the page and the PDF each have their own layout of it."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -54,7 +54,7 @@ class PhotoBlock:
 
 @dataclass(frozen=True)
 class Model:
-    """A model that the page can turn and the PDF shows from one side."""
+    """A model in 3-D that the page can turn; the PDF shows it from one side."""
 
     caption: str
     alt: str
@@ -89,16 +89,16 @@ class Chapter:
 
     @property
     def rows(self) -> Iterator[tuple[Item, ...]]:
-        """Items from top to bottom: plates and photos that follow each other stand in pairs, all else alone."""
+        """Items from top to bottom, one a row; consecutive plates and photos in pairs."""
         for half, group in groupby(self.items, lambda item: isinstance(item, Plate | PhotoBlock)):
             items, size = tuple(group), 2 if half else 1
             yield from (items[first : first + size] for first in range(0, len(items), size))
 
 
 def chapters(evidence: Evidence) -> list[Chapter]:
-    """Collect the chapters of a trial's report, its figures numbered: the answer, what explains it, the appendix.
+    """Collect the chapters of a trial's report, its figures numbered: result, explanation, appendix.
 
-    Raises InputError where the overlay cannot be read.
+    Raises InputError if the overlay cannot be read.
     """
     number = count(1)
 
@@ -129,21 +129,21 @@ def _answer_and_why(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Ite
 
 def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     comparison, readings = evidence.comparison, evidence.readings
-    held: list[Item] = []
+    volumes: list[Item] = []
     if comparison is not None and readings is not None:
         agreement = [agreement_table(comparison), readings_table(readings, comparison, evidence.sheet)]
         yield "Agreement and readings", "agreement", agreement
-        held = [] if comparison.volumes is None else [volume_table(comparison, comparison.volumes)]
+        volumes = [] if comparison.volumes is None else [volume_table(comparison, comparison.volumes)]
         if comparison.uncertainty is not None:
             yield "Uncertainty in figures", "budget", uncertainty_tables(comparison.uncertainty)
-    yield "Mass balance", "mass-balance", [balance_table(evidence), *held]
+    yield "Mass balance", "mass-balance", [balance_table(evidence), *volumes]
     if evidence.prediction is not None:
         yield "Uncertainty in figures", "budget", [prediction_table(evidence.prediction)]
     if evidence.earlier is not None:
         yield "Earlier trials", "earlier", [earlier_table(evidence.earlier)]
     dams = ", with the dams at its open ends" if evidence.solid.figures.dams else ""
     solid = Plate(
-        f"The solid that was simulated, as it is in crack.stl{dams}, and its cavity alone.",
+        f"The simulated solid as in crack.stl{dams}, and its cavity alone.",
         lambda: draw_solid(evidence.solid),
     )
     sections = Plate(
@@ -155,9 +155,9 @@ def _appendix(evidence: Evidence) -> Iterator[tuple[str, str, Sequence[Item]]]:
     shown = [solid, sections] if evidence.run.has_particles else [solid]
     yield "Geometry", "geometry", [*shown, *_weighed(evidence), *solid_and_path]
     yield "Health of the run", "health", [sample_and_run.health_table(evidence)]
-    again = Paragraph(("Written from Python: the script that called write_report makes it again, and no command.",))
+    again = Paragraph(("Written from Python: to make this report again, run the script that called write_report.",))
     if evidence.commands:
-        comment = "this report again, from the trial.toml beside it with the files that it names beside that."
+        comment = "makes this report again, from the trial.toml in its folder and the files that the trial names."
         again = CommandLines(evidence.commands, comment)
     versions = PageTable("Versions and inputs", tuple(evidence.provenance.items()))
     yield "Provenance", "provenance", [again, versions, sample_and_run.settings_table(evidence)]
@@ -168,7 +168,7 @@ def _weighed(evidence: Evidence) -> Iterator[Item]:
     if (weighed := figures.weighed) is not None:
         widths_mm = figures.mouth_width_mm or 0.0, figures.floor_width_mm or 0.0
         yield Plate(
-            "The cavity by weight: a liquid poured into the crack in steps, and the straight walls that fit them.",
+            "The cavity by weight: a liquid poured into the crack in steps, and the straight walls fitted to them.",
             lambda: draw_weighed_fill(weighed, *widths_mm),
         )
 
@@ -189,20 +189,20 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
     if readings is None or comparison is None:
         return
-    found = comparison.uncertainty
+    uncertainty = comparison.uncertainty
     if places := where_off(comparison):
         yield Paragraph(places)
     yield Plate(
-        "Error along the crack. A perfect model lies in the band at all stations in 95 of 100 sheets.",
+        "Error along the crack. For 95 of 100 sheets, a perfect model would be in the band at all stations.",
         lambda: draw_error(profile, readings, comparison),
     )
-    if found is not None:
-        known = "what is known of it so far, without" if found.mean_level.resolved is None else "with"
+    if uncertainty is not None:
+        parts = "so far without" if uncertainty.mean_level.resolved is None else "with"
         yield Plate(
-            "Simulated less measured level E at each station, with twice its standard uncertainty. Filled where E "
-            f"leaves the band that holds at all stations together. Below, the parts of that uncertainty, {known} "
-            "numerics and inputs.",
-            lambda: draw_uncertainty(found.stations),
+            "Error E, simulated minus measured level, at each station, with twice its standard uncertainty. A filled "
+            "marker is outside the band of all stations together. Below, the parts of the uncertainty, "
+            f"{parts} numerics and inputs.",
+            lambda: draw_uncertainty(uncertainty.stations),
         )
     yield Plate(
         "Mean absolute error in each 10 mm of the crack's length, exact integrals, as in the paper's Fig. 9b.",
@@ -215,13 +215,13 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
 
 
 def fill_plates(evidence: Evidence) -> Iterator[Plate]:
-    """Yield figures of the fill over time where the run left snapshots, and at rest."""
+    """Yield figures of the fill over time, if the run has snapshots, and at rest."""
     outline, solid, run = evidence.outline, evidence.solid, evidence.run
     if frames := evidence.frames:
         scene = FillScene(outline, solid, evidence.trajectory, run.radius_mm, run.settings["nozzle"]["diameter_mm"])
         yield Plate(
             "Sections along the crack as it is filled, particles coloured by speed, as in the paper's Fig. 6. The "
-            "particles nearest to the centreline lie on top.",
+            "particles nearest to the centreline are drawn on top.",
             lambda: draw_fill(frames, scene, by=("speed",)),
         )
         yield Plate("The same, by the age of the particles.", lambda: draw_fill(frames, scene, by=("age",)))
@@ -235,7 +235,7 @@ def fill_plates(evidence: Evidence) -> Iterator[Plate]:
     )
 
 
-OVERLAY_PX = 1500  # Width of the overlay in the report, at most; the full one is beside it
+OVERLAY_PX = 1500  # Largest width of the overlay in the report; the run folder has it in full size
 
 
 def _photo(evidence: Evidence) -> PhotoBlock:
@@ -249,15 +249,15 @@ def _photo(evidence: Evidence) -> PhotoBlock:
     pixels = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     origin = "of undeclared origin" if evidence.photo_data == "undeclared" else evidence.photo_data
     return PhotoBlock(
-        f"The walls and the centreline that were found, over the {seen_in}. {seen_in.capitalize()}: {origin}. "
+        f"The traced walls and centreline, over the {seen_in}. {seen_in.capitalize()}: {origin}. "
         f"Scale: {outline.scale_source}. Mean width {sample_and_run.width_words(outline)}; {_widths(evidence)}.",
-        f"The {seen_in} of the sample with the crack's walls and centreline that were found",
+        f"The {seen_in} of the sample with the traced walls and centreline of the crack",
         np.asarray(pixels, dtype=np.uint8),
     )
 
 
 def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
-    """Cut the part around the crack out of the photo with its lines; all of it where its size was not recorded."""
+    """Return the part of the overlay around the crack; all of it if the photo's size was not recorded."""
     if outline.photo_size_px is None:
         return overlay
     scale = overlay.shape[1] / outline.photo_size_px[0]
@@ -267,7 +267,7 @@ def _around_crack(overlay: Pixels, outline: Outline) -> Pixels:
 
 
 def _widths(evidence: Evidence) -> str:
-    """Widths of the solid that is simulated, which its tilt makes from the photographed one."""
+    """Return the widths of the simulated solid, which follow from the traced width and the tilt."""
     figures = evidence.solid.figures
     if figures.mouth_width_mm is None or figures.floor_width_mm is None:
         return "the solid's is not recorded"
@@ -279,9 +279,8 @@ def _widths(evidence: Evidence) -> str:
 
 def _model(evidence: Evidence) -> Model:
     return Model(
-        "The sealant at rest between the walls of the crack, coloured by its age; the line is the crack's mouth. The "
-        "surface lies where half of the space is sealant; single particles, and the wall nearest to you, are not "
-        "drawn.",
+        "The sealant at rest between the walls of the crack, coloured by its age; the line is the crack's mouth. At "
+        "the surface half of the space is sealant; single particles and the wall nearest to you are not drawn.",
         "The sealant in the crack, seen from one side and from above, coloured by age",
         build_turntable(evidence.run, evidence.solid),
     )

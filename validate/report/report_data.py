@@ -1,4 +1,4 @@
-"""The form of report.json, and the report of one trial in it.
+"""The form of report.json, and the report of a trial in this form.
 
 ``python -m validate.report.report_data`` prints the JSON Schema published as
 validate/schema/report.schema.json.
@@ -29,7 +29,7 @@ class NumberWithUnit(JsonRecord):
     value: Known = in_unit("that of unit")
     """The number; None if it does not exist."""
     unit: str
-    """Unit as it is written; "1" for a pure number."""
+    """Unit as printed; "1" for a pure number."""
     meaning: str
     """Meaning in words."""
 
@@ -47,22 +47,22 @@ class ReportData(JsonRecord):
     """Report of one trial: its results, their uncertainty and their origin."""
 
     schema_version: Literal[3] = 3
-    """Version of this form; a larger one breaks programs that read a smaller one."""
+    """Version of this form; a new version breaks programs that read the one before."""
     name: str
     """Name of the trial."""
     note: str
     """Note of the trial, in its user's words."""
     in_short: tuple[str, ...]
-    """The answer in plain sentences."""
+    """Result in plain sentences."""
     headline: tuple[str, ...]
-    """Sentences that the report begins with: on the gate, on the baselines, and on what the readings were used for."""
+    """First sentences of the report: on the gate, the baselines and the use of the readings."""
     outcome: Outcome
-    """passed, failed: the gate lies outside the mean error's 95 % interval, or a particle escaped. undecided: the gate
-    lies inside it, the readings are too few, or files were edited by hand. open: no readings, or no gate declared."""
+    """passed, failed: the gate is outside the mean error's 95 % interval, or a particle escaped. undecided: the gate is
+    inside it, there are too few readings, or files were edited by hand. open: no readings, or no gate declared."""
     edited: tuple[str, ...]
-    """Files of the run that are not as their stage wrote them: with one, nothing here is a result of the trial."""
+    """Files of the run that were changed after their stage wrote them; with one, nothing here is a result."""
     cautions: tuple[str, ...]
-    """Warnings that must be read before any number."""
+    """Warnings to be read before any number."""
     photo_data: DataKind
     """Origin of the photo or the mesh; only measured data can validate."""
     readings: ReadingsFile | None
@@ -72,17 +72,17 @@ class ReportData(JsonRecord):
     prediction: PredictedLevel | None
     """Level of a run without readings, with its band; None with readings, or without extra runs."""
     uncertainty: tuple[str, ...]
-    """Sentences on the uncertainty, and on what no interval includes."""
+    """Sentences on the uncertainty, and on what the intervals do not include."""
     earlier_trials: EarlierTrials | None
-    """The lab's earlier trials and what they make of this one; None with fewer than two that count."""
+    """Errors of the lab's earlier trials and the error expected from them; None with fewer than two that count."""
     mass_balance: dict[str, NumberWithUnit]
-    """Volume of the dispensed sealant by its place, counted in particles."""
+    """Volume of the dispensed sealant by place, counted in particles."""
     health: dict[str, NumberWithUnit | str]
     """Numbers that the run recorded about itself."""
     assumptions: tuple[str, ...]
     """Assumptions of the model, in sentences."""
     left_out: tuple[str, ...]
-    """Data that count in no metric, and why."""
+    """Data that no metric includes, and why."""
     provenance: dict[str, str]
     """Versions, device, seed, dates and hashes."""
     commands: tuple[str, ...]
@@ -92,12 +92,12 @@ class ReportData(JsonRecord):
 
     @property
     def findings(self) -> tuple[str, ...]:
-        """Conclusions that ASME V&V 20 allows, or that it is not assessed; empty without readings."""
+        """Conclusions by ASME V&V 20, or a sentence that it was not assessed; empty without readings."""
         return () if self.comparison is None else self.comparison.findings
 
     @property
     def tone(self) -> Outcome:
-        """Outcome whose colour the verdict has: a gate kept on readings that were not held out is not green."""
+        """Outcome that sets the verdict's colour: "passed" counts as "open" unless the readings were held out."""
         held_out = self.comparison is not None and self.comparison.role == "held-out"
         return "open" if self.outcome == "passed" and not held_out else self.outcome
 
@@ -108,7 +108,7 @@ def schema() -> dict[str, Any]:
     content |= ReportData.model_json_schema(mode="serialization")
     modules = (settings, comparison, result, report_input, units, solid_figures, sys.modules[__name__])
     for record in (content, *content["$defs"].values()):
-        # Python's docstring of a table of settings has all its fields.
+        # The docstring of a table of settings ends with a list of its fields.
         record["description"] = record["description"].partition("\n\nParameters\n")[0]
         meanings = described(next(vars(one)[record["title"]] for one in modules if record["title"] in vars(one)))
         for name, field in record.get("properties", {}).items():
@@ -119,7 +119,7 @@ def schema() -> dict[str, Any]:
 
 
 def report_data(evidence: Evidence, tables: tuple[PageTable, ...] = ()) -> ReportData:
-    """Collect the content of report.json; ``tables`` are those of the page."""
+    """Return the content of report.json; ``tables`` are those of the page."""
     readings, sheet = evidence.readings, evidence.sheet
     sentences, outcome = headline(evidence)
     return ReportData(

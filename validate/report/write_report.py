@@ -1,9 +1,10 @@
-"""The report of a trial: a page, a PDF and a file for programs, from the same facts and figures."""
+"""Write the report of a trial as a page, a PDF and a file for programs, from the same facts and figures."""
 
 import base64
 import hashlib
 import io
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.resources import files as resources
 from pathlib import Path
@@ -33,33 +34,57 @@ from validate.wording.headline import key_figures
 PIXELS_DPI = 200  # Resolution of the pixels inside a figure of the page
 FIGURE_DPI = 220  # Resolution of a figure of the PDF
 QUALITY = 85  # Quality of photos and stills, from 0 to 100
-STOPS = 9  # Number of colours between which the page blends a scale: viridis to 1 %
+STOPS = 9  # Number of colours between which the page interpolates a colour scale; viridis is then exact to 1 %
 OUTCOME_COLOUR = {"passed": "#00704f", "failed": "#b3261e", "undecided": "#7a5c00", "open": MUTED}
-"""Colours of the verdict on the page in daylight; the sentence says the same without them."""
+"""Colours of the verdict on the light page; the sentence has the same meaning without them."""
 CAUTION = "#7a5c00"
 REPORT = ("report.html", "report.pdf", "report.json")  # Files of a report
 
 KeyFigures = Sequence[tuple[str, str]]
-MARGIN_IN = 0.7
-TEXT_PT, CAPTION_PT, FOOT_PT = 8.5, 8.0, 7.5
-LINE_IN = 0.165  # Distance between two lines of text
-FOOT_IN = 0.5  # Distance of the page's number from the lower edge
-FOLIO_IN = 0.6  # Width of the page's number
-LABEL_IN = 2.9  # Width of a table's first column
-CELL_IN = (0.1 * LINE_IN, 0.0, 0.1 * LINE_IN, 0.0)  # Space in a cell: above, right, below, left
-LABEL_CELL_IN = (0.1 * LINE_IN, 0.15, 0.1 * LINE_IN, 0.0)
-TOGETHER = 10  # Most lines of a paragraph that are kept on one page
-LONGEST_ROW = 50  # Most lines of a table's row: fpdf2 refuses a row that is higher than a page
-GUTTER_IN = 0.2  # Space between two pictures side by side
-HIGHEST_SHARE = 0.6  # Height of a picture, at most, as a share of the page
 FONT = "DejaVu Sans"
 Weight = Literal["", "B"]
+
+
+@dataclass(frozen=True)
+class PdfLayout:
+    """Sizes on an A4 page of the PDF, in inches and points, chosen by eye; larger ones make more pages.
+
+    They change no text and no figure. A report has at most six pages before its appendix.
+    """
+
+    margin_in: float = 0.7
+    text_pt: float = 8.5
+    caption_pt: float = 8.0
+    foot_pt: float = 7.5
+    line_in: float = 0.165
+    """Distance between two lines of text."""
+    foot_in: float = 0.5
+    """Distance of the page's number from the lower edge."""
+    folio_in: float = 0.6
+    """Width of the page's number."""
+    label_in: float = 2.9
+    """Width of a table's first column."""
+    label_gap_in: float = 0.15
+    """Space to the right of a label."""
+    cell_gap_in: float = 0.0165
+    """Space above and below the text of a cell."""
+    lines_together: int = 10
+    """Longest paragraph that is not split between pages, in lines."""
+    lines_in_row: int = 50
+    """Most lines of a table's row: fpdf2 refuses a row that is higher than a page."""
+    gutter_in: float = 0.2
+    """Space between two pictures side by side."""
+    picture_share: float = 0.6
+    """Largest height of a picture over that of the page."""
+
+
+PDF = PdfLayout()
 
 
 def write_report(folder: Path, evidence: Evidence) -> None:
     """Write report.html, which needs no other file and no network, report.pdf, and report.json.
 
-    Raises InputError where the overlay cannot be read.
+    Raises InputError if the overlay cannot be read.
     """
     content, figures = chapters(evidence), key_figures(evidence)
     tables = tuple(item for chapter in content for item in chapter.items if isinstance(item, PageTable))
@@ -72,7 +97,7 @@ def write_report(folder: Path, evidence: Evidence) -> None:
 
 def _page(evidence: Evidence, data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> str:
     environment = page_environment()
-    # Limits of the fast model keep their order, in which the page lists what exceeds them.
+    # The page lists exceeded limits of the fast model in their own order.
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False}
     environment.filters["kind"] = lambda item: type(item).__name__
     environment.filters["photo"] = lambda item: _data_uri("jpeg", item.pixels)
@@ -87,9 +112,9 @@ def _page(evidence: Evidence, data: ReportData, figures: KeyFigures, content: Se
         data=data,
         key_figures=figures,
         chapters=content,
-        # The colours of ages, as CSS blends them from left to right.
+        # The colour scale of ages for CSS, from left to right.
         colours=f"linear-gradient(to right, {', '.join(stops)})",
-        # The page's policy allows these scripts alone, by their hashes.
+        # The page's policy allows only these scripts, by their hashes.
         scripts=[
             (Markup(script), base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()) for script in scripts
         ],
@@ -108,9 +133,9 @@ def _data_uri(kind: Literal["jpeg", "webp"], pixels: NDArray[np.uint8]) -> str:
 
 
 def _write_pdf(path: Path, data: ReportData, figures: KeyFigures, content: Sequence[Chapter]) -> None:
-    """Write what the page shows; the same evidence gives the same bytes, without a date.
+    """Write the content of the page as PDF; the same evidence gives the same bytes, without a date.
 
-    Findings follow the first chapter, whose figures then stand on the first page.
+    Findings follow the first chapter, so that its figures are on the first page.
     """
     with Typesetter(data.name) as paper:
         paper.paragraph(data.name, size_pt=20, weight="B")
@@ -138,7 +163,7 @@ def _write_chapter(paper: "Typesetter", chapter: Chapter) -> None:
         pictures = [(_picture(item), item.caption) for item in row if isinstance(item, Picture)]
         first = row[0]
         if number == 0:
-            paper.chapter(chapter.title, paper.pictures_in(pictures) if pictures else 6 * LINE_IN)
+            paper.chapter(chapter.title, paper.pictures_in(pictures) if pictures else 6 * PDF.line_in)
         match first:
             case PageTable():
                 paper.table_of(first.rows, first.title)
@@ -153,33 +178,33 @@ def _write_chapter(paper: "Typesetter", chapter: Chapter) -> None:
 
 def _picture(item: Picture) -> Image.Image | io.BytesIO:
     if isinstance(item, PhotoBlock):
-        # The PDF holds the JPEG itself.
+        # The PDF includes the JPEG as it is.
         return _encoded("jpeg", item.pixels)
     figure = item.draw() if isinstance(item, Plate) else draw_still(item.turntable.still, item.turntable.oldest_s)
     return as_picture(figure, FIGURE_DPI)
 
 
 class Typesetter(FPDF):
-    """A4 pages that are filled from top to bottom; fpdf2 breaks lines, tables and pages."""
+    """A4 pages, filled from top to bottom; fpdf2 breaks lines, tables and pages."""
 
     def __init__(self, title: str) -> None:
-        """Begin the first page; ``title`` is set at the foot of each page, beside its number."""
+        """Begin the first page; ``title`` is printed at the foot of each page, before its number."""
         super().__init__(unit="in", format="A4")
         fonts = Path(matplotlib.get_data_path(), "fonts", "ttf")
         self.add_font(FONT, "", fonts / "DejaVuSans.ttf")
         self.add_font(FONT, "B", fonts / "DejaVuSans-Bold.ttf")
-        self.set_margin(MARGIN_IN)
-        self.set_auto_page_break(True, MARGIN_IN)
+        self.set_margin(PDF.margin_in)
+        self.set_auto_page_break(True, PDF.margin_in)
         self.set_line_width(0.5 / 72)
         self.set_draw_color(GRID)
         self.c_margin = 0.0
         self.str_alias_nb_pages = "{number of pages}"
-        # A fixed date, so that the same report has the same bytes on another day.
+        # A fixed date, so that the same report has the same bytes on every day.
         self.set_creation_date(datetime(1970, 1, 1, tzinfo=UTC))
         self._title = printable(title)
         self.set_title(self._title)
         self.set_creator("sealtwin")
-        self._style(TEXT_PT)
+        self._style(PDF.text_pt)
         self.add_page()
 
     def __enter__(self) -> Self:
@@ -193,39 +218,39 @@ class Typesetter(FPDF):
 
     def footer(self) -> None:
         """Set the running title and the page's number; fpdf2 calls it at the end of each page."""
-        self.set_y(-FOOT_IN)
-        self._style(FOOT_PT, colour=MUTED)
-        width_in = self.epw - FOLIO_IN
-        self.cell(width_in, LINE_IN, self.lines(self._title, width_in - LINE_IN)[0])
-        self.cell(FOLIO_IN, LINE_IN, f"{self.page_no()} of {self.str_alias_nb_pages}")
+        self.set_y(-PDF.foot_in)
+        self._style(PDF.foot_pt, colour=MUTED)
+        width_in = self.epw - PDF.folio_in
+        self.cell(width_in, PDF.line_in, self.lines(self._title, width_in - PDF.line_in)[0])
+        self.cell(PDF.folio_in, PDF.line_in, f"{self.page_no()} of {self.str_alias_nb_pages}")
 
     def chapter(self, title: str, below_in: float) -> None:
-        """Set a title on a page that has room for ``below_in`` more."""
-        self._keep(4 * LINE_IN + below_in)
-        self.ln(LINE_IN)
+        """Set a title on a page that has at least ``below_in`` inches of room below it."""
+        self._keep(4 * PDF.line_in + below_in)
+        self.ln(PDF.line_in)
         self._style(14, "B")
-        self.cell(0, 2 * LINE_IN, printable(title), new_x="LMARGIN", new_y="NEXT")
+        self.cell(0, 2 * PDF.line_in, printable(title), new_x="LMARGIN", new_y="NEXT")
 
-    def paragraph(self, text: str, size_pt: float = TEXT_PT, weight: Weight = "", colour: str = INK) -> None:
+    def paragraph(self, text: str, size_pt: float = PDF.text_pt, weight: Weight = "", colour: str = INK) -> None:
         """Set a paragraph, on one page unless it is longer than ten lines."""
         self._style(size_pt, weight, colour)
-        line_in = LINE_IN * size_pt / TEXT_PT
-        self._keep(line_in * min(len(self.lines(text, self.epw)), TOGETHER))
+        line_in = PDF.line_in * size_pt / PDF.text_pt
+        self._keep(line_in * min(len(self.lines(text, self.epw)), PDF.lines_together))
         self._flow(text, self.epw, line_in)
-        self.ln(0.5 * LINE_IN)
+        self.ln(0.5 * PDF.line_in)
 
     def table_of(self, rows: Sequence[tuple[str, str]], title: str = "") -> None:
-        """Set labels and values side by side, under a title that each page repeats."""
-        self.ln(LINE_IN if title else 0)
-        self._style(TEXT_PT)
-        value_in, label_style = self.epw - LABEL_IN, FontFace(color=MUTED)
+        """Set a table of labels and values under a title that is repeated on each page."""
+        self.ln(PDF.line_in if title else 0)
+        self._style(PDF.text_pt)
+        value_in, label_style = self.epw - PDF.label_in, FontFace(color=MUTED)
         with self.table(
             borders_layout="HORIZONTAL_LINES",
-            col_widths=(LABEL_IN, value_in),
+            col_widths=(PDF.label_in, value_in),
             first_row_as_headings=bool(title),
             headings_style=FontFace(emphasis="BOLD", color=SIMULATED, size_pt=11),
-            line_height=LINE_IN,
-            padding=CELL_IN,
+            line_height=PDF.line_in,
+            padding=(PDF.cell_gap_in, 0.0),
             text_align="LEFT",
             v_align="TOP",
         ) as table:
@@ -233,42 +258,46 @@ class Typesetter(FPDF):
                 table.row().cell(printable(title), colspan=2)
             for label, value in rows:
                 lines = self.lines(value, value_in)
-                for begin in range(0, max(len(lines), 1), LONGEST_ROW):
+                for begin in range(0, max(len(lines), 1), PDF.lines_in_row):
                     row = table.row()
-                    row.cell("" if begin else printable(label), style=label_style, padding=LABEL_CELL_IN)
-                    row.cell("\n".join(lines[begin : begin + LONGEST_ROW]))
+                    row.cell(
+                        "" if begin else printable(label),
+                        style=label_style,
+                        padding=(PDF.cell_gap_in, PDF.label_gap_in, PDF.cell_gap_in, 0.0),
+                    )
+                    row.cell("\n".join(lines[begin : begin + PDF.lines_in_row]))
 
     def pictures(self, pictures: Sequence[tuple[Image.Image | io.BytesIO, str]]) -> None:
-        """Set one picture, in pixels or as JPEG, with its caption across the page, or two side by side."""
+        """Set one picture with its caption across the page, or two side by side; a picture is in pixels or a JPEG."""
         self._keep(self.pictures_in(pictures))
         top_in, low_in = self.y, self.y
         column_in = self._column_in(pictures)
         for number, (content, caption) in enumerate(pictures):
-            left_in = self.l_margin + number * (column_in + GUTTER_IN)
+            left_in = self.l_margin + number * (column_in + PDF.gutter_in)
             height_in = self._height_in(content, column_in)
             self.image(content, left_in, top_in, column_in, height_in, keep_aspect_ratio=True)
-            self.set_xy(left_in, top_in + height_in + 0.3 * LINE_IN)
-            self._style(CAPTION_PT, colour=MUTED)
-            self._flow(caption, column_in, LINE_IN)
+            self.set_xy(left_in, top_in + height_in + 0.3 * PDF.line_in)
+            self._style(PDF.caption_pt, colour=MUTED)
+            self._flow(caption, column_in, PDF.line_in)
             low_in = max(low_in, self.y)
-        self.set_y(low_in + LINE_IN)
+        self.set_y(low_in + PDF.line_in)
 
     def pictures_in(self, pictures: Sequence[tuple[Image.Image | io.BytesIO, str]]) -> float:
         """Return the height in inches of pictures side by side with their captions."""
-        self._style(CAPTION_PT)
+        self._style(PDF.caption_pt)
         column_in = self._column_in(pictures)
         return max(
-            self._height_in(content, column_in) + LINE_IN * (len(self.lines(caption, column_in)) + 0.3)
+            self._height_in(content, column_in) + PDF.line_in * (len(self.lines(caption, column_in)) + 0.3)
             for content, caption in pictures
         )
 
     def _column_in(self, pictures: Sequence[object]) -> float:
-        return (self.epw - (len(pictures) - 1) * GUTTER_IN) / len(pictures)
+        return (self.epw - (len(pictures) - 1) * PDF.gutter_in) / len(pictures)
 
     def _height_in(self, content: Image.Image | io.BytesIO, column_in: float) -> float:
         """Return the height in inches of a picture in a column."""
         width_px, height_px = (content if isinstance(content, Image.Image) else Image.open(content)).size
-        return min(column_in * height_px / width_px, HIGHEST_SHARE * self.h)
+        return min(column_in * height_px / width_px, PDF.picture_share * self.h)
 
     def _style(self, size_pt: float, weight: Weight = "", colour: str = INK) -> None:
         self.set_font(FONT, weight, size_pt)

@@ -1,5 +1,5 @@
-// Moves the settings of the report's trial by sliders and shows the level that the fast model of slot.js gives for them.
-// Without scripts the chapter stays hidden.
+// Changes the settings of the report's trial by sliders and shows their level by the fast model of slot.js.
+// Without scripts the chapter is hidden.
 (() => {
   const stage = document.getElementById("live");
   const model = JSON.parse(document.getElementById("live-model").textContent);
@@ -10,14 +10,14 @@
     mean_width_mm: ["Mean width of the crack", "mm"],
   };
   const SETTINGS = Object.keys(NAMES).filter((name) => name in model.sliders);
-  const DIGITS = 6; // Significant ones of a setting: those of the page are those of the file
+  const DIGITS = 6; // Significant digits of a setting, on the page and in the file
   const shown = (value, digits = 4) => String(Number(value.toPrecision(digits)));
   const rounded_down = (value) => {
     const digit = 10 ** (Math.floor(Math.log10(value)) - 1);
     return shown(Math.floor(value / digit) * digit);
   };
 
-  // Settings after a number of steps of each slider; as run, exactly what was run.
+  // Settings after a number of steps of each slider; without steps, exactly those of the run.
   const settings_at = (steps) =>
     Object.fromEntries(
       SETTINGS.map((name) => {
@@ -48,7 +48,7 @@
     return { ...filled, above_mm3, fitness, unfit: [...unfit(fitness), ...model.unknown] };
   };
 
-  // Reasons why the model is unfit, a sentence each.
+  // Sentences on the reasons why the model is unfit.
   const unfit = (fitness) =>
     Object.entries(model.limits)
       .filter(([name, [most]]) => fitness[name] > most)
@@ -60,7 +60,7 @@
   const moved = (now, s_mm, i) => {
     const at = (filled) => slot.interp(s_mm, model.s_mm, filled.level_mm);
     if (!model.by_particles) return at(now);
-    // A difference does not know the floor.
+    // The change may reach below the floor, which a level may not.
     return Math.max(floor_at(s_mm), model.as_run.level_mm[i] + at(now) - at(first));
   };
   const mean = (line) => {
@@ -78,10 +78,10 @@
   const length_mm = model.s_mm.at(-1) + model.s_mm[0];
 
   const part = (kind, attributes, text = "") => {
-    const made = document.createElementNS(svg.namespaceURI, kind);
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-    made.textContent = text;
-    svg.append(made);
+    const element = document.createElementNS(svg.namespaceURI, kind);
+    for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+    element.textContent = text;
+    svg.append(element);
   };
   const ticks = (low, high, count) => {
     const rough = (high - low) / count;
@@ -145,7 +145,7 @@
     const text = fixed(value, digits).replace(/^−(0(\.0+)?)$/, "$1");
     return text.startsWith("−") ? text : `+${text}`;
   };
-  const told = (now, line) => {
+  const figures_of = (now, line) => {
     const above = model.by_particles
       ? `${Math.round(model.above_mm3)} mm³ as run, ${changed(now.above_mm3 - first.above_mm3, 0)} mm³`
       : `${Math.round(now.above_mm3)} mm³`;
@@ -188,7 +188,7 @@
     warning.hidden = !reasons;
     stage.classList.toggle("unfit", Boolean(reasons));
     figures.replaceChildren(
-      ...Object.entries(told(now, line)).map(([label, value]) => {
+      ...Object.entries(figures_of(now, line)).map(([label, value]) => {
         const cell = document.createElement("div");
         for (const [kind, text] of [["dt", label], ["dd", value]]) {
           cell.append(Object.assign(document.createElement(kind), { textContent: text }));
@@ -207,13 +207,13 @@
     });
   };
 
-  // The trial file of the settings; a setting that was not moved and that the trial left out stays so.
+  // The trial file of the settings, without those that are neither in the trial nor changed.
   const trial_text = () => {
     const settings = settings_at(steps);
     const gives_s = (model.path.t_s.at(-1) * model.sliders.speed_mm_s.as_run) / settings.speed_mm_s;
     const volume_ml = Number(((settings.flow_mm3_s * gives_s) / 1e3).toPrecision(DIGITS + 1));
     const written = { ...settings, volume_ml };
-    const left_out = (name) => model.sliders[name]?.said === false && !steps[name];
+    const left_out = (name) => model.sliders[name]?.in_trial === false && !steps[name];
     return model.trial.replace(/^(\w+) = "@"\n/gm, (_, name) => (left_out(name) ? "" : `${name} = ${written[name]}\n`));
   };
   const buttons = {

@@ -1,5 +1,5 @@
-// The fast model of simulate/slot/ for the report's page. Names and order are those of its Python modules, which say why;
-// tests/browser/test_live_report.py holds both to one level. Arrays go along the cells of the crack.
+// The fast model of simulate/slot/ for the report's page. Names and order are those of its Python modules, which
+// give the reasons; tests/browser/test_live_report.py compares both levels. Arrays have a value for each cell of the crack.
 const slot = (() => {
   const sum = (values) => values.reduce((total, value) => total + value, 0);
   const mean = (values) => sum(values) / values.length;
@@ -91,7 +91,7 @@ const slot = (() => {
   const weight_pa_mm = (paste) => 1e-3 * paste.density_kg_m3 * GRAVITY_M_S2;
   const rounder = (side_by_side) => 1 / DUCT.reduceRight((total, term) => total * side_by_side + term, 0);
 
-  // Of section i: area, push at which the paste yields, and rate.
+  // Area of section i, push at which its paste yields, and rate.
   const conduit = (paste, sections, i, area_mm2, height_mm) => {
     const wetted_mm = sections.wetted_mm(i, height_mm);
     const deep_pa = weight_pa_mm(paste) * Math.max(height_mm, 0);
@@ -108,7 +108,7 @@ const slot = (() => {
     const size = Math.abs(push);
     if (!(size > threshold)) return [0, 0];
     const plug = threshold / size;
-    const sheared = m === 1 ? 1 - plug : (1 - plug) ** m; // A power takes longer than all else
+    const sheared = m === 1 ? 1 - plug : (1 - plug) ** m; // A power takes longer than the rest
     const shape = 1 + plug / (m + 1);
     const free = area_mm2 * rate * (m === 1 ? 1 : size ** (m - 1));
     const share = sheared * (1 - plug) * shape;
@@ -127,7 +127,7 @@ const slot = (() => {
     return 0.5 + (Math.asin(place) + place * Math.sqrt(1 - place ** 2)) / Math.PI;
   };
 
-  // Volume that lands in each cell in each step.
+  // Volume that lands in each cell, by step.
   const supplied_mm3 = (path, times_s, edges_mm, nozzle_mm, surface_mm, [along, into]) => {
     const end_s = path.t_s.at(-1);
     const moments = SAMPLES * times_s.length;
@@ -158,7 +158,7 @@ const slot = (() => {
 
   const [MOUND, CROWN, MOST] = [4.0, 2.0, 0.5];
 
-  // Area in each section of what stands under the nozzle's last place.
+  // Area in each section of the mound under the nozzle's last place.
   const mound_mm2 = (sections, landed_mm3, held_mm, middle_mm, nozzle_mm, surface_mm) => {
     const area_mm2 = sections.s_mm.map((s_mm, i) => {
       const aside_mm = Math.max(Math.abs(s_mm - middle_mm) - nozzle_mm / 2, 0);
@@ -170,7 +170,7 @@ const slot = (() => {
     return area_mm2.map((one_mm2) => one_mm2 * share);
   };
 
-  // How far the middle of the crack lies over the mean across it.
+  // Height of the middle of the crack over the mean across it.
   const crown_mm = (height_mm, depth_mm, held_mm) =>
     clip(Math.min(height_mm, depth_mm - height_mm), 0, (CROWN * held_mm) / 3);
 
@@ -178,8 +178,8 @@ const slot = (() => {
 
   const [STEPS, GROWS, TOLERANCE, MOST_NEWTON, MOST_HALVED, OVERSHOT, HUGE] = [200, 1.05, 1e-6, 60, 12, 0.3, 1e6];
 
-  // Returns sections, area and level of each cell, and the volume dispensed. The paste is laid along ``path``, which gives
-  // from t_s = 0 to its last, and moves on for ``after_s``; gravity pulls ``along`` the crack at the faces between cells.
+  // Returns sections, area and level of each cell, and the dispensed volume. The nozzle dispenses along ``path`` from
+  // t_s = 0 to its last and then moves for ``after_s``; gravity pulls ``along`` the crack at the faces between cells.
   const fill = (shape, path, paste, { nozzle_mm, settle_s, along, into }) => {
     const weight = weight_pa_mm(paste);
     const reach = paste.yield_stress_pa > 0 ? Math.min(HUGE, weight / (2 * paste.yield_stress_pa)) : HUGE;
@@ -211,12 +211,12 @@ const slot = (() => {
   const times_s = (path, settle_s) => {
     const end_s = path.t_s.at(-1);
     const times = [...zip(STEPS + 1, (step) => (end_s * step) / STEPS)];
-    const left_s = path.after_s + settle_s;
-    if (left_s <= 0) return times;
-    const count = Math.ceil(Math.log1p((left_s / times[1]) * (GROWS - 1)) / Math.log(GROWS));
+    const rest_s = path.after_s + settle_s;
+    if (rest_s <= 0) return times;
+    const count = Math.ceil(Math.log1p((rest_s / times[1]) * (GROWS - 1)) / Math.log(GROWS));
     let after_s = 0;
     const later = [...zip(count, (step) => (after_s += GROWS ** step))];
-    return [...times, ...later.map((one_s) => end_s + (one_s / after_s) * left_s)];
+    return [...times, ...later.map((one_s) => end_s + (one_s / after_s) * rest_s)];
   };
 
   class Bed {
@@ -235,15 +235,15 @@ const slot = (() => {
       const through = this.faces(this.area_mm2.map((area_mm2, i) => sections.height_mm(i, area_mm2)));
       let now = this.state(through, height_mm, share);
       for (let newton = 0; newton < MOST_NEWTON; newton += 1) {
-        if (now.left_mm2.every((left_mm2) => Math.abs(left_mm2) <= this.tolerance_mm2)) break;
+        if (now.residual_mm2.every((residual_mm2) => Math.abs(residual_mm2) <= this.tolerance_mm2)) break;
         const coupled = now.stiff.map((stiff) => ((share * this.weight) / sections.step_mm) * stiff);
-        let change_mm = solved(now.width_mm, coupled, now.left_mm2);
-        let before = dot(now.left_mm2, change_mm);
+        let change_mm = solved(now.width_mm, coupled, now.residual_mm2);
+        let before = dot(now.residual_mm2, change_mm);
         let there_mm = height_mm;
         for (let halved = 0; halved < MOST_HALVED; halved += 1) {
           there_mm = height_mm.map((one_mm, i) => one_mm + change_mm[i]);
           now = this.state(through, there_mm, share);
-          if (dot(now.left_mm2, change_mm) <= OVERSHOT * -before) break;
+          if (dot(now.residual_mm2, change_mm) <= OVERSHOT * -before) break;
           change_mm = change_mm.map((one_mm) => one_mm / 2);
           before /= 2;
         }
@@ -253,20 +253,20 @@ const slot = (() => {
       this.height_mm = this.area_mm2.map((area_mm2, i) => sections.height_mm(i, area_mm2));
     }
 
-    // Flow and stiffness at the faces, width of each cell, and what it lacks, for heights at the end of a step.
+    // Flow and stiffness at the faces, width and residual of each cell, for heights at the end of a step.
     state(through, height_mm, share) {
       const faces = through.length;
       const [flow, stiff] = [new Float64Array(faces), new Float64Array(faces)];
       for (let face = 0; face < faces; face += 1) {
         [flow[face], stiff[face]] = flow_mm3_s(through[face], this.push(height_mm, face), this.m);
       }
-      const [width_mm, left_mm2] = [new Float64Array(faces + 1), new Float64Array(faces + 1)];
+      const [width_mm, residual_mm2] = [new Float64Array(faces + 1), new Float64Array(faces + 1)];
       for (let i = 0; i <= faces; i += 1) {
         const [filled_mm2, wide_mm] = this.sections.area_mm2(i, height_mm[i]);
         width_mm[i] = wide_mm;
-        left_mm2[i] = filled_mm2 - this.area_mm2[i] + share * net(flow, i);
+        residual_mm2[i] = filled_mm2 - this.area_mm2[i] + share * net(flow, i);
       }
-      return { flow, stiff, width_mm, left_mm2 };
+      return { flow, stiff, width_mm, residual_mm2 };
     }
 
     // Push at a face towards larger s, in Pa/mm.
@@ -276,7 +276,7 @@ const slot = (() => {
       return this.pull[face] - (this.weight / step_mm) * rise_mm;
     }
 
-    // The faces as conduits of the cells upwind of them.
+    // The conduit of each face, which is that of the cell upwind.
     faces(height_mm) {
       return Array.from({ length: height_mm.length - 1 }, (_, face) => {
         const upwind = face + (this.push(height_mm, face) < 0 ? 1 : 0);
@@ -293,25 +293,25 @@ const slot = (() => {
     return total;
   };
 
-  // Heights to add, of the symmetric tridiagonal system that LAPACK's dptsv solves in Python.
-  const solved = (width_mm, coupled, left_mm2) => {
+  // Changes of height by the symmetric tridiagonal system, which LAPACK's dptsv solves in Python.
+  const solved = (width_mm, coupled, residual_mm2) => {
     const count = width_mm.length;
-    const [pivot, found] = [new Float64Array(count), new Float64Array(count)];
+    const [pivot, change_mm] = [new Float64Array(count), new Float64Array(count)];
     for (let i = 0; i < count; i += 1) {
       const [upper, lower] = [i > 0 ? coupled[i - 1] : 0, i < count - 1 ? coupled[i] : 0];
       const factor = i > 0 ? -upper / pivot[i - 1] : 0;
       pivot[i] = width_mm[i] + upper + lower + factor * upper;
-      found[i] = -left_mm2[i] - (i > 0 ? factor * found[i - 1] : 0);
+      change_mm[i] = -residual_mm2[i] - (i > 0 ? factor * change_mm[i - 1] : 0);
     }
     for (let i = count - 1; i >= 0; i -= 1) {
-      found[i] = (found[i] + (i < count - 1 ? coupled[i] * found[i + 1] : 0)) / pivot[i];
+      change_mm[i] = (change_mm[i] + (i < count - 1 ? coupled[i] * change_mm[i + 1] : 0)) / pivot[i];
     }
-    return found;
+    return change_mm;
   };
 
   // simulate/slot/fitness.py
 
-  // The case in three numbers, for a fill of ``dispensed_mm3``.
+  // Three numbers that describe the case, for a fill of ``dispensed_mm3``.
   const fitness_of = (shape, dispensed_mm3, paste) => {
     const sections = new Trapezoids(shape, 0);
     const fill = dispensed_mm3 / sum(sections.full_mm2) / sections.step_mm;

@@ -1,4 +1,4 @@
-// Turns the mesh of turntable.py by pointer, finger or key. Without WebGL 2 the still picture below stays.
+// Turns the mesh of turntable.py by pointer, finger or key. Without WebGL 2 the page shows the still picture.
 (() => {
   const stage = document.getElementById("turntable");
   const canvas = stage.querySelector("canvas");
@@ -9,7 +9,7 @@
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const faces = new Uint16Array(bytes(model.faces).buffer);
 
-  // Parallel projection: what is as long looks as long, wherever it lies.
+  // Parallel projection: equal lengths look equal everywhere.
   const program = gl.createProgram();
   for (const [kind, text] of [
     [gl.VERTEX_SHADER, `#version 300 es
@@ -77,7 +77,7 @@
     const toward = [Math.cos(e) * Math.sin(a), -Math.cos(e) * Math.cos(a), Math.sin(e)];
     const up = [-Math.sin(e) * Math.sin(a), Math.sin(e) * Math.cos(a), Math.cos(e)];
     gl.uniformMatrix3fv(uniform("view"), true, [...right, ...up, ...toward]);
-    // As close as the still picture is, or so far that what has been turned still fits.
+    // As close as the still picture, or farther away if the turned mesh would not fit.
     const across = Math.max(model.across_mm / 2, MARGIN * reach(right), (MARGIN * reach(up) * width) / height);
     const closeness = eye.zoom / across;
     gl.uniform3f(uniform("scale"), closeness, (closeness * width) / height, -1 / model.reach_mm);
@@ -106,7 +106,7 @@
     show();
   };
 
-  // Some of the vertices stand for all: enough to see how far the mesh reaches to any side.
+  // Every 16th vertex is enough to find how far the mesh extends to any side.
   const places = new Uint16Array(bytes(model.vertices).buffer);
   const outposts = [];
   for (let at = 0; at < places.length; at += 6 * 16) {

@@ -1,4 +1,4 @@
-"""Tables and sentences on the agreement with the readings, on the volumes, and on what is uncertain in both."""
+"""Tables and sentences on the agreement with the readings, the volumes and their uncertainty."""
 
 from collections.abc import Mapping
 from itertools import groupby
@@ -33,8 +33,8 @@ from validate.units import (
 )
 from validate.wording.prediction import INPUTS, input_sentences, prediction_sentences
 
-NAMED = 3  # Stretches that a sentence names, the largest errors first
-AT_A_STATION_MM = 0.05  # Distance from a station within which an error is that station's, as s is written
+NAMED = 3  # Most stretches that the sentence names, the largest errors first
+AT_A_STATION_MM = 0.05  # Distance up to which an error is at a station; s is printed to 0.1 mm
 
 
 def balance_table(evidence: Evidence) -> PageTable:
@@ -51,7 +51,7 @@ def balance_table(evidence: Evidence) -> PageTable:
 
 
 def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
-    """Return the label and the volume of each place where dispensed sealant is, by its key in report.json."""
+    """Return label and volume of the dispensed sealant at each place, by the key in report.json."""
     run = evidence.run
     if (filled := run.fast_fill) is not None:
         return {
@@ -76,12 +76,12 @@ def volumes_mm3(evidence: Evidence) -> dict[str, tuple[str, float]]:
 
 def agreement_table(comparison: Comparison) -> PageTable:
     """Figures of the error and its baselines."""
-    m, found = comparison, comparison.uncertainty
+    m, uncertainty = comparison, comparison.uncertainty
     mean_interval = bias_interval = ""
-    if found is not None:
+    if uncertainty is not None:
         between = ", 95 % interval by the readings {} to {} mm"
-        mean_interval = between.format(*(f"{end:.3f}" for end in found.mean_error_interval_mm))
-        bias_interval = between.format(*(signed(end, 3) for end in found.bias_interval_mm))
+        mean_interval = between.format(*(f"{end:.3f}" for end in uncertainty.mean_error_interval_mm))
+        bias_interval = between.format(*(signed(end, 3) for end in uncertainty.bias_interval_mm))
     difference_mm2 = m.area_difference_mm2
     same = "the same to 1e-9 mm²" if abs(difference_mm2) < 1e-9 else f"{difference_mm2:+.1e} mm² apart"
     stretch = f"({m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm)"
@@ -112,7 +112,7 @@ ROLES: Mapping[Role, str] = {"calibrated-on": "calibrated on", "held-out": "held
 
 
 def readings_role(metrics: Comparison) -> str:
-    """Return the role of the readings, with what was fitted to them."""
+    """Return the role of the readings, with the settings that were fitted to them."""
     if metrics.role != "calibrated-on":
         return ROLES[metrics.role]
     if metrics.fitted is None:
@@ -121,7 +121,7 @@ def readings_role(metrics: Comparison) -> str:
 
 
 def _baseline(one: Baseline, error_mm: float) -> str:
-    """Return a baseline's error; of two equal ones the baseline's is the better, since it needs no simulation."""
+    """Return a baseline's error. If both errors are equal, the baseline wins: it needs no simulation."""
     beats = "the simulation beats it" if error_mm < one.mean_error_mm else "the simulation does NOT beat it"
     fitted = f", {counted(one.numbers, 'number')} fitted to the readings" if one.numbers else ""
     return f"mean error {one.mean_error_mm:.3f} mm{fitted}: {beats}"
@@ -157,11 +157,11 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
 
 
 Rows = list[tuple[str, str]]
-JUDGED = "Where particles moved the same inputs, u_input by both agreed within a factor of 1.25 (decision 0140)."
+FAST_INPUTS = "Particles and the fast model gave the same u_input within a factor of 1.25 (decision 0140)."
 
 
 def uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
-    """Return sentences on the uncertainty beside the findings; one sentence if it was not assessed."""
+    """Return sentences on the uncertainty, without the findings; one sentence if it was not assessed."""
     comparison = evidence.comparison
     if evidence.prediction is not None:
         return prediction_sentences(evidence.prediction)
@@ -171,37 +171,39 @@ def uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
     run = (
         f"with particles of {evidence.run.radius_mm:g} mm radius" if evidence.run.has_particles else "of the fast model"
     )
-    sentence = f"Not examined: this is one run, {run}, held against no interval."
+    sentence = f"Not assessed: this is a single run, {run}, without an interval."
     if evidence.readings is not None or not evidence.extra_runs:
         return (sentence,)
-    return (f"{sentence} 'sealtwin validate RUN --uncertainty', about {evidence.extra_runs}, gives it a band.",)
+    return (f"{sentence} 'sealtwin validate RUN --uncertainty' computes its band in about {evidence.extra_runs}.",)
 
 
-def _included(found: ErrorUncertainty) -> list[str]:
-    """Return sentences on what the comparison shows, and on what the intervals do not include."""
-    sentences = [*found.sentences, *found.budget.notes]
-    if not found.budget.scatter_known:
+def _included(uncertainty: ErrorUncertainty) -> list[str]:
+    """Return sentences on the result of the comparison and on what the intervals do not include."""
+    sentences = [*uncertainty.sentences, *uncertainty.budget.notes]
+    if not uncertainty.budget.scatter_known:
         sentences.append(
             "No station was read twice and no repeatability is declared (uncertainty.repeatability_mm): the scatter of "
             "the readings is not included."
         )
-    if found.budget.missing:
-        would = "; ".join(
+    if uncertainty.budget.missing:
+        effects = "; ".join(
             f"{one.name} ({one.setting}): ± {2 * one.mean_level_mm:.2f} mm in the mean level, "
             f"{2 * one.station_mm:.2f} mm at a station"
-            for one in found.budget.missing
+            for one in uncertainty.budget.missing
         )
-        sentences.append(f"What {UNDECLARED_MM:g} mm of the errors that nobody declared would do, at 95 %: {would}.")
-    if (draws := found.input_draws) is not None:
+        sentences.append(f"Effect of each undeclared error, if it were {UNDECLARED_MM:g} mm (95 %): {effects}.")
+    if (draws := uncertainty.input_draws) is not None:
         sentences.append(
-            f"The fast model moved the inputs: {counted(draws.runs, 'run')} with all of them drawn together, less one "
-            f"with the inputs as they are. The level itself is no part of it. {JUDGED}"
+            f"The effect of the inputs is by the fast model: {counted(draws.runs, 'run')} with random inputs, less one "
+            f"with the inputs as they are. Only these differences are used, not its level. {FAST_INPUTS}"
         )
-    return sentences + input_sentences(found.inputs_left_out, () if draws is None else draws.unfit, "the intervals")
+    return sentences + input_sentences(
+        uncertainty.inputs_left_out, () if draws is None else draws.unfit, "the intervals"
+    )
 
 
 def volume_table(metrics: Comparison, volumes: VolumeComparison) -> PageTable:
-    """The mass balance beside the readings, and the baseline of the volume alone."""
+    """Table of the mass balance, of the volume by the readings, and of the level of the dispensed volume."""
     balance = volumes.mass_balance
     state, _ = sealant_as_read(balance)
     filled = f"{percent(metrics.simulated_fill_ratio)} simulated, {percent(metrics.measured_fill_ratio)} measured"
@@ -224,93 +226,99 @@ def volume_table(metrics: Comparison, volumes: VolumeComparison) -> PageTable:
         ("share of the cavity filled, over the covered length", filled),
         ("level of the dispensed volume, flat in the whole crack, as a baseline", baseline),
     )
-    return PageTable("Space that the settled sealant fills, beside the readings", rows)
+    return PageTable("Volume of the settled sealant, and by the readings", rows)
 
 
 def sealant_as_read(balance: MassBalance) -> tuple[str, str]:
-    """Return the declared state of the sealant that was read, in a table and at the end of a sentence on curing.
+    """Return the declared state of the sealant when it was read, for a table and for the end of a sentence on curing.
 
-    Cured sealant has lost volume that the simulated level has.
+    Cured sealant has shrunk; the simulated sealant has not.
     """
     if balance.readings_state is None:
-        told = "; whether the caliper read wet or cured sealant is not declared (readings.state)"
-        return "state not declared, shrinkage not corrected", told
+        undeclared = "; whether the caliper read wet or cured sealant is not declared (readings.state)"
+        return "state not declared, shrinkage not corrected", undeclared
     if balance.readings_state == "wet":
         return "read wet", ", and the caliper read wet sealant, which had not shrunk"
     if balance.shrinkage_percent is None:
-        told = "whose shrinkage is not declared (readings.shrinkage_percent)"
-        return "cured, shrinkage not declared and not corrected", f", while the caliper read cured sealant, {told}"
+        undeclared = "whose shrinkage is not declared (readings.shrinkage_percent)"
+        return (
+            "cured, shrinkage not declared and not corrected",
+            f", while the caliper read cured sealant, {undeclared}",
+        )
     return (
         f"cured, {balance.readings_when_dispensed_mm3:.0f} mm³ before {balance.shrinkage_percent:g} % of shrinkage",
-        f", while the caliper read cured sealant: the {balance.shrinkage_percent:g} % by which it shrank are put back "
-        "in the mass balance, and not in the levels",
+        f", while the caliper read cured sealant: the mass balance adds the {balance.shrinkage_percent:g} % by which "
+        "it shrank, the levels do not",
     )
 
 
-def uncertainty_tables(found: ErrorUncertainty) -> list[PageTable]:
+def uncertainty_tables(uncertainty: ErrorUncertainty) -> list[PageTable]:
     """Tables of the intervals, the readings' budget, the alignment, the particles' size and the inputs."""
     tables = {
-        "What may be said of the error": _result(found),
-        "Budget: u of the mean level, of the mean error and of a station, by each error alone": _budget(found),
-        "Where s is 0": _alignment(found),
-        "Particle size": _numerics(found),
-        "Inputs, one standard uncertainty up": _inputs(found),
+        "Error and its uncertainty": _result(uncertainty),
+        "Budget: u of the mean level, of the mean error and of a station, by each error alone": _budget(uncertainty),
+        "Origin of s": _alignment(uncertainty),
+        "Particle size": _numerics(uncertainty),
+        "Inputs, each raised by one standard uncertainty": _inputs(uncertainty),
     }
     return [PageTable(title, tuple(rows)) for title, rows in tables.items() if rows]
 
 
-def _result(found: ErrorUncertainty) -> Rows:
-    low_mm, high_mm = found.mean_error_interval_mm
-    bias_low_mm, bias_high_mm = found.bias_interval_mm
-    mean, stations, levels = found.mean_level, found.stations, found.levels
+def _result(uncertainty: ErrorUncertainty) -> Rows:
+    low_mm, high_mm = uncertainty.mean_error_interval_mm
+    bias_low_mm, bias_high_mm = uncertainty.bias_interval_mm
+    mean, stations, levels = uncertainty.mean_level, uncertainty.stations, uncertainty.levels
     volume = NOT_RECORDED if mean.volume_level_mm is None else f"{signed(mean.volume_level_mm, 3)} mm"
     count, validated = len(stations.error_mm), [("u_val and |E| above 2 u_val, ASME V&V 20", "not assessed")]
     if mean.resolved is not None:
         validated = [
-            ("u_val, all of them together", f"{mean.validation_mm:.3f} mm"),
-            ("|E| above 2 u_val; if not, the two are consistent", "yes" if mean.resolved else "no"),
+            ("u_val, these three together", f"{mean.validation_mm:.3f} mm"),
+            ("|E| above 2 u_val; if not, simulation and readings are consistent", "yes" if mean.resolved else "no"),
         ]
     return [
-        ("mean error, 95 % by the readings' doubt", f"{low_mm:.3f} to {high_mm:.3f} mm"),
-        ("bias, 95 % by the readings' doubt", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
-        ("of it, what more stations would not make smaller", f"{found.bias_systematic_mm:.3f} mm (1 sd)"),
+        ("mean error, 95 % interval by the readings", f"{low_mm:.3f} to {high_mm:.3f} mm"),
+        ("bias, 95 % interval by the readings", f"{signed(bias_low_mm, 3)} to {signed(bias_high_mm, 3)} mm"),
+        ("u of the bias that more stations would not reduce", f"{uncertainty.bias_systematic_mm:.3f} mm (1 sd)"),
         ("95 % band of one station's level, by the readings", f"± {span(levels.band_95_mm, 3)} mm"),
-        ("95 % band of all of them together", f"± {span(levels.profile_band_95_mm, 3)} mm"),
-        ("E, of the mean level: simulated - measured", f"{signed(mean.error_mm, 3)} mm"),
-        ("of it, by volume that the numerics gained (below 0: lost)", volume),
-        ("u of the readings, in it", f"{mean.data_mm:.3f} mm"),
-        ("u of the numerics", millimetres(mean.numerics_mm, 3, "not determined")),
-        ("u of the inputs", millimetres(mean.inputs_mm, 3, "not determined")),
+        ("95 % band of all stations' levels together", f"± {span(levels.profile_band_95_mm, 3)} mm"),
+        ("E, error of the mean level: simulated - measured", f"{signed(mean.error_mm, 3)} mm"),
+        ("part of E by volume that the numerics gained (below 0: lost)", volume),
+        ("u of the mean level by the readings", f"{mean.data_mm:.3f} mm"),
+        ("u of the mean level by the numerics", millimetres(mean.numerics_mm, 3, "not determined")),
+        ("u of the mean level by the inputs", millimetres(mean.inputs_mm, 3, "not determined")),
         *validated,
-        ("stations with E outside the band of all together", f"{int(stations.off.sum())} of {count}"),
+        ("stations with E outside the band of all stations together", f"{int(stations.off.sum())} of {count}"),
         (
             "stations with E outside their own band",
-            f"{int(stations.above.sum())} of {count}; on average {stations.by_chance:.1f} by chance, if the level is "
-            "right and the budget complete",
+            f"{int(stations.above.sum())} of {count}; by chance about {stations.by_chance:.1f} would be, if the level "
+            "is right and the budget complete",
         ),
     ]
 
 
-def _budget(found: ErrorUncertainty) -> Rows:
-    parts = [(f"{one.name} ({one.source})", _part_size(one)) for one in found.budget.parts]
-    size = f"{UNDECLARED_MM:g} mm of it"
-    return [*parts, *((f"NOT included: {one.name}", f"{size}: {_part_size(one)}") for one in found.budget.missing)]
+def _budget(uncertainty: ErrorUncertainty) -> Rows:
+    parts = [(f"{one.name} ({one.source})", _part_size(one)) for one in uncertainty.budget.parts]
+    size = f"if it were {UNDECLARED_MM:g} mm"
+    return [
+        *parts,
+        *((f"NOT included: {one.name}", f"{size}: {_part_size(one)}") for one in uncertainty.budget.missing),
+    ]
 
 
 def _part_size(one: BudgetPart) -> str:
     return f"{one.mean_level_mm:.3f}, {one.mean_error_mm:.3f}, {one.station_mm:.3f} mm"
 
 
-def _alignment(found: ErrorUncertainty) -> Rows:
-    rows = [("choice", found.alignment.choice)]
-    for row in found.alignment.shifts:
+def _alignment(uncertainty: ErrorUncertainty) -> Rows:
+    rows = [("choice", uncertainty.alignment.choice)]
+    for row in uncertainty.alignment.shifts:
         shift = f"readings moved by {row.shift_mm:+g} mm" if row.shift_mm else "as chosen"
         rows.append((shift, f"mean error {row.mean_error_mm:.3f} mm, bias {signed(row.bias_mm, 3)} mm"))
     return rows
 
 
-def _numerics(found: ErrorUncertainty) -> Rows:
-    if (study := found.numerics) is None:
+def _numerics(uncertainty: ErrorUncertainty) -> Rows:
+    if (study := uncertainty.numerics) is None:
         return []
     radii = ", ".join(f"{radius_mm:.3g}" for radius_mm in study.radii_mm)
     runs = ", ".join(map(str, study.mean_level_mm.runs))
@@ -323,29 +331,33 @@ def _numerics(found: ErrorUncertainty) -> Rows:
     return rows
 
 
-def _inputs(found: ErrorUncertainty) -> Rows:
+def _inputs(uncertainty: ErrorUncertainty) -> Rows:
     rows = []
-    for one in found.inputs:
+    for one in uncertainty.inputs:
         name, unit = INPUTS[one.name]
         does = f"mean level {signed(one.mean_level_mm, 3)} mm, at most {one.largest_mm:.2f} mm somewhere"
         share = f"{percent(one.share)} of the variance of u_input"
         rows.append((f"{name}, by {one.standard:g} {unit}", f"{does}; {share}, {MODELS[one.model]}"))
-    if found.input_draws is not None:
-        rows.append(("what none of them makes alone", f"{percent(found.input_draws.together)} of that variance"))
-    if found.inputs and found.effect_scatter_mm is not None:
-        rows.append(("the same by the scatter of single runs", f"{found.effect_scatter_mm:.2f} mm at a place"))
+    if uncertainty.input_draws is not None:
+        rows.append(
+            ("inputs in combination", f"{percent(uncertainty.input_draws.together)} of the variance of u_input")
+        )
+    if uncertainty.inputs and uncertainty.effect_scatter_mm is not None:
+        rows.append(
+            ("change by the scatter of single runs alone", f"{uncertainty.effect_scatter_mm:.2f} mm at a place")
+        )
     return rows
 
 
 def where_off(comparison: Comparison) -> tuple[str, ...]:
-    """Return where the level leaves the band that holds at all stations together, and how far it can be checked."""
+    """Return sentences on stretches outside the band of all stations, and on a worst error between stations."""
     if (uncertainty := comparison.uncertainty) is None:
         return ()
     return (*stretches_off(uncertainty.stations), *between_stations(uncertainty.levels.s_mm, comparison.worst_at_mm))
 
 
 def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationError | None:
-    """Return the worst error at a station; None if the worst of all is at one, or there is no station."""
+    """Return the largest error at a station; None if the largest of all is at a station, or without stations."""
     if not len(stations.s_mm) or np.abs(stations.s_mm - worst_at_mm).min() < AT_A_STATION_MM:
         return None
     worst = int(np.argmax(np.abs(stations.error_mm)))
@@ -353,9 +365,9 @@ def worst_at_a_station(stations: StationErrors, worst_at_mm: float) -> StationEr
 
 
 def stretches_off(stations: StationErrors) -> tuple[str, ...]:
-    """Stretches of neighbouring stations that are off to one side, the largest error first."""
+    """Return a sentence on stretches of stations outside the band on one side, the largest error first; or none."""
     sides = np.where(stations.off, np.sign(stations.error_mm), 0).astype(int)
-    found: list[tuple[float, str]] = []
+    stretches: list[tuple[float, str]] = []
     for side, group in groupby(range(len(sides)), key=lambda station: int(sides[station])):
         if side:
             part = list(group)
@@ -365,23 +377,22 @@ def stretches_off(stations: StationErrors) -> tuple[str, ...]:
             place = f"from {first} to {last} mm (by up to {off_mm:.1f} mm, at {at} mm)"
             if len(part) == 1:
                 place = f"at {at} mm (by {off_mm:.1f} mm)"
-            found.append((off_mm, f"too {'high' if side > 0 else 'low'} {place}"))
-    if not found:
+            stretches.append((off_mm, f"too {'high' if side > 0 else 'low'} {place}"))
+    if not stretches:
         return ()
-    named = [told for _, told in sorted(found, key=lambda stretch: -stretch[0])]
+    named = [text for _, text in sorted(stretches, key=lambda stretch: -stretch[0])]
     others = len(named) - NAMED
     more = f"; in {others} other {'stretch' if others == 1 else 'stretches'} by less" if others > 0 else ""
     return (
-        "Along s, outside the band that holds at all stations together, the simulated level is "
-        f"{', '.join(named[:NAMED])}{more}.",
+        f"Outside the 95 % band of all stations together, the simulated level is {', '.join(named[:NAMED])}{more}.",
     )
 
 
 def between_stations(stations_mm: Floats, worst_at_mm: float) -> tuple[str, ...]:
-    """A reader looks for the worst error among the stations, where it may not be."""
+    """Return a sentence if the largest error is not at a station, so that no reading shows it; or none."""
     if np.abs(stations_mm - worst_at_mm).min() < AT_A_STATION_MM:
         return ()
     return (
-        f"The worst error of all, at {worst_at_mm:.1f} mm, lies between stations, where the readings are taken to "
-        "follow a straight line.",
+        f"The largest error, at {worst_at_mm:.1f} mm, is between stations, where the readings are interpolated by a "
+        "straight line.",
     )

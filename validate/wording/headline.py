@@ -1,4 +1,4 @@
-"""The beginning of a report: cautions, the verdict in one line, the key figures, and the answer in plain sentences."""
+"""The beginning of a report: cautions, the verdict in one line, the key figures, and the result in plain sentences."""
 
 from typing import Any
 
@@ -14,39 +14,38 @@ from validate.wording.comparison import ROLES, volumes_mm3
 from validate.wording.prediction import predicted_sentence
 
 FEW_ACROSS = 3.0
-"""Particles from wall to wall, at least; four in the paper. Runs with two gained 11 to 17 %, with four nothing."""
+"""Least number of particles from wall to wall; the paper has four. Runs with two gained 11 to 17 % in volume, with
+four none."""
 LEAST_BOND = 1.0  # Least Bond number, by water's surface tension, within the model's range: about 2 mm of cement paste
 MOST_COMPRESSED = 0.10
-"""Largest compression that 95 % of the particles may stay below, as benchmarks/paper_run.py asks of every run."""
+"""Largest sound compression of the 95th percentile of the particles; benchmarks/paper_run.py has the same limit."""
 AT_REST_MM_S = 2.0
-"""RMS speed at the end of a run, at most, of sealant at rest. Liquids ten times as thick as water end at 0.1 to 1.2."""
+"""Largest RMS speed of sealant at rest, at the end of a run. Liquids ten times as thick as water end at 0.1 to 1.2."""
 MUCH_SPILLED = 0.05
-"""Share of the sealant whose spill is always reported; a smaller one only where it alone makes the ratio unsound."""
+"""Spilled share above which the spill is always reported. A smaller one is reported if it makes the ratio unsound."""
 ML = 1000.0  # mm³
-
-
 FAST = (
-    "The fast model made this fill, not the particles: the flow along the crack, averaged over each section. It is for "
-    "screening, and no level rests on it alone."
+    "This fill is by the fast model, not by particles: it computes the flow along the crack, averaged over each "
+    "section. It is for screening; do not rely on its level alone."
 )
 
 
 def fast_model(run: Run | Simulation) -> tuple[str, ...]:
-    """Return sentences on a run of the fast model, whether it is fit for the case; none for a run of particles."""
+    """Return sentences on a run of the fast model and on whether it fits the case; none for a run of particles."""
     if run.fast_fill is None:
         return ()
     if run.unfit:
         return (f"{FAST} It is UNFIT for this case (decision 0151):", *run.unfit)
     above_mm = round(run.fast_fill.above_mm, 1)
-    over = f", with a level up to {above_mm} mm above the face: of overspill it knows a slump beside the mouth alone"
+    over = f"; its level is up to {above_mm} mm above the face, and its only overspill is a slump next to the mouth"
     return (f"{FAST} The case is within its domain (decision 0151){over if above_mm > 0 else ''}.",)
 
 
 def run_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...]:
-    """Return a sentence for each number of a run that shows a fault; empty where the run is sound.
+    """Return a sentence for each figure of a run that shows a fault; none if the run is sound.
 
-    ``volume_ratio`` is the volume of the settled particles over the dispensed volume. Sealant over the sample's edge is
-    no fault of the fluid and has a sentence of its own.
+    ``volume_ratio`` is the volume of the settled particles over the dispensed volume. A volume lost over the sample's
+    edge has its own sentence, since the fluid did not lose it.
     """
     return *fast_model(run), *fluid_warnings(run, volume_ratio)
 
@@ -59,35 +58,33 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...
     low, high = SOUND
     spilled = run.spilled_particles / max(1, run.particles)
     # To the digits that are shown: 1.050 is never too much.
-    kept = round(volume_ratio / max(1 - spilled, 1e-3), 3)
-    if not low <= kept <= high:
-        stayed = " of what stayed on the sample" if spilled else ""
-        change, hollows, stand = (
-            ("lost", "", "lower") if kept < low else ("gained", ", or stands over hollows", "higher")
-        )
+    ratio = round(volume_ratio / max(1 - spilled, 1e-3), 3)
+    if not low <= ratio <= high:
+        rest = " of what stayed on the sample" if spilled else ""
+        change, hollows, off = ("lost", "", "low") if ratio < low else ("gained", ", or covers hollows", "high")
         texts.append(
-            f"The fluid {change} {100 * abs(1 - kept):.0f} % of its volume{hollows} ({kept:.3f}{stayed}; {low:g} to "
-            f"{high:g} is sound): levels stand {stand} than that much sealant would.{_why(run, lost=kept < low)}"
+            f"The fluid {change} {100 * abs(1 - ratio):.0f} % of its volume{hollows} ({ratio:.3f}{rest}; {low:g} to "
+            f"{high:g} is sound), so its levels are too {off}.{_why(run, lost=ratio < low)}"
         )
     if (compressed := run.health.density_error_p95 or 0.0) > MOST_COMPRESSED:
         # The two-level pressure is for deep beds, and many substeps help shallow ones as well.
-        cure = 'solver.pressure = "two-level" compresses a deep bed less (decision 0065), more solver.substeps any.'
+        cure = 'For a deep bed set solver.pressure = "two-level" (decision 0065), for any bed more solver.substeps.'
         if _table(run, "solver").get("pressure") == "two-level":
-            cure = "More solver.substeps compress less."
+            cure = "Set more solver.substeps."
         texts.append(
-            f"The bed is compressed: of its particles 5 % are by more than {100 * compressed:.0f} %, and levels stand "
-            f"lower there than as much sealant would. {cure}"
+            f"The bed is compressed: 5 % of its particles by more than {100 * compressed:.0f} %, so levels there are "
+            f"too low. {cure}"
         )
     if (speed_mm_s := run.health.end_speed_mm_s or 0.0) > AT_REST_MM_S:
         texts.append(
             f"The sealant still moves at the end of the run, at {speed_mm_s:.2g} mm/s (RMS): its level is not that of "
-            "a fluid at rest. A longer solver.settle_s lets it come to rest, unless it is as thin as water, which "
-            "particles keep in motion."
+            "a fluid at rest. Set a longer solver.settle_s, unless the fluid is as thin as water: then the particles "
+            "never come to rest."
         )
-    if not kept_volume(volume_ratio) and (low <= kept <= high or spilled > MUCH_SPILLED):
+    if not kept_volume(volume_ratio) and (low <= ratio <= high or spilled > MUCH_SPILLED):
         texts.append(
             f"{counted(run.spilled_particles, 'particle')}, {100 * spilled:.1f} % of the sealant, ran over the edge "
-            "of the sample: the levels are those of what is left."
+            "of the sample: the levels are those of the rest."
         )
     if (bond := run.health.bond) is not None and bond < LEAST_BOND:
         texts.append(
@@ -100,9 +97,7 @@ def fluid_warnings(run: Run | Simulation, volume_ratio: float) -> tuple[str, ...
 def _why(run: Run | Simulation, *, lost: bool) -> str:
     across = run.health.particles_across
     if lost and _table(run, "solver").get("preset") == "paper":
-        return (
-            ' For preset "paper" this is known: it keeps the source\'s constants. Preset "accurate" keeps the volume.'
-        )
+        return ' Preset "paper" does so, since it has the constants of its source. Preset "accurate" keeps the volume.'
     if lost:
         return " See the compression under numerical health; more solver.substeps compress less."
     if across is None:
@@ -112,19 +107,19 @@ def _why(run: Run | Simulation, *, lost: bool) -> str:
     stands_pa = standing_stress_pa(fluid.get("density_kg_m3", 0.0), width_mm)
     if stress_pa > stands_pa > 0:
         return (
-            f" Its yield stress of {stress_pa:g} Pa holds it up between walls {width_mm:.3g} mm apart, where its own "
-            f"weight overcomes {stands_pa:.2g} Pa: the hollows are the paste's, and finer particles have them too."
+            f" Its yield stress of {stress_pa:g} Pa carries it between walls {width_mm:.3g} mm apart, where its own "
+            f"weight overcomes only {stands_pa:.2g} Pa: the paste covers hollows that finer particles would not fill."
         )
     if across >= FEW_ACROSS:
         return ""
     return (
-        f" Only {across:.1f} particles lie side by side between the walls, where the paper has four: "
-        "make solver.radius_mm smaller."
+        f" Only {across:.1f} particles fit side by side between the walls; the paper has four. "
+        "Make solver.radius_mm smaller."
     )
 
 
 def _table(run: Run | Simulation, name: str) -> dict[str, Any]:
-    """Return a table of the run's settings in effect, beside which its seed stands."""
+    """Return a table of the run's settings in effect; empty if there is none of that name."""
     table = run.settings.get(name)
     return table if isinstance(table, dict) else {}
 
@@ -136,8 +131,8 @@ def cautions(evidence: Evidence) -> tuple[str, ...]:
         texts += weighed.findings
     if evidence.edited:
         edited = (
-            f"{edited_by_hand(evidence.edited)}: what follows is of these files as they are now, and no result of this "
-            "trial. Run it again: it makes its own, and keeps yours beside them."
+            f"{edited_by_hand(evidence.edited)}: this report shows the files as they are now, and is not a result of "
+            "this trial. Run the trial again: it writes its own files and keeps yours."
         )
         texts.insert(0, edited)
     kinds, seen_in = [], evidence.outline.seen_in
@@ -166,7 +161,7 @@ def headline(evidence: Evidence) -> tuple[tuple[str, ...], Outcome]:
         return (f"{edited_by_hand(evidence.edited)}: no verdict. There are no readings.",), "undecided"
     if evidence.prediction is not None:
         return (predicted_sentence(evidence.prediction),), "open"
-    return ("No readings: this is the simulated fill alone, held against nothing.",), "open"
+    return ("No readings: this is the simulated fill alone, compared with nothing.",), "open"
 
 
 def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
@@ -193,7 +188,7 @@ def key_figures(evidence: Evidence) -> list[tuple[str, str]]:
 
 
 def in_short(evidence: Evidence) -> tuple[str, ...]:
-    """Return how near the level comes to the readings, if any, where the sealant went, what earlier trials say."""
+    """Return sentences on the error, if there are readings, on the places of the sealant, and on earlier trials."""
     expected = () if evidence.earlier is None else expected_sentences(evidence.earlier)
     return (*_nearness(evidence), _whereabouts(evidence), *expected)
 

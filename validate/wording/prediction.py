@@ -1,4 +1,4 @@
-"""Sentences on a level that was predicted and not read yet."""
+"""Sentences and a table on a level that was predicted before it was read."""
 
 from collections.abc import Sequence
 
@@ -16,21 +16,25 @@ def predicted_sentence(prediction: PredictedLevel) -> str:
     level, low, high = (signed(value_mm, 2) for value_mm in (prediction.mean_level_mm, *prediction.mean_level_95_mm))
     return (
         f"Predicted, nothing fitted to this sample: the mean level is {level} mm from the face, 95 % from {low} to "
-        f"{high} mm. No readings hold it yet."
+        f"{high} mm. There are no readings yet to check it."
     )
 
 
-def prediction_sentences(found: PredictedLevel) -> tuple[str, ...]:
-    """Return what the band is made of, and what it leaves out."""
-    made = [name for name, part in (("numerics", found.numerics_mm), ("inputs", found.inputs_mm)) if part is not None]
-    sentences = [
-        f"The level at a place is predicted to ± {np.median(found.band_95_mm):.2f} mm (95 %, the middle of all places; "
-        f"± {found.band_95_mm.max():.2f} mm at worst), by {' and '.join(made)}. Readings will differ from it by their "
-        "own errors too, and by what the model leaves out.",
+def prediction_sentences(prediction: PredictedLevel) -> tuple[str, ...]:
+    """Return sentences on the parts of the band, and on what it does not include."""
+    parts = [
+        name
+        for name, part in (("numerics", prediction.numerics_mm), ("inputs", prediction.inputs_mm))
+        if part is not None
     ]
-    if found.numerics_mm is None:
-        sentences.append("What the numerics do to the level is not known, and not in the band.")
-    return (*sentences, *input_sentences(found.inputs_left_out, found.unfit, "the band"))
+    sentences = [
+        f"The level at a place is predicted to ± {np.median(prediction.band_95_mm):.2f} mm (95 %, median of all "
+        f"places; at most ± {prediction.band_95_mm.max():.2f} mm), from {' and '.join(parts)}. Readings will also "
+        "differ from it by their own errors, and by what the model leaves out.",
+    ]
+    if prediction.numerics_mm is None:
+        sentences.append("The effect of the numerics on the level is unknown and not in the band.")
+    return (*sentences, *input_sentences(prediction.inputs_left_out, prediction.unfit, "the band"))
 
 
 def input_sentences(left_out: Sequence[str], unfit: Sequence[str], whole: str) -> list[str]:
@@ -47,10 +51,10 @@ def input_sentences(left_out: Sequence[str], unfit: Sequence[str], whole: str) -
     return sentences
 
 
-def prediction_table(found: PredictedLevel) -> PageTable:
-    """Return the errors that the band is made of."""
+def prediction_table(prediction: PredictedLevel) -> PageTable:
+    """Return a table of the errors in the band."""
     rows = tuple(
         (one.name, f"{one.mean_level_mm:.3f} mm of the mean level, {one.place_mm:.3f} mm at a place")
-        for one in found.parts
+        for one in prediction.parts
     )
     return PageTable("Band of the prediction: u by each error alone", rows)

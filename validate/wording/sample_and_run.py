@@ -78,24 +78,24 @@ def geometry_table(evidence: Evidence) -> PageTable:
     if (weighed := figures.weighed) is not None:
         rows.append((f"by weight, {counted(len(weighed.levels_mm), 'step')} (95 %)", str(weighed)))
     if figures.volume_mm3:
-        readings = ", ".join(f"{tilt} {volume:.0f}" for tilt, volume in figures.volume_mm3.items())
-        rows.append((f"volume by reading of the tilt, {_angle_words(solid)}", f"{readings} mm³"))
+        volumes = ", ".join(f"{tilt} {volume:.0f}" for tilt, volume in figures.volume_mm3.items())
+        rows.append((f"volume for each tilt, {_angle_words(solid)}", f"{volumes} mm³"))
     if solid.tilt == "funnel" and (closing := figures.closing_depth_mm) and closing.mean is not None:
         above = percent(closing.share_above_floor, 0)
         rows.append(("walls meet at", f"{closing.mean:.1f} mm deep, above the floor on {above}"))
     if dams := figures.dams:
         high_mm = max(dam.box_mm[5] for dam in dams)
         where = f"{counted(len(dams), 'dam')} at open ends, to {high_mm:g} mm above the face"
-        rows.append(("in crack.stl beside the sample", f"{where}: no part of the sample"))
+        rows.append(("also in crack.stl", f"{where}: not part of the sample"))
     rows.append(("cavity over sealant", f"{solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3:.2f}"))
     return PageTable("Crack and solid", tuple(rows))
 
 
 def width_words(outline: Outline) -> str:
-    """Return the mean width with its interval, and its source unless that is the walls."""
-    source = {"fit": ", by a fit of the blurred profile of a crack too thin for walls", "gauge": ", as given"}
-    said = source.get(outline.width_source, "")
-    return f"{outline.mean_width_mm:.2f} mm{_interval(outline.width_95_mm, 2)}{said}"
+    """Return the mean width with its interval, and with its source unless it is measured from the walls."""
+    sources = {"fit": ", by a fit of the blurred profile of a crack too thin for walls", "gauge": ", as given"}
+    source = sources.get(outline.width_source, "")
+    return f"{outline.mean_width_mm:.2f} mm{_interval(outline.width_95_mm, 2)}{source}"
 
 
 def _interval(ends: Span | None, digits: int) -> str:
@@ -118,14 +118,14 @@ def _angle_words(solid: Solid) -> str:
 
 
 def _settled(evidence: Evidence) -> str:
-    """Return how long the sealant settled: as long as was asked for, or until it was at rest."""
+    """Return how long after the last release the sealant settled: the time that was set, or until it was at rest."""
     health, path = evidence.run.health, evidence.trajectory
-    asked_s = evidence.run.settings.get("solver", {}).get("settle_s", 0.0)
+    settle_s = evidence.run.settings.get("solver", {}).get("settle_s", 0.0)
     if health.frames is None or health.frame_s is None or not len(given := np.flatnonzero(path.flow_mm3_s[:-1] > 0)):
-        return f"{asked_s:g} s after"
+        return f"{settle_s:g} s after"
     settled_s = health.frames * health.frame_s - float(path.t_s[given[-1] + 1] - path.t_s[0])
-    if settled_s > asked_s - 0.1:
-        return f"{asked_s:g} s after"
+    if settled_s > settle_s - 0.1:
+        return f"{settle_s:g} s after"
     return f"at rest, {max(settled_s, 0.0):.1f} s after"
 
 
@@ -135,15 +135,15 @@ def settings_table(evidence: Evidence) -> PageTable:
         if isinstance(content, dict):
             for key, value in content.items():
                 table = value if isinstance(value, dict) else {"": value}
-                told = [(f"{group}: {words(key)} {words(name)}".rstrip(), one) for name, one in table.items()]
-                rows += [(name, _listed(one)) for name, one in told if one is not None]
+                cells = [(f"{group}: {words(key)} {words(name)}".rstrip(), one) for name, one in table.items()]
+                rows += [(name, _listed(one)) for name, one in cells if one is not None]
         else:
             rows.append((group, plain(content)))
     return PageTable("Settings in effect", tuple(rows))
 
 
 def _listed(value: Any) -> str:
-    """Return a setting as text, and a column of a table as its number of rows and its ends."""
+    """Return a setting as text; a list of numbers as its length and its first and last value."""
     if not isinstance(value, list | tuple) or not value or not all(isinstance(one, int | float) for one in value):
         return plain(value)
     return f"{len(value)} rows, {value[0]:.4g} to {value[-1]:.4g}"
@@ -157,16 +157,16 @@ def assumptions(evidence: Evidence) -> list[str]:
     freeze = fluid.get("freeze_after_s")
     if isinstance(freeze, int | float):
         sentences.append(
-            f"A particle is fixed where it lies {freeze:g} s after its release. This stands for the paste's stiffening "
-            "and holds the slope of the bed; the paper has the same as a limit of moving particles."
+            f"A particle is fixed in place {freeze:g} s after its release. This represents the stiffening of the paste "
+            "and preserves the slope of the bed; the paper does the same with a limit of moving particles."
         )
     sentences += [*_curve(fluid), *_measured(fluid)]
     curing_pa_s, yield_stress_pa = fluid.get("structuration_pa_per_s", 0.0), fluid.get("yield_stress_pa", 0.0)
     if yield_stress_pa or curing_pa_s:
         grows = f", and {curing_pa_s:g} Pa more each second" if curing_pa_s else ""
         sentences.append(
-            f"The paste is a Bingham fluid: it stands below a yield stress of {yield_stress_pa:g} Pa{grows}, in the "
-            "fluid and along the walls, which are taken for rough. This holds the slope of the bed."
+            f"The paste is a Bingham fluid: it does not flow below a yield stress of {yield_stress_pa:g} Pa{grows}, "
+            "inside and along the walls, which are assumed to be rough. This preserves the slope of the bed."
         )
     if fluid.get("D_from") == "no slip":
         sentences.append(
@@ -187,19 +187,17 @@ def assumptions(evidence: Evidence) -> list[str]:
         f"Scale of the {outline.seen_in}: {outline.scale_source}{misfit}.",
     ]
     if outline.path_source == "automatic":
-        sentences.append(
-            "The crack was found automatically: look at the overlay before you trust what follows from it."
-        )
+        sentences.append("The crack was found automatically: check the overlay before you trust the results.")
     if comparison is not None and comparison.role == "calibrated-on":
         sentences.append(
-            "The fluid was calibrated on these very readings: the error is what calibration left over, not a test."
+            "The fluid was calibrated on these readings, so this error is the residual of the fit, not a test."
         )
     warnings = (*outline.warnings, *evidence.solid.figures.warnings)
     return [*sentences, *(f"Note of the digitising stage: {text}" for text in warnings)]
 
 
 def left_out(evidence: Evidence) -> list[str]:
-    """Sentences on the data that count in no metric, and why; one sentence where there are none."""
+    """Return sentences on the data that no metric includes, and why; one sentence if all data are included."""
     run, outline, readings, comparison = evidence.run, evidence.outline, evidence.readings, evidence.comparison
     sentences = []
     if readings is not None and comparison is not None:
@@ -208,49 +206,50 @@ def left_out(evidence: Evidence) -> list[str]:
             places = ", ".join(f"{s_mm:g}" for s_mm in m.stations_beyond_mm)
             sentences.append(
                 f"{counted(beyond, 'station')} of {len(readings.s_mm)} (s = {places} mm): beyond the stretch that both "
-                f"curves cover, {m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm. The next one beyond an end gives "
-                "the readings' line its direction up to there."
+                f"curves cover, {m.covered_from_mm:.1f} to {m.covered_to_mm:.1f} mm. The nearest one beyond each end "
+                "still sets the slope of the readings' line up to that end."
             )
         if readings.repeats_mm is not None and (missing := int(np.isnan(readings.repeats_mm).sum())):
             sentences.append(f"{counted(missing, 'single reading')}: no number in the sheet.")
     if spilled := run.spilled_particles:
         sentences.append(
             f"{counted(spilled, 'particle')} ({spilled * run.particle_volume_mm3:.0f} mm³) over the edge of the "
-            "sample: in the mass balance, in no profile."
+            "sample: in the mass balance, not in the profile."
         )
     if outline.branches_mm and not outline.branches_kept:
         cracks = counted(len(outline.branches_mm), "side crack")
-        sentences.append(f"{cracks} seen in the {outline.seen_in}: no part of the solid.")
+        sentences.append(f"{cracks} seen in the {outline.seen_in}: not part of the solid.")
     if not run.has_particles:
         sentences.append("The fast model computes no jet, no overspill and no view of the fill over time.")
-    return sentences or ["Nothing: every reading and every particle counts."]
+    return sentences or ["Left out: nothing."]
 
 
 def _tilt(evidence: Evidence) -> str:
     ratio = evidence.solid.cavity_volume_mm3 / evidence.run.dispensed_volume_mm3
     if evidence.outline.seen_in == "mesh":
-        return f"The walls stand as they do in the mesh; the cavity holds {ratio:.2f} times the sealant."
+        return f"The walls are those of the mesh; the cavity holds {ratio:.2f} times the sealant."
     if (weighed := evidence.solid.figures.weighed) is not None and evidence.solid.tilt not in ("lean", "vertical"):
         return (
-            f"A liquid weighed into the crack in {counted(len(weighed.levels_mm), 'step')} shows how the walls stand: "
-            f"{tilt_words(evidence)}, taken as straight; the cavity holds {ratio:.2f} times the sealant."
+            "The tilt of the walls was measured by a liquid weighed into the crack in "
+            f"{counted(len(weighed.levels_mm), 'step')}: {tilt_words(evidence)}, assumed to be straight; the cavity "
+            f"holds {ratio:.2f} times the sealant."
         )
     figures, traced_mm = evidence.solid.figures, evidence.outline.mean_width_mm
     mouth_mm, floor_mm = figures.mouth_width_mm, figures.floor_width_mm
     hidden = ""
     if evidence.solid.tilt == "flare" and mouth_mm is not None:
         hidden = (
-            f" The traced width of {traced_mm:.2f} mm is taken for that of the floor: a mouth of {mouth_mm:.2f} mm, "
-            f"which follows, would have to lie outside of what is dark in the photo."
+            f" The traced width of {traced_mm:.2f} mm is taken as that of the floor. The mouth is then {mouth_mm:.2f} "
+            "mm wide, wider than the dark area in the photo."
         )
     if evidence.solid.tilt == "undercut" and floor_mm is not None:
         hidden = (
-            f" The mouth has the width of the photo, {traced_mm:.2f} mm; the floor, {floor_mm:.2f} mm wide, extends "
-            "below the face beside it."
+            f" The mouth has the width in the photo, {traced_mm:.2f} mm; the floor, {floor_mm:.2f} mm wide, extends "
+            "under the face on both sides."
         )
     return (
-        f"A photo from above does not show how the walls stand. Assumed here: {tilt_words(evidence)}; the cavity "
-        f"holds {ratio:.2f} times the sealant.{hidden} The table of the solid gives the volume of each other reading."
+        f"A photo from above does not show the tilt of the walls. Assumed: {tilt_words(evidence)}; the cavity holds "
+        f"{ratio:.2f} times the sealant.{hidden} The table of the solid has the volume for each other tilt."
     )
 
 
@@ -260,13 +259,13 @@ def _curve(fluid: dict[str, Any]) -> list[str]:
         return []
     viscosity_pa_s, stress_pa = curve["viscosity_pa_s"], curve.get("yield_stress_pa") or (0.0,)
     yields = f", its yield stress (Bingham) {min(stress_pa):.3g} to {max(stress_pa):.3g} Pa" if max(stress_pa) else ""
-    over, rest = "age since it left the nozzle", "Before the first age and after the last they stay."
+    over, rest = "age since it left the nozzle", "They are constant before the first age and after the last."
     if cooling := fluid.get("cooling"):
         over = "temperature"
         cooled_c = cooling["temperature_c"]
         rest = (
-            f"It goes from {cooled_c[0]:.4g} to {cooled_c[-1]:.4g} °C with the age since the nozzle, the same wherever "
-            "the sealant lies: heat is not modelled."
+            f"The temperature changes from {cooled_c[0]:.4g} to {cooled_c[-1]:.4g} °C with the age since the nozzle, "
+            "equally in all of the sealant: heat is not modelled."
         )
     return [
         f"The sealant's viscosity follows a table over its {over}, {min(viscosity_pa_s):.3g} to "
@@ -275,7 +274,7 @@ def _curve(fluid: dict[str, Any]) -> list[str]:
 
 
 def _measured(fluid: dict[str, Any]) -> list[str]:
-    """Return sentences for a paste that was measured: how, how well, and what its numbers are not for."""
+    """Return a sentence on a measured paste: yield stress, interval, method, and uses that it is not for."""
     if not (paste := fluid.get("material")):
         return []
     (low, high), within = paste["yield_stress_95_pa"], "its uncertainty is not stated"
@@ -288,16 +287,16 @@ def _measured(fluid: dict[str, Any]) -> list[str]:
 
 
 def _slope(evidence: Evidence) -> list[str]:
-    """Return a sentence for a sample that does not lie level."""
+    """Return a sentence on a sample that is not level."""
     slope = evidence.run.settings.get("sample")
     if slope is None:
         return []
     gradient_deg, crossfall_deg = slope["gradient_deg"], slope["crossfall_deg"]
     return [
         f"The sample slopes: its face rises towards +x by {gradient_deg:g}° and towards +y by {crossfall_deg:g}°, and "
-        "gravity acts along the plumb line. The nozzle gives, and levels count, square to the face. At rest the "
-        "surface of a liquid stands level and not along the face, so that a crack that holds its sealant level with "
-        "the face would run over at its lower end."
+        "gravity is vertical. The nozzle points, and levels are measured, square to the face. The surface of a liquid "
+        "at rest is horizontal, not parallel to the face, so a crack filled to the face would overflow at its lower "
+        "end."
     ]
 
 

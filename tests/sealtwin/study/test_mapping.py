@@ -94,7 +94,7 @@ def test_fills_of_chosen_runs_are_drawn(study, here):
     assert [done for done, _ in counted.done] == [1, 2, 3, 4]
     assert {note for _, note in counted.done} == {"run 1", "run 2", "run 3", "run 4"}
     page = (study / "map" / "map.html").read_text(encoding="utf-8")
-    assert "their levels came out the same to the last digit" in page
+    assert "their levels are the same to the last digit" in page
     assert {"figures/fills.svg", "figures/thumbnails.svg"} <= set(mapped.content["files"])
 
 
@@ -106,7 +106,7 @@ def test_runs_without_a_result_are_left_out_and_told(study):
     write_plan(study, replace(plan, runs=[*plan.runs, fifth]))
     write_outcome(study, replace(fifth, state="failed", reason="The numbers diverged."))
     mapped = mapped_without_fills(study)
-    assert mapped.chart.exclusion == "1 of 5 runs is not in it. Run 5: The numbers diverged."
+    assert mapped.chart.exclusion == "1 of 5 runs is not ranked. Run 5: The numbers diverged."
     assert [each["number"] for each in mapped.content["excluded"]] == [5]
 
 

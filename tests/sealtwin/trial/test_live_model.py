@@ -97,10 +97,10 @@ def test_side_cracks_keep_their_width(tmp_path):
 def test_a_width_that_the_trial_gave_is_written_where_it_is_not_moved(tmp_path):
     photo = {"file": "crack.png", "data": "synthetic", "mm_per_px": 1.0, "mean_width_mm": 3.1}
     without = {key: value for key, value in photo.items() if key != "mean_width_mm"}
-    for given, said in ((photo, True), (without, False)):
+    for given, in_trial in ((photo, True), (without, False)):
         found = modelled(tmp_path, photo=given)
         assert found is not None
-        assert found.sliders["mean_width_mm"].said == said
+        assert found.sliders["mean_width_mm"].in_trial == in_trial
 
 
 def test_a_long_path_is_thinned(tmp_path):

@@ -242,7 +242,7 @@ def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied):
         assert "profile.csv: edited since simulate wrote it" in err
         assert ("nothing to redo" in err) is again
     page = (copied / "report.html").read_text(encoding="utf-8")
-    assert page.index("Edited by hand since (profile.csv): what follows") < page.index("Not a validation")
+    assert page.index("Edited by hand since (profile.csv): this report") < page.index("Not a validation")
     assert '<div class="verdict undecided">' in page
 
 

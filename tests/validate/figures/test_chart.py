@@ -63,14 +63,13 @@ def test_scatter_of_single_runs_makes_neighbours_as_near():
         (30.0, d_cm) for d_cm in D_CM if error_mm(30.0, d_cm) - 0.5 < 0.139
     }
     chart = make_chart()
-    assert "come as near: U = 30 and D from 0.01 to 3 cm" in chart.flatness
-    assert "scatter by 0.10 mm (one standard deviation, 1 pair run again, 4 degrees of freedom)" in chart.flatness
+    assert "fit equally well: U = 30 and D from 0.01 to 3 cm" in chart.flatness
+    assert "scatter by 0.10 mm (one standard deviation, 1 pair repeated, 4 degrees of freedom)" in chart.flatness
 
 
 def test_without_replicates_no_other_pair_is_called_as_near():
     told = make_chart(replicates=None).flatness
-    assert "No pair was run again" in told
-    assert "come as near" not in told
+    assert "No pair was repeated" in told
 
 
 def test_what_is_a_third_worse_is_not_as_near_whatever_the_doubt():
@@ -124,7 +123,7 @@ def test_a_seed_is_no_axis():
 def test_a_best_pair_that_stands_alone_is_said_to():
     chart = make_chart()
     alone = tuple(run is chart.best for run in chart.runs)
-    assert replace(chart, as_near=alone).flatness.endswith("no other pair comes as near.")
+    assert replace(chart, as_near=alone).flatness.endswith("no other pair fits equally well.")
 
 
 def test_each_run_is_held_against_the_best_flat_line():
@@ -232,6 +231,6 @@ def test_chosen_runs_span_the_map_and_hold_the_best():
 
 def test_what_is_left_out_is_counted_with_its_reason():
     excluded = (Excluded(36, {"fluid.U": 1e9}, "it diverged."), Excluded(37, {"fluid.U": 2e9}, "it diverged."))
-    assert make_chart(excluded, replicates=None).exclusion == "2 of 37 runs are not in it. Runs 36, 37: it diverged."
-    assert make_chart(replicates=None).exclusion == "All 35 runs of the study are in it."
-    assert make_chart().exclusion == "All 39 runs of the study are in it.", "four replicates are no pairs"
+    assert make_chart(excluded, replicates=None).exclusion == "2 of 37 runs are not ranked. Runs 36, 37: it diverged."
+    assert make_chart(replicates=None).exclusion == "All 35 runs of the study are ranked."
+    assert make_chart().exclusion == "All 39 runs of the study are ranked.", "four replicates are no pairs"

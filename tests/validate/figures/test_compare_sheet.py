@@ -46,7 +46,7 @@ def test_what_one_run_was_tuned_on_is_held_out_from_none():
     """Whoever set the role: the same numbers were seen."""
     tuned = replace(side("a", 0.5), comparison=compared(role="calibrated-on"))
     (told,) = compare_sheet([tuned, side("b", 0.7), side("c", 0.7, lowered_mm=1.0)]).cautions
-    assert told == "Not held out: the readings of run 2 served to calibrate run 1."
+    assert told == "Not held out: the readings of run 2 were used to calibrate run 1."
 
 
 def test_a_run_whose_volume_is_off_is_in_no_ranking_and_stands_apart():
@@ -55,7 +55,7 @@ def test_a_run_whose_volume_is_off_is_in_no_ranking_and_stands_apart():
     sheet = compare_sheet([side("a", 0.5), lossy])
     assert "Nearest is run 1, a, 0.50 mm off" in sheet.finding
     assert ("mean error over held-out trials", "0.50 mm") in sheet.key_figures
-    (apart,) = [part.items[0] for part in sheet.parts if part.title == "In no ranking"]
+    (apart,) = [part.items[0] for part in sheet.parts if part.title == "Not ranked"]
     assert isinstance(apart, FigureTable)
     assert [row[0] for row in apart.rows] == ["2"]
     assert "1.051" in apart.rows[0][1]
@@ -81,7 +81,7 @@ def test_no_finding_comes_from_a_run_that_was_edited():
     alone = compare_sheet([edited])
     assert "Nearest" not in alone.finding
     assert [name for name, _ in alone.key_figures] == ["settings that differ"]
-    assert "No held-out run counts" in held_out_words(alone)[0]
+    assert "No held-out run is ranked" in held_out_words(alone)[0]
 
 
 def held_out_words(sheet):
@@ -94,7 +94,7 @@ def test_runs_that_leaked_or_have_another_volume_are_named():
     ratios = (1.0, 1.48, 1.0504, 1.66, 0.949)
     sides = [replace(side(name, 0.5), volume_ratio=ratio) for name, ratio in zip("abcde", ratios, strict=True)]
     (sentence,) = compare_sheet(sides).cautions
-    assert next(part for part in compare_sheet(sides).parts if part.title == "In no ranking")
+    assert next(part for part in compare_sheet(sides).parts if part.title == "Not ranked")
     assert [f"run {number}:" in sentence for number in range(1, 6)] == [False, True, False, True, True]
     assert "1.660 of the dispensed volume settled; 0.95 to 1.05" in sentence
     leaking = [replace(each, volume_ratio=1.0, escaped_particles=2) for each in sides[:2]]

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from sealtwin.core.records import Floats
-from validate.figures.turntable import MOST_VERTICES, fluid_surface
+from validate.figures.turntable import MODEL, fluid_surface
 
 
 def lattice(sides: tuple[int, int, int], spacing_mm: float = 0.8) -> Floats:
@@ -43,7 +43,7 @@ def test_many_particles_make_no_larger_mesh():
     """A page carries 12 bytes a vertex; this block has five times the surface of the paper's trial."""
     position_mm = lattice((150, 80, 12), spacing_mm=0.5)
     surface = fluid_surface(position_mm, 0.5**3, np.zeros(len(position_mm)))
-    assert MOST_VERTICES / 2 < len(surface.vertices_mm) <= MOST_VERTICES
+    assert MODEL.most_vertices / 2 < len(surface.vertices_mm) <= MODEL.most_vertices
     assert trimesh.Trimesh(surface.vertices_mm, surface.faces, process=False).is_watertight
 
 

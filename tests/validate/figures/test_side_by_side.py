@@ -50,7 +50,7 @@ def test_copied_readings_are_no_replicates():
     """
     copied = side("b", 0.5)
     copies, none = replicate_words([side("a", 0.5), copied])
-    assert copies.startswith("Runs 1 and 2 hold the same readings, to 0.01 mm")
+    assert copies.startswith("Runs 1 and 2 have the same readings, to 0.01 mm")
     assert none.startswith("No area validation metric")
     copies, metric = replicate_words([side("a", 0.0), copied, side("c", 1.0, lowered_mm=1.0)])
     assert copies.startswith("Runs 1 and 2")

@@ -10,7 +10,7 @@ import trimesh
 
 from sealtwin.core.records import FaceLabel
 from validate.figures.rendering import seen_from
-from validate.figures.turntable import MOST_CORNERS, RIM_MM, STILL_PX, build_turntable
+from validate.figures.turntable import MODEL, build_turntable
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def test_the_rim_lies_on_the_face_beside_the_mouth(evidence, turntable):
     half_mm = evidence.outline.mean_width_mm / 2
     assert len(ribbon)
     assert (distance_mm > half_mm).all()
-    assert distance_mm.max() < half_mm + 2 * RIM_MM
+    assert distance_mm.max() < half_mm + 2 * MODEL.rim_mm
 
 
 def test_a_scan_with_many_facets_is_carried_coarser(evidence):
@@ -68,7 +68,7 @@ def test_a_scan_with_many_facets_is_carried_coarser(evidence):
         vertices_mm, faces = trimesh.remesh.subdivide(vertices_mm, faces)[:2]
         label = np.repeat(label, 4)
     fine = replace(solid, vertices_mm=vertices_mm, faces=faces, face_label=label)
-    assert 3 * (label == FaceLabel.WALL).sum() > MOST_CORNERS
+    assert 3 * (label == FaceLabel.WALL).sum() > MODEL.most_corners
     scan, plain = build_turntable(evidence.run, fine), build_turntable(evidence.run, solid)
     assert len(scan.vertices_mm) <= 2**16
     assert np.abs(scan.vertices_mm.min(axis=0) - plain.vertices_mm.min(axis=0)).max() < 0.1
@@ -79,10 +79,10 @@ def test_a_scan_with_many_facets_is_carried_coarser(evidence):
 
 def test_the_still_has_the_fill_in_its_middle_and_room_around(turntable):
     still = turntable.still
-    assert still.shape == (STILL_PX[1], STILL_PX[0], 4)
+    assert still.shape == (MODEL.still_px[1], MODEL.still_px[0], 4)
     rows, columns = np.nonzero(still[:, :, 3] > 128)
-    margins = rows.min(), STILL_PX[1] - 1 - rows.max(), columns.min(), STILL_PX[0] - 1 - columns.max()
-    assert min(margins) >= 0.05 * STILL_PX[1]
+    margins = rows.min(), MODEL.still_px[1] - 1 - rows.max(), columns.min(), MODEL.still_px[0] - 1 - columns.max()
+    assert min(margins) >= 0.05 * MODEL.still_px[1]
     assert abs(margins[0] - margins[1]) <= 2
     assert abs(margins[2] - margins[3]) <= 2
 

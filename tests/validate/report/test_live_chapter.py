@@ -65,8 +65,8 @@ def test_the_band_holds_what_the_budget_knows_of_the_simulation(evidence):
     assert assessed.uncertainty is not None
     some = np.full(len(assessed.uncertainty.stations.s_mm), 0.3)
     for parts, half_mm, told in (
-        ({"numerics_mm": some}, 0.6, "by numerics, of the settings as run"),
-        ({"numerics_mm": some, "inputs_mm": some * 4 / 3}, 1.0, "by numerics and inputs, of the settings as run"),
+        ({"numerics_mm": some}, 0.6, "by numerics, for the settings as run"),
+        ({"numerics_mm": some, "inputs_mm": some * 4 / 3}, 1.0, "by numerics and inputs, for the settings as run"),
     ):
         stations = assessed.uncertainty.stations.model_copy(update=parts)
         uncertainty = assessed.uncertainty.model_copy(update={"stations": stations})

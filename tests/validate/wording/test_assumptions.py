@@ -34,14 +34,14 @@ def test_the_mouth_of_a_flare_is_told_beside_the_width_in_the_photo(tmp_path):
     assert "a mouth of" not in " ".join(assumptions(evidence))
     flared = build_solid(evidence.outline, CrackShape(depth_mm=10.0, tilt="flare", wall_angle_deg=11.0))
     told = " ".join(assumptions(replace(evidence, solid=flared)))
-    assert "traced width of 3.10 mm is taken for that of the floor: a mouth of 6.99 mm" in told
+    assert "traced width of 3.10 mm is taken as that of the floor. The mouth is then 6.99 mm" in told
 
 
 def test_the_floor_of_an_undercut_is_told_beside_the_width_in_the_photo(tmp_path):
     evidence = make_evidence(tmp_path)
     undercut = build_solid(evidence.outline, CrackShape(depth_mm=10.0, tilt="undercut", wall_angle_deg=11.0))
     sentences = " ".join(assumptions(replace(evidence, solid=undercut)))
-    assert "The mouth has the width of the photo, 3.10 mm; the floor, 6.99 mm wide" in sentences
+    assert "The mouth has the width in the photo, 3.10 mm; the floor, 6.99 mm wide" in sentences
 
 
 def test_paste_that_yields_is_told_with_its_stress_and_its_number(tmp_path):
@@ -107,7 +107,9 @@ def test_what_counts_in_no_metric_is_told_by_its_number(tmp_path):
     evidence = make_evidence(tmp_path)
     assert evidence.readings is not None
     assert evidence.comparison is not None
-    assert left_out(evidence) == ["1 particle (1 mm³) over the edge of the sample: in the mass balance, in no profile."]
+    assert left_out(evidence) == [
+        "1 particle (1 mm³) over the edge of the sample: in the mass balance, not in the profile."
+    ]
     repeats_mm = np.array(evidence.readings.repeats_mm)
     repeats_mm[0, :2] = np.nan
     fewer = evidence.comparison.model_copy(update={"stations_beyond_mm": np.array([38.0, 40.5])})
@@ -116,17 +118,17 @@ def test_what_counts_in_no_metric_is_told_by_its_number(tmp_path):
         replace(evidence, readings=replace(evidence.readings, repeats_mm=repeats_mm), comparison=fewer, outline=outline)
     )
     assert told[:2] == [
-        "2 stations of 9 (s = 38, 40.5 mm): beyond the stretch that both curves cover, 0.0 to 40.0 mm. The next one "
-        "beyond an end gives the readings' line its direction up to there.",
+        "2 stations of 9 (s = 38, 40.5 mm): beyond the stretch that both curves cover, 0.0 to 40.0 mm. The nearest "
+        "one beyond each end still sets the slope of the readings' line up to that end.",
         "2 single readings: no number in the sheet.",
     ]
-    assert told[3] == "1 side crack seen in the photo: no part of the solid."
+    assert told[3] == "1 side crack seen in the photo: not part of the solid."
 
 
 def test_where_all_counts_it_is_said(tmp_path):
     evidence = make_evidence(tmp_path)
     run = replace(evidence.run, spilled=np.zeros(len(evidence.run.spilled), dtype=bool))
-    assert left_out(replace(evidence, run=run)) == ["Nothing: every reading and every particle counts."]
+    assert left_out(replace(evidence, run=run)) == ["Left out: nothing."]
 
 
 @pytest.mark.parametrize(
@@ -134,7 +136,7 @@ def test_where_all_counts_it_is_said(tmp_path):
     [
         ("wet", None, "not modelled, and the caliper read wet sealant, which had not shrunk."),
         ("cured", None, "not modelled, while the caliper read cured sealant, whose shrinkage is not declared"),
-        ("cured", 7.0, "cured sealant: the 7 % by which it shrank are put back in the mass balance"),
+        ("cured", 7.0, "cured sealant: the mass balance adds the 7 % by which it shrank"),
         (None, None, "whether the caliper read wet or cured sealant is not declared (readings.state)."),
     ],
 )

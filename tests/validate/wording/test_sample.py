@@ -26,18 +26,18 @@ def test_each_reading_of_the_tilt_has_its_volume(tmp_path):
     solid = rows(make_evidence(tmp_path), "Crack and solid")
     assert solid["tilt"] == "vertical walls"
     assert solid["cavity over sealant"]
-    volumes = next(text for name, text in solid.items() if name.startswith("volume by reading"))
+    volumes = next(text for name, text in solid.items() if name.startswith("volume for each tilt"))
     assert all(tilt in volumes for tilt in ("lean", "flare", "funnel", "undercut", "vertical"))
 
 
 def test_dams_are_told_from_the_sample(tmp_path):
     """Whoever prints crack.stl prints them too."""
     evidence = make_evidence(tmp_path)
-    assert "in crack.stl beside the sample" not in rows(evidence, "Crack and solid")
+    assert "also in crack.stl" not in rows(evidence, "Crack and solid")
     figures = replace(evidence.solid.figures, dams=(DamBox((0.0, -4.0, -20.0, 9.0, 0.0, 10.0), end=0),))
     dammed = replace(evidence, solid=replace(evidence.solid, figures=figures))
-    row = rows(dammed, "Crack and solid")["in crack.stl beside the sample"]
-    assert row == "1 dam at open ends, to 10 mm above the face: no part of the sample"
+    row = rows(dammed, "Crack and solid")["also in crack.stl"]
+    assert row == "1 dam at open ends, to 10 mm above the face: not part of the sample"
     captions = [
         str(chapter.items[0])
         for which in (evidence, dammed)
