@@ -69,7 +69,7 @@ class DarkMap:
 
 
 def map_darkness(photo: Photo, region_px: Floats | None = None, found_face_px: Floats | None = None) -> DarkMap:
-    """Return the search map of the photo or of a polygon in it, inside a face that was found but not measured."""
+    """Return the search map of the photo, or of a polygon in it; ``found_face_px`` limits it to an unmeasured face."""
     corners_px = np.array([(0, 0), photo.size_px]) if region_px is None else region_px
     left, top = np.maximum(np.floor(corners_px.min(axis=0)), 0).astype(int).tolist()
     right, bottom = np.minimum(np.ceil(corners_px.max(axis=0)) + 1, photo.size_px).astype(int).tolist()
@@ -146,7 +146,7 @@ def inner(allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _shown(light: Map) -> Map:
-    """Return brightness as displayed, 0 to 1, in which grain is equally strong in shade and light."""
+    """Return brightness as displayed, 0 to 1. Grain then has equal contrast in shade and light."""
     return np.asarray(np.power(np.clip(light, 0, 1), 1 / DISPLAY_GAMMA), dtype=np.float32)
 
 

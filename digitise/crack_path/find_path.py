@@ -145,5 +145,5 @@ def _in(crack: FoundCrack, other: FoundCrack) -> bool:
 
 
 def _long(cracks: Sequence[FoundCrack], least_px: float) -> list[FoundCrack]:
-    """Return the cracks whose ends are far enough apart; the rim of a stain ends where it begins."""
+    """Return the cracks with ends at least ``least_px`` apart; the rim of a stain ends at its beginning."""
     return [crack for crack in cracks if np.linalg.norm(crack.line_px[-1] - crack.line_px[0]) >= least_px]

@@ -102,7 +102,7 @@ def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
 def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[tuple[Integers, bool]]:
     """Return the side lines of a path: lines of the skeleton that leave its part by ``least`` or more, longest first.
 
-    Each is rows and columns, (n, 2), from the rim of that part outward, and True if the line ends on that rim again.
+    Each is rows and columns, (n, 2), outward from the rim of that part, and True if the line ends on the rim again.
     Lines past an end of the path are not side lines.
     """
     cells = np.argwhere(skeletonize(region))

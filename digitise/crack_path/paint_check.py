@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_fill_holes
 
-from digitise.crack_path.profiles import Profiles, median_known, profiles_across, row_medians
+from digitise.crack_path.profiles import Profiles, finite_median, profiles_across, row_medians
 from digitise.crack_path.standing_out import band_px, is_wider
 from digitise.image.raster import Map, sampled, widened
 from digitise.photo import Photo
@@ -22,8 +22,8 @@ class PaintLimits:
     """Limits on how a mask may differ from its photo. Widths are the paint's.
 
     The limits of place were set on 64 real masks, none of which is refused or doubted, and on 258 that were turned,
-    mirrored, shifted or of another photo, 253 of which are refused. Those of width were set on 39 drawn photos: of 89
-    masks up to 1.5 times as wide as the crack none is doubted, of 39 three times as wide 38 are. Higher ``few`` and
+    mirrored, shifted or of another photo, 253 of which are refused. Those of width were set on 39 drawn photos: no
+    mask of 89 up to 1.5 times as wide as the crack is doubted, and 38 of 39 three times as wide are. Higher ``few`` and
     ``some`` refuse and doubt more masks, right ones too.
     """
 
@@ -148,7 +148,7 @@ def _dark_px(profiles: Profiles, width_px: float, level: float) -> float:
     beside = (away_px > width_px / 2 + LIMITS.rim_px) & (away_px < width_px + LIMITS.least_beside_px)
     painted = away_px <= width_px / 2
     middle = int(np.argmin(np.where(painted & np.isfinite(light), light, np.inf)))
-    left, right = (median_known(light[beside & (side * offset_px > 0)]) for side in (-1, 1))
+    left, right = (finite_median(light[beside & (side * offset_px > 0)]) for side in (-1, 1))
     ground = np.where(offset_px < offset_px[middle], left, right)
     bright = np.flatnonzero(light >= light[middle] + level * (ground - light[middle]))
     return float(bright[bright > middle].min(initial=len(light)) - bright[bright < middle].max(initial=-1) - 1)
@@ -162,7 +162,7 @@ def _shares(profiles: Profiles) -> Floats:
 
 def _usual(shares: Floats) -> Floats:
     """Median over the stretches at each distance from the line, (m,)."""
-    return np.array([median_known(column) for column in shares.T])
+    return np.array([finite_median(column) for column in shares.T])
 
 
 def require_filled(photo: Photo, region: NDArray[np.bool_], light: Map) -> None:

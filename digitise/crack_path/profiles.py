@@ -67,7 +67,7 @@ def _softly(photo: Photo, place_px: Floats) -> Map:
     return sampled(soft, place_px - low)
 
 
-def median_known(values: Floats) -> float:
+def finite_median(values: Floats) -> float:
     """Median of the finite values; NaN without any."""
     finite = values[np.isfinite(values)]
     return float(np.median(finite)) if len(finite) else float("nan")
@@ -75,7 +75,7 @@ def median_known(values: Floats) -> float:
 
 def row_medians(values: Floats) -> Floats:
     """Median of the finite values in each row, (n,); NaN without any."""
-    return np.array([median_known(row) for row in values])
+    return np.array([finite_median(row) for row in values])
 
 
 def width_along(photo: Photo, points_px: Floats, rough_px: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
-from digitise.crack_path.profiles import median_known, profiles_across, row_medians
+from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
 from digitise.geometry.polyline import left_normals, resampled, smoothed
 from digitise.image.raster import blurred, sampled
 from digitise.photo import Photo
@@ -34,8 +34,8 @@ def require_dark(photo: Photo, path: CrackPath) -> None:
     """Raise InputError if a path is not darker than its darker side and runs along something far brighter."""
     width_px = path.width_px
     light, own, left, right = _own_and_sides(photo, path, width_px / 2 + NEAR_PX + 1, FAR[0] * width_px + FAR[1])
-    ratio = median_known(own / np.fmax(np.fmin(left, right), 1e-6))
-    brightest = median_known(np.nan_to_num(light).max(axis=1) / np.fmax(row_medians(light), 1e-6))
+    ratio = finite_median(own / np.fmax(np.fmin(left, right), 1e-6))
+    brightest = finite_median(np.nan_to_num(light).max(axis=1) / np.fmax(row_medians(light), 1e-6))
     if ratio > NOT_DARK and brightest > BRIGHT:
         raise InputError(
             f"{photo.file}: no crack between the ends: the path is as bright as the ground on one side of it, and "
@@ -77,8 +77,8 @@ def unlike_sides(photo: Photo, path: CrackPath) -> list[str]:
     """Return a warning if both sides differ by much of the line's darkness, as at a marking or an edge."""
     beside_px, reach_px = (widths * path.width_px + more_px for widths, more_px in zip(SIDES, SIDES_PX, strict=True))
     _, own, left, right = _own_and_sides(photo, path, beside_px, reach_px)
-    step = median_known(np.fmin(left, right) - own)
-    difference = abs(median_known(left - right))
+    step = finite_median(np.fmin(left, right) - own)
+    difference = abs(finite_median(left - right))
     if not difference > MOST_UNLIKE * max(step, 0.0):
         return []
     return [

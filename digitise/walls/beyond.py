@@ -8,7 +8,7 @@ from skimage.graph import MCP_Geometric
 from digitise.crack_path.darkness import sample_mask
 from digitise.crack_path.hints import listed
 from digitise.crack_path.medial_axis import radius
-from digitise.crack_path.profiles import median_known, profiles_across, row_medians
+from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
 from digitise.geometry.polyline import depth_inside, unit
 from digitise.image.raster import blurred, shrunk
 from digitise.photo import Photo
@@ -65,8 +65,8 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
 def _threshold(photo: Photo, part_px: Floats, width_px: float) -> float:
     profiles = profiles_across(photo, part_px, width_px, BESIDE[1] * width_px + 4)
     away_px = np.abs(profiles.offset_px)
-    ground = median_known(profiles.light[:, away_px > BESIDE[0] * width_px + 2])
-    own = median_known(row_medians(np.where(away_px <= max(width_px / 4, 1.0), profiles.light, np.nan)))
+    ground = finite_median(profiles.light[:, away_px > BESIDE[0] * width_px + 2])
+    own = finite_median(row_medians(np.where(away_px <= max(width_px / 4, 1.0), profiles.light, np.nan)))
     return own + HALF * (ground - own)
 
 

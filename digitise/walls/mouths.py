@@ -112,7 +112,7 @@ def _walk(ring: Floats, at: int, inward: Floats, half_px: float) -> Floats:
 
 
 def _lip(rim: Floats, from_opposite: Floats, width_px: float, turns: int) -> Floats | None:
-    """Return the place just beyond the corner between a side crack's rim and the main crack's wall; None without."""
+    """Return the place just beyond the corner between a side crack's rim and the main wall; None without a corner."""
     if len(rim) < 2:
         return None
     s, window = arc_length(rim), ALONG * width_px

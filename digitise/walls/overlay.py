@@ -234,7 +234,7 @@ def _scale_bar(canvas: Canvas, mm_per_px: float, taken: Floats, shown: Floats) -
 def _free_corner(
     extent: Integers, size: Floats, taken: Floats, shown: Floats, corners: Sequence[tuple[int, int]]
 ) -> Floats:
-    """Return the upper left point of a box of a size, in the corner of the picture that hides fewest points.
+    """Return the upper left point of a box in the corner of the picture in which it hides fewest points.
 
     A report shows only the part ``shown`` of the picture. A box that it would cut is placed inside that part.
     """

@@ -301,7 +301,7 @@ def _outward(strip: Strip, values: NDArray) -> NDArray:
 
 
 def _level(strip: Strip, where: NDArray[np.bool_], over: int) -> Floats:
-    """Return the median brightness of the samples ``where`` at each station, steadied along; 1 or 2 are ignored."""
+    """Return the median brightness of the samples ``where`` at each station, steadied along. A station needs three."""
     enough = where & (where.sum(axis=1, keepdims=True) >= 3)
     return _steadied(np.where(enough, strip.light, np.nan)[None], over)[0]
 

@@ -327,7 +327,7 @@ CASES: list[WrongInput] = [
         ("photo.via_px", "px from ("),
         0,
     ),
-    WrongInput("hairline with a gap", _interrupted, CLICKED, ("no crack is seen", "photo.via_px"), 0),
+    WrongInput("hairline with a gap", _interrupted, CLICKED, ("shows no crack", "photo.via_px"), 0),
     WrongInput(
         "wide crack at the border, clicked",
         _wedge,
