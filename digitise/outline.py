@@ -129,7 +129,7 @@ def _along(
     """Return the outline of a traced crack with drawn stretches of wall, without side cracks and islands."""
     centreline_mm, left_mm, right_mm, drawn, far = mended(photo, _stations(photo, traced), lines_mm, traced.kinds)
     if source == "none":
-        # A path has no area; its ring runs forth and back.
+        # The ring of a path runs forth and back, without area.
         left_mm = right_mm = centreline_mm
         ring_mm = np.concatenate([centreline_mm, centreline_mm[-2:0:-1]])
     else:

@@ -44,7 +44,7 @@ class CrackLimits:
     beside_joint: float = 16.0  # Distance from a joint that belongs to it: its two rims are up to 14 cells apart
     grown_at: float = 0.7  # Share of the darkness in the middle that is still crack; at 0.5 dark grain would be
     along: float = 3.0  # Sigma of the mean darkness along a line, so that no single grain decides the line's width
-    widest: int = 40  # Largest distance between walls; wider regions are no cracks on a map of this size
+    widest: int = 40  # Largest distance between walls; wider regions are not cracks on a map of this size
     swelling: float = 3.0  # Largest reach sideways in typical half widths; a stain or a pore begins beyond it
     least_half: float = 1.5  # Distance from a line that always belongs to it: its middle is not located better
 
@@ -82,7 +82,7 @@ def cracks_on(field: DarkMap, joints_px: Sequence[Floats] | None = None) -> Crac
     clear, likely = _clear(field, allowed)
     straight = straight_lines(skeletonize(likely)) if joints_px is None else [field.to_work(line) for line in joints_px]
     if straight:
-        # A joint hides cracks beside it, and its strength would distort the statistics of plain ground.
+        # A joint hides cracks next to it, and its strength would distort the statistics of plain ground.
         allowed = allowed & ~beside_straight(likely.shape, straight)
         clear, likely = _clear(field, allowed)
     bones = skeletonize(likely)

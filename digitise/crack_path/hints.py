@@ -24,7 +24,7 @@ class CrackPath:
     warnings: tuple[str, ...] = ()
 
 
-IN_ITS_MIDDLE = "give ends_px in the middle of the crack, and via_px"  # Remedy for a path beside its crack
+IN_ITS_MIDDLE = "give ends_px in the middle of the crack, and via_px"  # Remedy for a path off its crack
 
 
 def listed(points_px: Floats) -> str:

@@ -43,7 +43,7 @@ def larger_pieces(mask: NDArray[np.bool_], least: float) -> NDArray[np.bool_]:
 def distance_outside(mask: NDArray[np.bool_]) -> Map:
     """Return the distance of each cell from the nearest cell of the mask, 0 inside it."""
     away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    # OpenCV's last bit depends on where a small array lies in memory; squares of distances are whole numbers.
+    # OpenCV's last bit depends on the memory address of a small array; squared distances are whole numbers.
     return np.sqrt(np.rint(np.square(np.asarray(away, dtype=np.float32))))
 
 

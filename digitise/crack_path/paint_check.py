@@ -31,20 +31,20 @@ class PaintLimits:
     beside: float = 2.0  # Widths from the middle up to which light is compared
     least_beside_px: float = 12.0  # Distance that is added to these widths
     rim_px: int = 2  # Distance over which blur mixes paint and ground
-    darker: float = 0.97  # Light in the paint over that beside it, below which a stretch is darker
+    darker: float = 0.97  # Light in the paint over the light next to it, below which a stretch is darker
     few: float = 0.65  # Share of darker stretches below which a mask is refused, if it is not darker as a whole
     some: float = 0.75  # Share of darker stretches below which a mask is doubted
     not_darker: float = 0.88  # Median of that light ratio above which a mask with few darker stretches is refused
     hollow: float = 0.5  # Least area of an outline's holes over that of its paint
     hole_dark: float = 0.8  # Largest light in the holes of an outline over that around it
-    slender: float = 5.0  # Least length over width of paint whose place is compared with the photo's
+    slender: float = 5.0  # Least length over width of paint for a check of its place
     aside: float = 0.35  # Widths by which sound paint may be off the darkest band
     least_aside_px: float = 3.0  # Distance by which it may be off in any case
-    much_darker: float = 0.08  # Least difference of light between paint and a darker band beside it
-    thirds_of: int = 9  # Least number of stretches of a line whose thirds are compared by themselves
+    much_darker: float = 0.08  # Least difference of light between the paint and a darker band
+    thirds_of: int = 9  # Least number of stretches for a check of each third
     nearly_dark: float = 0.25  # Share of the contrast that a broken edge or a shadow has at least
     nearly_ground: float = 0.75  # Share of the contrast that it has at most
-    around: int = 8  # Cells around an outline whose light is compared
+    around: int = 8  # Width in cells of the ground around an outline that its holes are compared with
 
 
 LIMITS = PaintLimits()

@@ -37,10 +37,10 @@ class PathLimits:
 
     sure_ridge: float = 3.5  # Median clearness of a sure crack: 1 of the 180 paths has it, 95 of the 111 cracks
     least_support: float = 1.6  # Least median support: all 111 cracks have it, 3 of the 180 paths
-    clear_ridge: float = 3.0  # Clearness of a cell on a crack, even if grain of the crack's darkness is beside it
+    clear_ridge: float = 3.0  # Clearness of a cell on a crack, even if grain next to it is as dark
     obvious_darkness: float = 0.5  # Median darkness that needs no line: no stain and few shadows are so dark
     most_gaps: float = 0.2  # Largest share of the path that may be as bright as mortar
-    around: float = 0.5  # Room beside the box of two points, as a share of their distance
+    around: float = 0.5  # Room around the box of two points, as a share of their distance
     least_around_px: float = 100.0  # Least such room, in px of the photo
     same: float = 1.5  # Distance in cells within which two paths are the same
     pale: float = 0.28  # Largest mean darkness of a gap over the path's usual one: cracks have 0.31 and more
@@ -48,7 +48,7 @@ class PathLimits:
     gap_widths: float = 4.0  # Longest gap that is a grain, in widths: at most 3.6 on the 55 cracks
     least_gap: float = 10.0  # The same in cells
     beside_around: float = 6.0  # Cells from the surroundings within which a path runs along them
-    around_widths: float = 3.0  # Widths over which a crack may do so where it leaves the sample
+    around_widths: float = 3.0  # Widths over which a crack that leaves the sample may do so
     least_beside: float = 40.0  # The same in cells
     coarser: int = 4  # Size of the cells on which the widest cracks are searched for, in cells of the fine map
 
@@ -93,7 +93,7 @@ class PathSearch:
             darkness, width = step_costs.measure(field, np.concatenate(legs))
         if thin or darkness < LIMITS.obvious_darkness:
             self._check_clear(np.concatenate(legs))
-        # A path through a thin crack may be one cell beside it.
+        # A path through a thin crack may be one cell off it.
         dark = np.asarray(cv2.dilate(field.dark, np.ones((3, 3), np.uint8)), dtype=np.float32)
         crack = dark > darkness / 2
         if thin:
@@ -237,7 +237,7 @@ class PathSearch:
                 raise InputError(
                     f"{self.photo.file}: the via point ({x:g}, {y:g}) is not on a crack{nearest}; give a point in it."
                 )
-            # Cost grows with distance, so that the point stays on its crack beside a darker one.
+            # Cost grows with distance, so that the point stays on its crack if a darker one is near.
             price = cost[rows[near], columns[near]] * (1 + (2 * away_px[near] / limit_px) ** 2)
             moved.append((rows[near][np.argmin(price)], columns[near][np.argmin(price)]))
         return np.array(moved, dtype=np.int64).reshape(-1, 2)

@@ -18,7 +18,7 @@ MOST_STATIONS = 4000  # Most stations of a line; more add nothing
 STATIONS = 400  # Most stations at which a width is measured
 STEP_PX = 0.5  # Spacing of samples across
 REACHES = (4.0, 1.5)  # Widths in view to either side: first far, since the rough width may be a third; then near
-LEAST_REACH_PX = 8.0  # Least reach, for a path beside a thin crack
+LEAST_REACH_PX = 8.0  # Least reach, for a path off a thin crack
 LEAST_FOUND = 0.3  # Least share of stations with both walls; below it the rough width is returned
 
 

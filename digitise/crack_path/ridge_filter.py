@@ -16,7 +16,7 @@ Stack = NDArray[np.float32]  # One map per direction, (directions, height, width
 class LineFilter:
     """Shape of the line filter, its unit of noise, and how far lines are followed. Lengths are pixels of the copy.
 
-    Chosen on drawn photos, asphalt and concrete. A longer filter loses cracks that wander and a shorter one finds
+    Chosen on drawn photos and on asphalt. A longer filter loses cracks that wander and a shorter one finds
     grains; a longer stride bridges more gaps.
     """
 

@@ -16,7 +16,7 @@ FAR_PX = 6.0  # Distance in cells from any line beyond which voters are a line t
 CLEAR = 8.0  # Noise units above which a clearer line is not cheaper; one strong grain must not pay for a detour
 ASIDE = 2  # Largest distance in cells of a first path from the middle of a thin crack
 NOTHING = 0.04  # Worth of a step off any line: a gap costs as much as a line 25 times as long
-LEAST_DARKNESS = 0.2  # Least darkness of a wide crack against the mortar beside it: stains and shadows stay below
+LEAST_DARKNESS = 0.2  # Least darkness of a wide crack against the mortar; stains and shadows have less
 
 THIN_PX = 6.0  # Width in cells below which a crack is found by its shape as a line, above it by its darkness
 WIDE_PX = 1.5 * THIN_PX  # Width in cells of a crack from which a path that looks thin runs along its wall

@@ -269,7 +269,7 @@ def _edge_fault(vertices_mm: Floats, faces: Integers) -> str:
     # The two uses of an edge have opposite directions.
     one, other = uses.order.reshape(-1, 2).T
     if twice := int((directed[one, 0] == directed[other, 0]).sum()):
-        return f"Mesh has {twice} {'edge' if twice == 1 else 'edges'} whose two faces point to opposite sides."
+        return f"Mesh has {twice} {'edge' if twice == 1 else 'edges'} with two faces that point to opposite sides."
     return ""
 
 

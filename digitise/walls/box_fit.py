@@ -23,7 +23,7 @@ class BoxModel:
     larger ``inner_light`` or ``gamma_sd`` widens the intervals, and so does a smaller ``strictness``.
     """
 
-    inner_light: float = 0.2  # Light inside a crack over that beside it is at most about this
+    inner_light: float = 0.2  # Largest light inside a crack over the light next to it, about
     fade: float = 0.03  # Softness of that bound
     gamma_sd: float = 0.12  # Standard deviation of a camera's exponent about DISPLAY_GAMMA: of any from 2.0 to 2.4
     usual_blur: float = 1.0  # Gaussian sigma of a camera's blur
@@ -56,7 +56,7 @@ class BoxFit:
     offsets_px: Floats  # (windows,): of the crack's middle from the line
     mean_px: float
     interval_px: tuple[float, float]  # Ends of the 95 % interval of the mean
-    darkness: float  # 1 less the light inside over that beside the crack
+    darkness: float  # 1 less the light inside over the light next to the crack
     blur_px: float  # Gaussian sigma
 
 

@@ -34,7 +34,7 @@ class ThinLimits:
     more neighbouring lines; a longer ``window`` averages more grain and follows fewer changes of width.
     """
 
-    window: int = 10  # Stations in a window, whose mean profile is fitted
+    window: int = 10  # Stations in a window; its mean profile is fitted
     reach: float = 1.5  # Widths to either side that are fitted, plus ``reach_px``; as much again is the ground
     reach_px: float = 6.0
     cells: float = 2.0  # Largest distance of a path from the crack, in cells of the search map
@@ -48,7 +48,7 @@ class ThinLimits:
     least_windows: int = 5  # Least number of windows; fewer do not separate blur and width
     most_unlike: float = 0.5  # Largest share of the path with unlike sides; more is an edge or a wide thing's wall
     judged_px: float = 8.0  # Least width for which an end is judged: grain ends a hairline for a few px
-    most_onward_px: float = 20.0  # Longest way from an open end to the edge of the face, whose rim is not searched
+    most_onward_px: float = 20.0  # Longest way from an open end to the edge of the face; the face's rim is not searched
     narrowest: float = 0.1  # Least local width over the mean, so that walls do not cross
 
 

@@ -28,8 +28,8 @@ class WallLimits:
     rim: float = 0.2  # Least widening of an edge by a lit rim, in sigmas of the blur; noise widens it by less
     steepest_wall: float = 3.2  # Steepest slope of a wall to its line: 73 degrees
     stiffness: float = 0.5  # Cost, in px of misplaced mortar, of a step as far aside as along; a pore must cost more
-    recent: float = 0.25  # Crack widths before a wall is lost whose mean width continues it
-    usual: float = 8.0  # Crack widths before it whose median width does; both are averaged
+    recent: float = 0.25  # Crack widths before a wall's last step; their mean width continues the wall
+    usual: float = 8.0  # Crack widths before it; the median width there is averaged with that mean
     trend: int = 4  # Stations before it that give the wall's slope; fewer follow grain
     steepest_bridge: float = 0.5  # Steepest slope of a continued wall; steeper ones are those of a pore or a grain
     turning: float = 0.5  # Crack widths over which that slope dies out
@@ -59,7 +59,7 @@ class Walls:
     left_found: NDArray[np.bool_]  # Stations at which the wall is in the photo, with a clear step from dark to bright
     right_found: NDArray[np.bool_]
     open_line: NDArray[np.bool_]  # Stations at which the line itself is dark
-    dark: Floats  # Brightness of the crack, and of the mortar beside it
+    dark: Floats  # Brightness of the crack, and of the mortar next to it
     bright: Floats
     blur_px: float  # Sigma of the photo's own blur, by the sharper wall
 
@@ -86,7 +86,7 @@ def find_walls(strip: Strip, width_mm: float, wall_share: float = 0.5, both_reac
     dark = np.minimum(dark, np.median(dark))
     beside = strip.valid & (distance > LIMITS.mortar[0] * width_mm) & (distance < LIMITS.mortar[1] * width_mm)
     usual = float(np.median(strip.light[beside])) if beside.any() else 0.0
-    # Where the crack is wide, the band beside it holds crack as well.
+    # In wide parts of the crack the band next to it includes crack.
     mortar = beside & (strip.light > (2 * dark[:, None] + usual) / 3)
     bright = np.stack([_level(strip, mortar & (sign * strip.offset_mm > 0), over) for sign in (1, -1)])
     light, valid = _outward(strip, strip.light), _outward(strip, strip.valid)

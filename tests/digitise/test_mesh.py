@@ -49,7 +49,7 @@ def test_one_turned_face_is_told(box):
     turned = faces.copy()
     turned[4] = turned[4][::-1]
     (fault,) = check_mesh(vertices, turned)
-    assert "3 edges whose two faces point to opposite sides" in fault
+    assert "3 edges with two faces that point to opposite sides" in fault
 
 
 def test_a_third_face_on_an_edge_is_told(box):
