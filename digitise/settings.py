@@ -141,8 +141,8 @@ class PhotoInput(Settings):
     """True for only the crack's path, without walls and solid. It needs no depth and is enough for a robot program. The
     nozzle gives sealant if path.volume_ml is a number."""
     branches: Literal["drop", "keep"] = "drop"
-    """Whether side cracks are part of outline and solid (keep) or not (drop). The nozzle follows only the main crack. A
-    side crack is at least three times as long as wide."""
+    """Use of side cracks: keep makes them part of outline and solid, drop does not. The nozzle follows only the main
+    crack. A side crack is at least three times as long as wide."""
     markers: MarkerBoard | None = None
     """Markers around the crack. 'sealtwin markers' prints a frame of them and writes this table."""
     lens: Literal["auto", "none"] = "auto"

@@ -21,7 +21,7 @@ from sealtwin.core.records import Floats, Integers
 
 
 @dataclass(frozen=True)
-class CrackLimits:
+class CrackMapLimits:
     """Limits of a crack on the search map. Lengths are cells; support is in standard deviations of plain ground.
 
     Chosen on drawn photos and on four photos with masks, so that six photos of plain mortar show no line. A lower
@@ -49,7 +49,7 @@ class CrackLimits:
     least_half: float = 1.5  # Distance from a line that always belongs to it: its middle is not located better
 
 
-LIMITS = CrackLimits()
+LIMITS = CrackMapLimits()
 
 
 @dataclass(frozen=True)

@@ -317,7 +317,7 @@ class LiveWire:
 
     @cached_property
     def support(self) -> Map:
-        """How line-like the best path through each cell is. Slow: computed only when needed."""
+        """Likeness of the best path through each cell to a line. Slow: computed only when needed."""
         return support(self.field.even, self.field.allowed)
 
     @cached_property

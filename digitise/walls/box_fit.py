@@ -17,7 +17,7 @@ from sealtwin.core.records import Floats
 
 @dataclass(frozen=True)
 class BoxModel:
-    """What is assumed of a thin crack, its camera and its ground. Lengths are pixels.
+    """Assumptions about a thin crack, its camera and its ground. Lengths are pixels.
 
     Set on drawn photos of cracks of 2 to 8 px so that the 95 % intervals hold: on 399 photos drawn afterwards 381 do. A
     larger ``inner_light`` or ``gamma_sd`` widens the intervals, and so does a smaller ``strictness``.

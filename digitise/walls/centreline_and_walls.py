@@ -34,7 +34,7 @@ LEAST_WIDTH_PX = 6.0  # Least width to begin with
 
 @dataclass(frozen=True)
 class FollowLimits:
-    """How a crack is followed. "widths" are crack widths.
+    """Constants of following a crack. "widths" are crack widths.
 
     Chosen on drawn photos: the line is then within 0.01 mm of the middle after two passes. A longer ``reach`` finds the
     walls from worse paths and sees more neighbouring cracks; less smoothing keeps sharper bends and more grain.

@@ -28,7 +28,7 @@ STATION_PX, STEP_PX = 1.0, 0.5  # Spacing of stations along the line and of samp
 
 @dataclass(frozen=True)
 class ThinLimits:
-    """How the line of a thin crack is followed, and where its width is fitted. "widths" are those of the path.
+    """Constants of following a thin crack's line and fitting its width. "widths" are widths of the path.
 
     Chosen on the drawn photos on which ``box_fit`` was set. A wider ``near_px`` recovers from worse paths and meets
     more neighbouring lines; a longer ``window`` averages more grain and follows fewer changes of width.

@@ -13,7 +13,7 @@ from sealtwin.core.records import Floats, Integers
 
 @dataclass(frozen=True)
 class WallLimits:
-    """How walls are followed and refined. "share" is the share of the contrast from crack to mortar.
+    """Constants of following and refining walls. "share" is the share of the contrast from crack to mortar.
 
     Chosen on drawn photos. On 200 wide cracks drawn afterwards the mean width is off by 2.5 % at most. A higher
     ``stained`` or ``stone`` leaves out less of a stain; a lower one cuts off more of a lit inside.
