@@ -78,7 +78,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
         return replace(moved, width_source="gauge", width_95_mm=None)
     width_mm = settings.width_stations_mm
     if settings.walls_px and (settings.path_only or width_mm is not None):
-        raise InputError(f"{photo.file}: photo.walls_px and width_mm or path_only, which need no walls; give one.")
+        raise InputError(f"{photo.file}: photo.walls_px beside width_mm or path_only, which need no walls; give one.")
     if settings.path_only or width_mm is not None:
         traced = _middle(photo, path, settings)
         return _along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
