@@ -174,6 +174,6 @@ def require_filled(photo: Photo, region: NDArray[np.bool_], light: Map) -> None:
     around = widened(whole, LIMITS.around) & ~widened(whole, LIMITS.rim_px)
     if around.any() and np.median(light[holes]) < LIMITS.hole_dark * np.median(light[around]):
         raise InputError(
-            f"{photo.file}: photo.mask paints the outline of a dark area, not the area. Fill it, so that the whole "
+            f"{photo.file}: photo.mask paints the outline of a dark area, not the area: fill it, so that the whole "
             "crack is white."
         )
