@@ -267,7 +267,7 @@ def _volume_mm3(path: NozzlePath, cavity_volume_mm3: float) -> float:
     if volume_mm3 > 1000 * LARGEST_VOLUME_ML:
         filled = "" if path.fill == 1 else f", which fill = {path.fill:g} makes {volume_mm3 / 1000:.0f} ml"
         raise InputError(
-            f'volume_ml is "cavity", but the cavity has {cavity_volume_mm3 / 1000:.0f} ml{filled}, more than the '
+            f'volume_ml is "cavity", but the cavity holds {cavity_volume_mm3 / 1000:.0f} ml{filled}, more than the '
             f"{LARGEST_VOLUME_ML:g} ml that one path may give. Check the crack's depth and the sample's scale, or give "
             "volume_ml a number."
         )
