@@ -139,7 +139,7 @@ def _patch(truth: Specimen, image: Image, x_mm: float, y_mm: float) -> Image:
 
 REFUSALS = (
     Refusal("no crack, searched for", r"no crack found", _without_ends, NO_CRACK),
-    Refusal("no crack, ends given", r"no crack between the ends|is on no crack", _as_it_is, NO_CRACK),
+    Refusal("no crack, ends given", r"no crack between the ends|is not on a crack", _as_it_is, NO_CRACK),
     Refusal("two cracks", r"2 cracks compete", _two_cracks),
     Refusal("no markers", r"found 0 of 8 markers", _markers_covered),
     Refusal("marker twice", r"marker 0 is in the photo more than once", _marker_twice),
@@ -151,9 +151,9 @@ REFUSALS = (
         replace(SMALL, board=SMALL.mortar, gap_mm=0),
     ),
     Refusal("black", r"the photo is black", _black),
-    Refusal("end beside the crack", r"is on no crack", _end_beside),
+    Refusal("end beside the crack", r"is not on a crack", _end_beside),
     Refusal("end outside the photo", r"lies outside the photo", _end_outside),
-    Refusal("via point beside the crack", r"via point .* is on no crack", _via_beside),
+    Refusal("via point beside the crack", r"via point .* is not on a crack", _via_beside),
     Refusal("region beside the crack", r"no crack found", _region_beside),
     Refusal("camera moved between two photos", r"the camera has moved|does not show the scene", _camera_moved),
     Refusal("mask of another photo", r"the mask is \d+ x \d+ px, the photo", _mask_of_another_photo),

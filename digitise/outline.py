@@ -1,4 +1,4 @@
-"""Measure the crack along a rough path: its walls to a fraction of a pixel, centreline, ends, islands and branches."""
+"""Measure the crack along a rough path: walls to a fraction of a pixel, centreline, ends, islands, side cracks."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -30,21 +30,21 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, WidthSource
 from sealtwin.core.solid_figures import Span
 
-RIM = 0.5  # Share of the contrast at which the rim of the paint lies, however blurred
-WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: below what grain leaves, above a sand grain's own edge
-MOST_TRIMMED = 0.02  # Share of the crack's area that may be cut off where its walls cross each other
-GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Of the crack in the smaller copy: its walls are within 0.1 mm of the final ones
-TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of its widths that is no matter of where its end is seen
-CLICKED = ("ends", "via", "mask")  # Sources of a path whose ends a person chose
+RIM = 0.5  # Share of the contrast at the rim of the paint, whatever its blur
+WALL_SMOOTHING_PX = 2.0  # Sigma of the walls along the crack: it removes noise of grain, and keeps a sand grain's edge
+MOST_TRIMMED = 0.02  # Largest share of the crack's area that is cut off where its walls cross each other
+GLANCE_WIDTH_PX = 2 * MIN_WIDTH_PX  # Width of the crack in the smaller copy: walls are within 0.1 mm of the final ones
+TABLE_SHORT_MM = 2.0  # Length of crack beyond a table of widths without a warning: ends are uncertain by as much
+CLICKED = ("ends", "via", "mask")  # Sources of paths with ends that a person chose
 LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a fit may be off
 
 
 BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
-"""Settings of a photo that say nothing on how its crack is measured."""
+"""Settings of a photo with all defaults of how a crack is measured."""
 
 
 class Unconfirmed(str):
-    """Warning about a crack that was found automatically; a program recognises it by this type, not by its words."""
+    """Warning about a crack that was found automatically. A program recognises it by this type, not by its words."""
 
 
 PROPOSAL = Unconfirmed("the crack was found automatically: look at overlay.png, then give ends_px to confirm it")
@@ -53,9 +53,9 @@ PROPOSAL = Unconfirmed("the crack was found automatically: look at overlay.png, 
 def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
     """Measure the crack along ``path``: between its walls or, if it is too thin for them, by a fit of its profile.
 
-    Of the settings of the photo those are used that say how a crack is measured. Without walls are the outline of a
-    path alone, and that of a crack too thin for the fit. Raises InputError as ``outline_by_walls``, and if a thin crack
-    or the ground beside it is hidden, or if walls were drawn that no outline has.
+    Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is
+    set, or the crack is too thin for the fit. Raises InputError as ``outline_by_walls``, and if a thin crack or the
+    ground next to it is hidden, or if walls were drawn for an outline without walls.
     """
     outline = _measured(photo, path, settings)
     if path.source not in CLICKED:
@@ -66,19 +66,19 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
 
 
 def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
-    """Outline of ``trace_outline`` without a look beyond its ends."""
+    """Return the outline of ``trace_outline`` without the check beyond its ends."""
     if settings.mean_width_mm is not None:
         shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
         if shown.width_source == "none" or shown.branches_kept:
             raise InputError(
-                f"{photo.file}: photo.mean_width_mm: only a main crack between walls is widened. Leave it out, or give "
-                'width_mm, and branches = "drop".'
+                f"{photo.file}: photo.mean_width_mm: only a main crack between walls can be widened. Leave it out, or "
+                'give width_mm, and branches = "drop".'
             )
         moved = widened(shown, settings.mean_width_mm - shown.mean_width_mm)
         return replace(moved, width_source="gauge", width_95_mm=None)
     width_mm = settings.width_stations_mm
     if settings.walls_px and (settings.path_only or width_mm is not None):
-        raise InputError(f"{photo.file}: photo.walls_px beside width_mm or path_only, which need no walls; keep one.")
+        raise InputError(f"{photo.file}: photo.walls_px beside width_mm or path_only, which need no walls; give one.")
     if settings.path_only or width_mm is not None:
         traced = _middle(photo, path, settings)
         return _along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
@@ -91,10 +91,10 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
 
 
 def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
-    """Measure the walls along ``path``, which may be painted; side cracks that are kept are in the ring too.
+    """Measure the walls along ``path``, which may be painted. The ring includes side cracks if they are kept.
 
-    At an open end s = 0 is where the centreline meets the edge of the face. Raises InputError if the crack is too
-    short, or its walls are not found, and TooThinError if blur would decide its width.
+    At an open end the centreline begins or ends at the edge of the face. Raises InputError if the crack is too short or
+    its walls are not found, and TooThinError if blur would decide its width.
     """
     painted = path.source == "mask"
     source, wall_share = (photo_of_paint(photo, path), RIM) if painted else (photo, settings.edge_fraction)
@@ -104,16 +104,16 @@ def outline_by_walls(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DE
     lines_mm = [photo.to_mm(np.array(line_px, dtype=float)) for line_px in settings.walls_px or ()]
     outline = _along(photo, path, traced, "walls", lines_mm=lines_mm)
     missed = judge_reach(photo, path.points_px, outline.centreline_px, traced.kinds)
-    # Paint is as wide as it is painted, with no blur to mistake for it.
+    # Paint has no blur that could be mistaken for width.
     least_px = 0.0 if painted else MIN_WIDTH_PX
     if not painted:
         missed += judge_stretches(photo, outline.centreline_mm, outline.width_mm)
     outline = with_branches(photo, outline, sides, rings_px, settings.branches == "keep", least_px)
-    standing = tuple(ring for ring in islands_mm if points_in_poly(ring, outline.outline_mm).all())
+    islands_mm = tuple(ring for ring in islands_mm if points_in_poly(ring, outline.outline_mm).all())
     return replace(
         outline,
-        warnings=(*missed, *outline.warnings, *_stated(standing)),
-        islands_mm=(*standing, *outline.islands_mm),
+        warnings=(*missed, *outline.warnings, *_island_warning(islands_mm)),
+        islands_mm=(*islands_mm, *outline.islands_mm),
     )
 
 
@@ -126,10 +126,10 @@ def _along(
     remarks: tuple[str, ...] = (),
     lines_mm: Sequence[Floats] = (),
 ) -> Outline:
-    """Outline of what was traced and drawn, without side cracks and islands."""
+    """Return the outline of a traced crack with drawn stretches of wall, without side cracks and islands."""
     centreline_mm, left_mm, right_mm, drawn, far = mended(photo, _stations(photo, traced), lines_mm, traced.kinds)
     if source == "none":
-        # A path has no area; its ring goes there and back.
+        # The ring of a path runs forth and back, without area.
         left_mm = right_mm = centreline_mm
         ring_mm = np.concatenate([centreline_mm, centreline_mm[-2:0:-1]])
     else:
@@ -146,19 +146,19 @@ def _along(
 
 
 def _fitted(photo: Photo, path: CrackPath) -> Outline:
-    """Outline of a thin crack, with the width that a fit of its profile gives, or none below ``LEAST_FITTED_PX``."""
-    # An enlarged photo holds no more than the smaller one that it was made from.
+    """Return the outline of a thin crack with a fitted width, or without walls below ``LEAST_FITTED_PX``."""
+    # An enlarged photo shows no more than the smaller one that it was made from.
     factor = max(1, int(path.width_px / MIN_WIDTH_PX))
-    seen = photo if factor == 1 else smaller(photo, factor)
+    copy = photo if factor == 1 else smaller(photo, factor)
     narrow = replace(path, points_px=_placed(path.points_px, factor), width_px=path.width_px / factor)
-    traced, fit = trace_thin(seen, narrow)
+    traced, fit = trace_thin(copy, narrow)
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (
             f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin for a width of its own: this is "
             "its path, without walls or solid; move the camera closer, or measure the width and give width_mm"
         )
         return _along(photo, path, traced, "none", remarks=(thin,))
-    low_mm, mean_mm, high_mm = (px * seen.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
+    low_mm, mean_mm, high_mm = (px * copy.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
     if low_mm <= 0:
         raise InputError(
             f"{photo.file}: the photo shows no width of this line: by a fit of its blurred profile it is {mean_mm:.3g} "
@@ -166,60 +166,61 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
             "darker than the ground beside it: give ends_px on a dark crack, its width in width_mm, or path_only."
         )
     why = "too thin" if factor * fit.mean_px < MIN_WIDTH_PX else "too blurred"
-    said = (
+    remark = (
         f"the crack is {factor * fit.mean_px:.1f} px wide, {why} for walls of its own: its width is a fit of its "
         f"blurred profile, {mean_mm:.3g} mm on average, with 95 % from {low_mm:.3g} to {high_mm:.3g} mm; side cracks "
-        "and islands are not looked for"
+        "and islands are not searched for"
     )
-    return _along(photo, path, traced, "fit", (low_mm, high_mm), (said, *_judged_band(seen, narrow, traced, fit)))
+    return _along(photo, path, traced, "fit", (low_mm, high_mm), (remark, *_judged_band(copy, narrow, traced, fit)))
 
 
-def _judged_band(seen: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> list[str]:
-    """Return a warning if the photo is dark far beside a fitted width; raises InputError if a line is painted there."""
-    dark_px = band_px(seen, seen.to_px(traced.line_mm), fit.mean_px)
-    dark_mm = dark_px * seen.mm_per_px
+def _judged_band(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> list[str]:
+    """Return a warning if the dark band is far wider than the fit; raise InputError if a line is painted down it."""
+    dark_px = band_px(photo, photo.to_px(traced.line_mm), fit.mean_px)
+    dark_mm = dark_px * photo.mm_per_px
     if path.source == "mask" and is_wider(dark_px, path.width_px):
         raise InputError(
-            f"{seen.file}: photo.mask paints a line {path.width_px * seen.mm_per_px:.2g} mm wide ({path.width_px:.1f} "
-            f"px) down a dark band about {dark_mm:.2g} mm wide ({dark_px:.0f} px), not its area. Paint the crack from "
-            "wall to wall; or leave the mask out and give ends_px, with path_only for its path alone."
+            f"{photo.file}: photo.mask paints a line {path.width_px * photo.mm_per_px:.2g} mm wide "
+            f"({path.width_px:.1f} px) down a dark band about {dark_mm:.2g} mm wide ({dark_px:.0f} px), not its area. "
+            "Paint the crack from wall to wall; or leave the mask out and give ends_px, with path_only for its path "
+            "alone."
         )
     if not is_wider(dark_px, fit.mean_px):
         return []
     return [
-        f"the fitted width is {fit.mean_px * seen.mm_per_px:.3g} mm, but the photo is dark over about {dark_mm:.2g} mm "
-        "across the crack, as by debris in it or a broken edge: the interval does not cover that. Look at overlay.png, "
-        "and paint the crack in photo.mask, or give width_mm"
+        f"the fitted width is {fit.mean_px * photo.mm_per_px:.3g} mm, but the photo is dark over about "
+        f"{dark_mm:.2g} mm across the crack, as by debris in it or a broken edge: the interval does not cover that. "
+        "Look at overlay.png, and paint the crack in photo.mask, or give width_mm"
     ]
 
 
 def _middle(photo: Photo, path: CrackPath, settings: PhotoInput) -> Traced:
-    """The line down the middle of a crack, between its walls if these are found; neither of them is kept."""
+    """Return the line down the middle of a crack, between its walls if they are found, without the walls."""
     if path.width_px >= MIN_WIDTH_PX or path.source == "mask":
         with suppress(InputError):
-            seen = outline_by_walls(photo, path, settings.model_copy(update={"branches": "drop"}))
-            line_mm = seen.centreline_mm
-            return Traced(line_mm, line_mm, line_mm, seen.ends, (0.0, seen.length_mm), 0.0, 0.0, 0.0)
+            outline = outline_by_walls(photo, path, settings.model_copy(update={"branches": "drop"}))
+            line_mm = outline.centreline_mm
+            return Traced(line_mm, line_mm, line_mm, outline.ends, (0.0, outline.length_mm), 0.0, 0.0, 0.0)
     return trace_line(photo, path)
 
 
 def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> Outline:
-    """Outline with given widths about its middle."""
+    """Return the outline with given widths about its middle."""
     s_mm, normal = arc_length(traced.line_mm), polyline.left_normals(traced.line_mm)
     half_mm = np.interp(s_mm, *width_mm.T)[:, None] / 2 * normal
     traced = replace(traced, left_mm=traced.line_mm + half_mm, right_mm=traced.line_mm - half_mm)
-    said = ["the crack's width is the one given, width_mm; side cracks and islands are not looked for"]
+    remarks = ["the crack's width is the one given, width_mm; side cracks and islands are not searched for"]
     last_mm, width_there_mm = width_mm[-1]
     if 0 < last_mm < s_mm[-1] - TABLE_SHORT_MM:
-        said.append(
+        remarks.append(
             f"width_mm extends to s = {last_mm:g} mm, but the crack is {s_mm[-1]:.1f} mm long: its last width, "
             f"{width_there_mm:g} mm, is taken for the rest. Extend the table"
         )
-    return _along(photo, path, traced, "gauge", remarks=tuple(said))
+    return _along(photo, path, traced, "gauge", remarks=tuple(remarks))
 
 
 def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline | None:
-    """Trace the outline in a smaller copy of the photo, in whose pixels it is; None if its walls are not found."""
+    """Trace the outline in a smaller copy of the photo and in its pixels; None if the walls are not found."""
     if path.width_px < 2 * GLANCE_WIDTH_PX or photo.drawn is not None:
         return None
     factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))
@@ -232,7 +233,7 @@ def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> 
 
 
 def smaller(photo: Photo, factor: int) -> Photo:
-    """Return the photo with brightness and view in pixels ``factor`` times as large; its colours keep theirs."""
+    """Return the photo with brightness and view in pixels ``factor`` times as large; its colours do not change."""
     offset = (factor - 1) / 2
     to_photo_px = np.array([[factor, 0, offset], [0, factor, offset], [0, 0, 1.0]])
     lens = photo.view.lens
@@ -251,12 +252,12 @@ def smaller(photo: Photo, factor: int) -> Photo:
 
 
 def _placed(points_px: Floats, factor: int) -> Floats:
-    """Map pixels of the photo to pixels of the copy; the origin of each is the centre of its first pixel."""
+    """Map pixels of the photo to pixels of the copy. The origin of each is the centre of its first pixel."""
     return (points_px - (factor - 1) / 2) / factor
 
 
 def _stations(photo: Photo, traced: Traced) -> tuple[Floats, Floats, Floats]:
-    """Centreline, left and right wall at evenly spaced stations from end to end."""
+    """Return centreline, left and right wall at evenly spaced stations from end to end."""
     s_mm = arc_length(traced.line_mm)
     first_mm, last_mm = traced.span_mm
     sigma = WALL_SMOOTHING_PX / STATION_PX
@@ -280,8 +281,8 @@ def _stations(photo: Photo, traced: Traced) -> tuple[Floats, Floats, Floats]:
 
 
 def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:
-    """Both walls as one ring on the face; raises InputError where they cross each other."""
-    # Round a sharp corner one wall may touch the other by a hair.
+    """Return both walls as one ring on the face; raise InputError if they cross each other."""
+    # At a sharp corner one wall may just touch the other.
     whole = np.concatenate([right_mm, left_mm[::-1]])
     ring = polyline.uncrossed(whole)
     if len(ring) < 3 or polyline.signed_area(ring) < (1 - MOST_TRIMMED) * polyline.signed_area(whole):
@@ -292,7 +293,7 @@ def _ring(photo: Photo, left_mm: Floats, right_mm: Floats) -> Floats:
 
 
 def _doubts(path: CrackPath, traced: Traced, drawn: float) -> list[str]:
-    """Warnings about the main crack, of whose walls the share ``drawn`` was drawn by hand."""
+    """Return warnings about the main crack; ``drawn`` is the share of its walls that was drawn by hand."""
     doubts: list[str] = [PROPOSAL] if path.source == "automatic" else []
     if drawn:
         doubts.append(f"{max(drawn, 0.01):.0%} of the walls were drawn by hand, not measured")
@@ -300,15 +301,15 @@ def _doubts(path: CrackPath, traced: Traced, drawn: float) -> list[str]:
         doubts.append(f"a wall was not found on {traced.missing:.0%} of the crack and is bridged there")
     if traced.beyond_mm > 0:
         doubts.append(
-            f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts a wall off"
+            f"{traced.beyond_mm:.1f} mm of the path are left out at the edge of the photo, which cuts off a wall"
         )
     return doubts
 
 
-def _stated(islands_mm: tuple[Floats, ...]) -> list[str]:
-    """The warning about islands, if there are any."""
+def _island_warning(islands_mm: tuple[Floats, ...]) -> list[str]:
+    """Return a warning about islands, if there are any."""
     if not islands_mm:
         return []
-    count = "1 island stands" if len(islands_mm) == 1 else f"{len(islands_mm)} islands stand"
+    count = "1 island is" if len(islands_mm) == 1 else f"{len(islands_mm)} islands are"
     area_mm2 = sum(-polyline.signed_area(ring) for ring in islands_mm)
     return [f"{count} in the crack, {area_mm2:.1f} mm² in all: no sealant goes there"]

@@ -1,4 +1,4 @@
-"""A photo with a scale, of one picture or two: the one place where pixels become millimetres."""
+"""A photo with a scale, of one or two pictures. Pixels become millimetres only here."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,11 +22,11 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats
 
 RING_POINTS = 32  # Points on each side of the face: between two, a lens of k1 = -0.2 bends the side by 0.01 px
-TILES = 3  # Tiles along each side in which a second photo is compared; a rotation of the camera shifts each differently
+TILES = 3  # Tiles along each side in which a second photo is compared; a rotated camera shifts each differently
 TILE_PX = 512
-GRAIN_PX, LIGHT_PX = 1, 17  # Blur that keeps a tile's grain; width above which light varies more than grain
-GRAINS = 2.0  # Largest difference that counts, over the median grain; more is a difference in light, not in place
-SEEN = 0.2  # Least height of a tile's phase correlation: over 0.7 where both photos show the same grain, 0.02 where not
+GRAIN_PX, LIGHT_PX = 1, 17  # Blur that preserves a tile's grain; width above which light varies more than grain
+GRAINS = 2.0  # Largest difference that counts, over the median grain; more is a difference in light
+LEAST_PEAK = 0.2  # Least peak of a tile's phase correlation: over 0.7 for the same grain in both photos, 0.02 for other
 MOST_MOVED_PX = 2.0  # Largest shift that is corrected, as of a tripod that was touched
 MOST_APART_PX = 1.0  # Largest difference of a tile's shift from the median; more is a rotation, which no shift corrects
 LEAST_MOVED_PX = 0.1  # Smallest shift that is corrected; resampling for less would blur more than it corrects
@@ -37,7 +37,7 @@ TILT_WARNING = (
     "a ruler does not show tilt: with the camera 5 degrees off square, lengths are wrong by up to 3.5 %, with 10 by "
     "7 %; markers or the face's corners show it"
 )
-UNSURE = 0.01  # Standard uncertainty of a scale that gives a warning; a crack's width is reported to twice that
+UNSURE = 0.01  # Least standard uncertainty of a scale with a warning; a crack's width is reported to twice that
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,13 +53,13 @@ class Photo(Pixels, Scale):
         return self.view.to_px(points_mm)
 
     def in_both_units(self, **lines_mm: Floats) -> dict[str, Any]:
-        """Return lines on the face by their names with ``_mm``, and in pixels by those with ``_px``."""
+        """Return lines on the face as a dict with two keys each: the name plus ``_mm`` and, in pixels, plus ``_px``."""
         in_px = {f"{name}_px": self.to_px(line_mm) for name, line_mm in lines_mm.items()}
         return {f"{name}_mm": line_mm for name, line_mm in lines_mm.items()} | in_px
 
     @property
     def facts_of_outline(self) -> dict[str, Any]:
-        """Fields of an ``Outline`` that are the photo's own."""
+        """Return the fields of an ``Outline`` that come from the photo."""
         names = ("face_mm", "mm_per_px", "scale_source", "scale_residual_mm", "scale_uncertainty", "camera_tilt_deg")
         return {name: getattr(self, name) for name in names} | {"photo_size_px": self.size_px}
 
@@ -70,7 +70,7 @@ class Photo(Pixels, Scale):
 
     @cached_property
     def face_ring_px(self) -> Floats | None:
-        """Edge of the face, which a lens bends, as a ring of points from the lower left corner."""
+        """Edge of the face as a ring of points from the lower left corner; a lens bends it."""
         if self.face_mm is None:
             return None
         start = rectangle(self.face_mm)[:, None]
@@ -79,13 +79,13 @@ class Photo(Pixels, Scale):
 
 
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:
-    """Read the photo, whose path is in ``folder`` or absolute, and find its scale; raise InputError if that fails."""
+    """Read the photo and find its scale; its path is in ``folder`` or absolute. Raises InputError if that fails."""
     photo = scaled(read_pixels(settings, folder), settings)
     return replace(photo, warnings=(*photo.warnings, *beside_markers(photo, settings)))
 
 
 def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[str, ...]:
-    """Return a warning if the photo shows markers, and its scale is typed or by a ruler."""
+    """Return a warning if the photo shows markers but its scale is typed or from a ruler."""
     if settings.mm_per_px is not None:
         return unused_markers(photo, photo.mm_per_px, f"photo.mm_per_px = {settings.mm_per_px:g}")
     if settings.ruler_px is not None:
@@ -94,7 +94,7 @@ def beside_markers(photo: Photo, settings: PhotoInput) -> tuple[str, ...]:
 
 
 def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:
-    """Read the pixels of ``load_photo``, which takes longer than finding their scale."""
+    """Read the pixels for ``load_photo``. This takes longer than finding their scale."""
     path = folder / settings.file
     decoded = read_photo(path)
     second = None if settings.second_photo is None else folder / settings.second_photo
@@ -104,12 +104,12 @@ def read_pixels(settings: PhotoInput, folder: Path) -> Pixels:
 
 
 def _another(second: Path, path: Path, decoded: Decoded) -> Decoded:
-    """Read the second photo. Raises InputError where it is the first one, which shows no other light."""
+    """Read the second photo. Raises InputError if it is the same as the first one."""
     other = read_photo(second, "photo.second_photo")
     if np.array_equal(other.image, decoded.image):
         raise InputError(
             f"{second}: photo.second_photo shows the same pixels as {path.name}; give a photo lit from the other side, "
-            "or none."
+            "or leave it out."
         )
     return other
 
@@ -117,9 +117,9 @@ def _another(second: Path, path: Path, decoded: Decoded) -> Decoded:
 def pixels_of(
     decoded: Decoded, file: Path, second: tuple[Decoded, Path] | None = None, drawn: NDArray[np.bool_] | None = None
 ) -> Pixels:
-    """Combine pictures in memory: each pixel's brightness is the darker one's, its colour the first one's.
+    """Combine pictures in memory: brightness is that of the darker one at each pixel, colour that of the first.
 
-    ``second`` is lit from the other side, ``drawn`` the mask of the crack, (height, width). Raises InputError where a
+    ``second`` is lit from the other side, ``drawn`` the mask of the crack, (height, width). Raises InputError if a
     picture is black, or both do not show the same scene.
     """
     brightness, warnings = _light(decoded.image, file), decoded.warnings
@@ -131,7 +131,7 @@ def pixels_of(
 
 
 def scaled(pixels: Pixels, settings: PhotoInput) -> Photo:
-    """Give pixels the scale that ``settings`` ask for. Raises InputError where the photo does not show it."""
+    """Return the pixels with the scale that ``settings`` give. Raises InputError if the photo does not show it."""
     scale = find_scale(pixels, settings)
     return Photo(**{**vars(pixels), **vars(scale), "warnings": (*pixels.warnings, *scale.warnings)})
 
@@ -148,24 +148,25 @@ def _light(image: NDArray[np.uint8], file: Path) -> Map:
 
 
 def darker_of_both(light: Map, second: Map, file: Path) -> tuple[Map, tuple[str, ...]]:
-    """Return the lower light of both photos, the second aligned, and warnings. Raises InputError for ``file``.
+    """Align the second photo, and return the darker light at each pixel and warnings.
 
-    They are lit from opposite sides, so that each wall is dark in one of them.
+    The photos are lit from opposite sides, so that each wall is dark in one of them. Raises InputError, which names the
+    second one's ``file``, if both do not show the same scene.
     """
     if second.shape != light.shape:
         raise InputError(
             f"{file}: the second photo is {second.shape[1]} x {second.shape[0]} px, the first {light.shape[1]} x "
             f"{light.shape[0]}: take both with the same camera, and do not crop them."
         )
-    shifts_px, seen = _shifts(light, second)
-    if np.mean(seen) < 0.5:
+    shifts_px, matched = _shifts(light, second)
+    if np.mean(matched) < 0.5:
         raise InputError(
-            f"{file}: the second photo does not show the scene of the first; keep the camera in place, and move only "
-            "the lamp."
+            f"{file}: the second photo does not show the scene of the first; leave the camera in place, and move "
+            "only the lamp."
         )
-    shift_px = np.median(shifts_px[seen], axis=0)
+    shift_px = np.median(shifts_px[matched], axis=0)
     (x_px, y_px), moved_px = shift_px, float(np.linalg.norm(shift_px))
-    apart_px = float(np.linalg.norm(shifts_px[seen] - shift_px, axis=1).max())
+    apart_px = float(np.linalg.norm(shifts_px[matched] - shift_px, axis=1).max())
     if moved_px > MOST_MOVED_PX or apart_px > MOST_APART_PX:
         raise InputError(
             f"{file}: the camera has moved by {moved_px + apart_px:.1f} px since the first photo; at most "
@@ -176,33 +177,33 @@ def darker_of_both(light: Map, second: Map, file: Path) -> tuple[Map, tuple[str,
     if moved_px > LEAST_MOVED_PX:
         aligned = moved(aligned, -x_px, -y_px, cv2.INTER_CUBIC, cv2.BORDER_REPLICATE)
         warnings.append(f"the second photo was moved by {moved_px:.1f} px onto the first; a tripod avoids that")
-    if not np.all(seen):
+    if not np.all(matched):
         warnings.append(
-            f"in {np.sum(~seen)} of {len(seen)} parts, the second photo does not show the scene of the first: check "
-            "that both are of one sample"
+            f"in {np.sum(~matched)} of {len(matched)} parts, the second photo does not show the scene of the first: "
+            "check that both are of one sample"
         )
     return np.minimum(light, aligned), tuple(warnings)
 
 
 def _shifts(light: Map, second: Map) -> tuple[Floats, np.ndarray]:
-    """Return the shift of the second photo in each tile, px (n, 2), and the tiles in which it can be measured."""
+    """Return the shift of the second photo in each tile, px (n, 2), and which tiles show the same scene."""
     tiles = [(light[part], second[part]) for part in _parts(light.shape)]
     window = np.asarray(cv2.createHanningWindow(tiles[0][0].shape[::-1], cv2.CV_32F))
     # Roots of light, so that glare does not outweigh grain.
     own = [cv2.phaseCorrelate(np.sqrt(tile), np.sqrt(other), window) for tile, other in tiles]
     shifts_px = np.array([shift_px for shift_px, _ in own])
-    seen = np.array([height_of_peak > SEEN for _, height_of_peak in own])
-    believed_px = shifts_px.copy()
-    for i in np.flatnonzero(seen):
-        believed_px[i] = _likeliest(shifts_px[seen], *tiles[i])
-    return believed_px, seen
+    matched = np.array([height_of_peak > LEAST_PEAK for _, height_of_peak in own])
+    likeliest_px = shifts_px.copy()
+    for i in np.flatnonzero(matched):
+        likeliest_px[i] = _likeliest(shifts_px[matched], *tiles[i])
+    return likeliest_px, matched
 
 
 def _parts(shape: tuple[int, ...]) -> list[tuple[slice, slice]]:
-    """Rows and columns of each tile."""
+    """Return rows and columns of each tile."""
     height, width = shape
     most = min(TILE_PX, height // TILES, width // TILES)
-    # OpenCV pads a tile to a length that is quick to transform; where that is odd, its shift is half a pixel off.
+    # OpenCV pads a tile to a length that is quick to transform; if that is odd, the shift is half a pixel off.
     side = max(length for length in range(2, most + 1, 2) if cv2.getOptimalDFTSize(length) == length)
     return [
         np.s_[top : top + side, left : left + side]
@@ -212,7 +213,7 @@ def _parts(shape: tuple[int, ...]) -> list[tuple[slice, slice]]:
 
 
 def _likeliest(shifts_px: Floats, tile: Map, other: Map) -> Floats:
-    """Return the shift with which most of both tiles' grain agrees."""
+    """Return the shift at which the grain of both tiles differs least."""
     grain, others = _grain(tile), _grain(other)
     most = GRAINS * np.median(np.abs(grain))
     back = (moved(others, -x_px, -y_px, cv2.INTER_CUBIC, cv2.BORDER_REPLICATE) for x_px, y_px in shifts_px)
@@ -220,13 +221,13 @@ def _likeliest(shifts_px: Floats, tile: Map, other: Map) -> Floats:
 
 
 def _grain(tile: Map) -> Map:
-    """Return a tile without its exposure and the slow changes of the light."""
+    """Return a tile without exposure and slow changes of light."""
     root = cv2.GaussianBlur(np.sqrt(tile / np.mean(tile)), (0, 0), GRAIN_PX)
     return np.asarray(root - cv2.blur(root, (LIGHT_PX, LIGHT_PX)), dtype=np.float32)
 
 
 def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tuple[int, int], file: Path) -> Scale:
-    """Return the scale by two points and their distance. Raises InputError for bad points."""
+    """Return the scale from two points and their distance. Raises InputError for points outside or too close."""
     points_px = np.array(ends_px, dtype=float)
     if np.any(depth_inside(points_px, (-0.5, -0.5, size_px[0] - 0.5, size_px[1] - 0.5)) < 0):
         raise InputError(
@@ -243,14 +244,14 @@ def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tupl
     return replace(
         given_scale(mm_per_px, False, size_px),
         scale_source=f"ruler of {length_mm:g} mm over {length_px:.0f} px",
-        # Errors of both clicks along the ruler; those across it do not count.
+        # Both clicks are uncertain along the ruler; across it does not count.
         scale_uncertainty=float(np.hypot(np.sqrt(2) * CLICK_PX / length_px, TILT_COST)),
         warnings=(TILT_WARNING,),
     )
 
 
 def given_scale(mm_per_px: float, assumed: bool, size_px: tuple[int, int]) -> Scale:
-    """Return a scale, of unknown uncertainty, with a view square to the face, its origin in the lower left pixel."""
+    """Return a scale of unknown uncertainty for a view square to the face, with the origin in the lower left pixel."""
     return Scale(
         view=View(np.array([[mm_per_px, 0, 0], [0, -mm_per_px, mm_per_px * (size_px[1] - 1)], [0, 0, 1.0]])),
         mm_per_px=mm_per_px,
@@ -260,7 +261,7 @@ def given_scale(mm_per_px: float, assumed: bool, size_px: tuple[int, int]) -> Sc
 
 
 def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
-    """Find the scale that ``settings`` give. Raises InputError where the photo does not show it, or contradicts it."""
+    """Find the scale that ``settings`` give. Raises InputError if the photo does not show or contradicts it."""
     face_mm = None if settings.face_mm is None else (0.0, 0.0, *settings.face_mm)
     if settings.markers is not None:
         scale = scale_by_markers(pixels, settings, settings.markers, face_mm)
@@ -278,5 +279,5 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
         )
     if scale.scale_uncertainty is None or scale.scale_uncertainty < UNSURE:
         return scale
-    unsure = f"the scale's standard uncertainty is {scale.scale_uncertainty:.1%}, and so is that of every length"
-    return replace(scale, warnings=(*scale.warnings, unsure))
+    warning = f"the scale's standard uncertainty is {scale.scale_uncertainty:.1%}, and so is that of every length"
+    return replace(scale, warnings=(*scale.warnings, warning))

@@ -1,4 +1,4 @@
-"""A nozzle's path with its speed and flow, as a CSV holds them: 'sealtwin plan' writes one, and a user may."""
+"""Read and check a nozzle's path with speed and flow from a CSV, which 'sealtwin plan' or a user writes."""
 
 from pathlib import Path
 from typing import Annotated, Self
@@ -22,21 +22,21 @@ BOUNDS = {
 }
 COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "speed_mm_s", "flow_mm3_s")
 NEEDED = tuple(name for name in COLUMNS if name != "speed_mm_s")
-MOST_ROWS = 1500  # Of which a trial's file holds all columns
-SPEED_OFF = 2e-3  # Largest relative difference of a stated speed from that of places and times, after rounding
-# A path is looked at before it is checked, and pydantic then no longer knows that a list was JSON's, and so a tuple.
+MOST_ROWS = 1500  # Largest number of rows; a trial's file contains all columns
+SPEED_OFF = 2e-3  # Largest relative difference of a stated speed from that of places and times, because of rounding
+# Not strict: a discriminator runs before the check, and pydantic then does not accept a list from JSON as a tuple.
 Column = Annotated[tuple[float, ...], Field(min_length=2, max_length=MOST_ROWS, strict=False)]
 
 
 class PathTable(Settings):
-    """Columns of a planned path, in the sample's frame. Each row holds until the next; the last one gives nothing."""
+    """Columns of a planned path, in the sample's frame. A row applies until the next one; the last one has no flow."""
 
     t_s: Column
-    """Time at which the nozzle is there, from row to row larger."""
+    """Time at which the nozzle is there, increasing from row to row."""
     x_mm: Column
-    """Place of the nozzle's tip, to the right of the face's lower left corner."""
+    """Distance of the nozzle's tip to the right of the face's lower left corner."""
     y_mm: Column
-    """Place of the nozzle's tip, above that corner."""
+    """Distance of the nozzle's tip above that corner."""
     z_mm: Column
     """Height of the nozzle's tip above the face."""
     flow_mm3_s: Column
@@ -48,8 +48,8 @@ class PathTable(Settings):
         if len({len(values) for values in columns.values()}) > 1:
             raise ValueError("its columns differ in length: each row has a number in each")
         if fault := _first_fault(columns):
-            row, said = fault
-            raise ValueError(f"row {row + 1}: {said}")
+            row, sentence = fault
+            raise ValueError(f"row {row + 1}: {sentence}")
         return self
 
     @property
@@ -68,7 +68,7 @@ class PathTable(Settings):
 
 
 def planned_path(trajectory: Trajectory) -> PathTable:
-    """Return a trajectory as a trial holds it, to the six decimals of its CSV."""
+    """Return a trajectory as columns of a trial, to the six decimals of its CSV."""
     columns = np.column_stack([trajectory.t_s, trajectory.position_mm, trajectory.flow_mm3_s]).round(6).T.tolist()
     return PathTable(**dict(zip(NEEDED, map(tuple, columns), strict=True)))
 
@@ -76,27 +76,27 @@ def planned_path(trajectory: Trajectory) -> PathTable:
 def read_planned_path(path: Path) -> PathTable:
     """Read a planned path. Raises InputError with file, row, column and value.
 
-    A column speed_mm_s is for whoever reads the file; it must agree with places and times.
+    A column speed_mm_s is for people; it must agree with places and times.
     """
     columns = read_columns(path, BOUNDS, NEEDED, (2, MOST_ROWS))
     rows, stated = columns.pop("row"), columns.pop("speed_mm_s", None)
     if fault := _first_fault(columns):
-        row, said = fault
-        raise InputError(f"{path}, row {rows[row]:g}: {said}.")
+        row, sentence = fault
+        raise InputError(f"{path}, row {rows[row]:g}: {sentence}.")
     planned = PathTable(**{name: tuple(values) for name, values in columns.items()})
     if stated is not None:
         off = np.abs(np.array(stated) - planned.speed_mm_s)[:-1] > SPEED_OFF * planned.speed_mm_s[:-1] + 1e-5
         if off.any():
             row = int(off.argmax())
             raise InputError(
-                f"{path}, row {rows[row]:g}, column speed_mm_s: {stated[row]:g}, and by its places and times it is "
-                f"{planned.speed_mm_s[row]:.6g}. Correct either, or leave the column out."
+                f"{path}, row {rows[row]:g}, column speed_mm_s: {stated[row]:g}, but its places and times give "
+                f"{planned.speed_mm_s[row]:.6g}. Correct one of them, or leave the column out."
             )
     return planned
 
 
 def _first_fault(columns: dict[str, tuple[float, ...]] | dict[str, list[float]]) -> tuple[int, str] | None:
-    """Return row from 0 and words of what cannot be, or None."""
+    """Return the row, from 0, of the first fault and a sentence about it; None without a fault."""
     t_s, flow = np.array(columns["t_s"]), np.array(columns["flow_mm3_s"])
     for name in NEEDED:
         low, high = BOUNDS[name]
@@ -107,15 +107,15 @@ def _first_fault(columns: dict[str, tuple[float, ...]] | dict[str, list[float]])
             return row, f"{name} is {values[row]:g}; {low:g} to {high:g} is allowed"
     if (late := np.diff(t_s) <= 0).any():
         row = int(late.argmax()) + 1
-        return row, f"t_s is {t_s[row]:g} after {t_s[row - 1]:g}; the nozzle reaches each place later than the last"
+        return row, f"t_s is {t_s[row]:g} after {t_s[row - 1]:g}; times must increase"
     if flow[-1] != 0:
-        return len(flow) - 1, f"flow_mm3_s is {flow[-1]:g}; the last row ends the path and gives 0"
+        return len(flow) - 1, f"flow_mm3_s is {flow[-1]:g}; the last row ends the path and must have 0"
     if not flow.any():
-        return 0, "flow_mm3_s is 0 in all rows; a path gives sealant"
+        return 0, "flow_mm3_s is 0 in all rows; a path must give sealant"
     still = np.linalg.norm(np.diff([columns[name] for name in ("x_mm", "y_mm", "z_mm")], axis=1), axis=0) == 0
     if still.any():
         row = int(still.argmax())
-        return row, "the nozzle stands until the next row; move it slowly, since no robot's program has a stop in it"
+        return row, "the nozzle does not move until the next row; move it slowly, since robot programs have no stops"
     return None
 
 

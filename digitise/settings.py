@@ -15,13 +15,13 @@ from sealtwin.core.settings import Settings
 
 InPhoto = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]  # Column or row of a place in or beside a photo
 Pixel = tuple[InPhoto, InPhoto]
-LARGEST_FILE_BYTES = 250_000_000  # Of a photo or a mesh: 50 million uncompressed pixels with transparency, and 25 %
+LARGEST_FILE_BYTES = 250_000_000  # Photo or mesh: 50 million uncompressed pixels with transparency, plus 25 %
 OnFace = Annotated[float, Field(ge=-10_000, le=10_000)]  # Coordinate on the face, in mm, up to ten metres
 FaceSide = Annotated[float, Field(gt=1, le=5000)]  # Side of a sample's face in mm; no crack is visible on 1 mm
-FINEST_MM_PER_PX, COARSEST_MM_PER_PX = 0.001, 2.0  # Light resolves nothing finer; cracks of 8 px would be 16 mm wide
+FINEST_MM_PER_PX, COARSEST_MM_PER_PX = 0.001, 2.0  # Light resolves nothing finer; a crack of 8 px would be 16 mm wide
 LARGEST_VOLUME_ML, SMALLEST_VOLUME_ML = 1000.0, 0.001  # Three cartridges, and four particles of the paper's size
 Tilt = Literal["lean", "flare", "funnel", "undercut", "vertical"]
-AGAINST_EACH_OTHER: tuple[Tilt, ...] = ("flare", "funnel", "undercut")  # Tilts that make mouth and floor differ
+AGAINST_EACH_OTHER: tuple[Tilt, ...] = ("flare", "funnel", "undercut")  # Tilts with mouth and floor of unequal width
 
 
 def _require_no_sign(angle_deg: Any) -> Any:
@@ -37,8 +37,8 @@ Several = TypeVar("Several")
 ByShape = Discriminator(lambda value: SEVERAL if isinstance(value, list | tuple) else ONE)
 OneOrSeveral = Annotated[Annotated[One, Tag(ONE)] | Annotated[Several, Tag(SEVERAL)], ByShape]
 """One number or several; an error is about the form given."""
-DEEPEST_MM = 500.0  # Largest depth, more than any sample's; below a tenth of a millimetre a crack is a scratch
-Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]
+DEEPEST_MM = 500.0  # Largest depth, more than any sample's
+Depth = Annotated[float, Field(gt=0.1, le=DEEPEST_MM)]  # A crack less than a tenth of a millimetre deep is a scratch
 Station = Annotated[float, Field(ge=0, le=10_000)]  # Arc length from the nozzle's start, in mm
 MOST_STATIONS = 1000  # Rows of a table along the crack
 DepthTable = Annotated[tuple[tuple[Station, Depth], ...], Field(min_length=1, max_length=MOST_STATIONS)]
@@ -46,9 +46,9 @@ Width = Annotated[float, Field(gt=0.005, le=200)]  # Of a crack in mm: no gauge 
 WidthTable = Annotated[tuple[tuple[Station, Width], ...], Field(min_length=1, max_length=MOST_STATIONS)]
 Trim = Annotated[float, Field(ge=0, le=1000)]  # Shortening of a path in mm; a metre is more than half of any crack
 MeshUnit = Literal["mm", "cm", "m", "inch"]
-MOST_WALLS, MOST_WALL_POINTS = 50, 200  # Stretches of wall drawn by hand, and points of each: more is a mask's work
+MOST_WALLS, MOST_WALL_POINTS = 50, 200  # Stretches of wall drawn by hand, and points of each; for more, paint a mask
 CHOICE = "photo.crack = 2"  # Words by which a refusal asks for a choice among cracks
-MOST_RANKED = 5  # Cracks that are found without ends: more would be no choice
+MOST_RANKED = 5  # Largest number of cracks to choose from
 MOST_VIA = 50  # Largest number of via points; for more, a painted mask is better
 
 
@@ -71,7 +71,7 @@ class Marker(Settings):
     """A printed marker, upright, in the plane of the face."""
 
     id: int = Field(ge=0, lt=1000)
-    """Number of the marker in its dictionary, none of which has a thousand."""
+    """Number of the marker in its dictionary."""
     x_mm: OnFace
     """Distance of the marker's centre to the right of the face's lower left corner."""
     y_mm: OnFace
@@ -81,15 +81,15 @@ class Marker(Settings):
 class MarkerBoard(Settings):
     """Markers of known place in the plane of the face.
 
-    An offset from that plane makes the scale wrong, by the offset over the camera's distance.
+    An offset from that plane changes the scale by the offset over the camera's distance.
     """
 
     dictionary: Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"] = "4x4_50"
-    """Set that the markers are of, as it was printed."""
+    """Dictionary of the printed markers."""
     size_mm: float = Field(gt=0.5, le=1000)
-    """Outer edge of the black square: below 0.5 it does not print, above a metre it is larger than a sample."""
+    """Side of the black square. One below 0.5 mm does not print; one above a metre is larger than a sample."""
     markers: tuple[Marker, ...] = Field(min_length=4, max_length=1000)
-    """Numbers and places of the markers: four, since fewer leave the homography to the noise of one."""
+    """Numbers and places of the markers. At least four: with fewer, noise of one marker decides the homography."""
 
     @model_validator(mode="after")
     def _each_once(self) -> Self:
@@ -105,74 +105,73 @@ class PhotoInput(Settings):
     file: Path
     """Path of the file, relative to the trial file's folder or absolute."""
     data: DataKind
-    """Origin of the photo. Every report states one that is not "measured", and only with "measured" a comparison can be
-    a validation."""
+    """Origin of the photo. Reports state it unless it is "measured"; only then can a comparison be a validation."""
     ends_px: tuple[Pixel, Pixel] | None = None
-    """Both ends of the crack, column and row each; the nozzle starts at the first. Without them the crack is searched
-    for: look at it over the photo (overlay.png) before you use the result."""
+    """Both ends of the crack, column and row each; the nozzle starts at the first. By default the crack is searched
+    for: check it over the photo (overlay.png) before you use the result."""
     crack: int | None = Field(default=None, ge=1, le=MOST_RANKED)
-    """Number of the crack among those that are found without ends_px, best first, as refused.png shows them. Left out,
-    the first is taken if it stands out."""
+    """Number of the crack among the cracks found without ends_px, best first, as refused.png shows them. Default: the
+    first, if it is far likelier than the others."""
     via_px: tuple[Pixel, ...] = Field(default=(), max_length=MOST_VIA)
-    """Points of the crack between its ends, in order, needed if it forks or a darker crack is near."""
+    """Points on the crack between its ends, in order. Needed if it forks or a darker crack is near."""
     roi_px: tuple[Pixel, ...] | None = Field(default=None, min_length=2, max_length=200)
     """Region to search in: two opposite corners of a box, or the corners of a polygon."""
     walls_px: tuple[Annotated[tuple[Pixel, ...], Field(min_length=2, max_length=MOST_WALL_POINTS)], ...] | None = Field(
         default=None, max_length=MOST_WALLS
     )
-    """Stretches of wall drawn by hand if the photo misleads: each a line from a place on one wall, along where the wall
-    is, to another place on it. 'sealtwin trace' draws them."""
+    """Stretches of wall drawn by hand, for photos that mislead. Each is a line from one place on a wall, along the true
+    wall, to another place on the same wall. Draw them with 'sealtwin trace'."""
     mask: Path | None = None
-    """Picture of the photo's size with the crack painted white on black, or opaque on transparent; its edges are the
-    walls. The path is relative to the trial file's folder or absolute."""
+    """Picture of the photo's size with the crack painted white on black, or opaque on transparent. The edges of the
+    paint are the walls. The path is relative to the trial file's folder or absolute."""
     second_photo: Path | None = None
-    """Photo of the same sample from the same camera, lit from the other side: the darker of both pixels is used, since
+    """Photo of the same sample by the same camera, lit from the other side. The darker of both pixels is used, since
     each lamp lights another wall."""
     edge_fraction: float = Field(default=0.5, gt=0.2, lt=0.9)
-    """Share of the contrast from crack to mortar at which a wall is. Half is the middle of a blurred edge; 0.7 finds
-    more of a lit wall. Noise in the crack sets the lower bound, noise in the mortar the upper one."""
+    """Share of the contrast from crack to mortar that defines a wall. Half is the middle of a blurred edge; 0.7
+    includes more of a lit wall. The bounds are set by noise, in the crack and in the mortar."""
     width_mm: OneOrSeveral[Width, WidthTable] | None = None
-    """Width of the crack by a gauge or a microscope, in place of the photo's: one, or a table of [s, width] along the
-    crack from the nozzle's start, linear between and constant beyond. Its uncertainty is width_mm of [uncertainty].
-    Left out, the width is measured between the walls, or fitted to the profile of a crack below 8 px."""
+    """Width of the crack by a gauge or a microscope, in place of the photo's: one number, or a table of [s, width]
+    along the crack from the nozzle's start, linear between rows and constant beyond. Its uncertainty is width_mm of
+    [uncertainty]. Default: measured between the walls, or fitted to the profile of a crack below 8 px."""
     mean_width_mm: Width | None = None
-    """Mean width of the crack by a gauge, or to try another one: all widths along it are scaled in proportion, those of
-    the photo as those of width_mm. Left out, they stay as they are."""
+    """Mean width of the crack, by a gauge or to try another one. All widths, from the photo or width_mm, are scaled so
+    that their mean is this."""
     path_only: bool | None = None
-    """True for the crack's path alone, without walls and solid; a robot program can be made of it, and no depth is
-    needed. The nozzle gives sealant if path.volume_ml is a number."""
+    """True for only the crack's path, without walls and solid. It needs no depth and is enough for a robot program. The
+    nozzle gives sealant if path.volume_ml is a number."""
     branches: Literal["drop", "keep"] = "drop"
-    """Use of side cracks: keep makes them part of outline and solid. The nozzle always follows the main crack. A side
-    crack is at least three times as long as wide."""
+    """Use of side cracks: keep makes them part of outline and solid, drop does not. The nozzle follows only the main
+    crack. A side crack is at least three times as long as wide."""
     markers: MarkerBoard | None = None
-    """Markers round the crack, of which 'sealtwin markers' prints a frame and writes the table."""
+    """Markers around the crack. 'sealtwin markers' prints a frame of them and writes this table."""
     lens: Literal["auto", "none"] = "auto"
-    """Lens model: auto fits one radial term if the markers show it, none assumes no distortion."""
+    """Lens model: auto fits one radial term if the markers show distortion, none assumes no distortion."""
     camera_distance_mm: float | None = Field(default=None, gt=10, le=20_000)
-    """Distance from lens to face, used for the error of markers above or below the face. No lens focuses below 10; from
-    above 20 m no crack is visible."""
+    """Distance from lens to face, for the error of markers above or below the face. Lenses do not focus below 10 mm,
+    and a crack is not visible from above 20 m."""
     ruler_px: tuple[Pixel, Pixel] | None = None
     """Two points on a ruler in the plane of the face, column and row each; the camera is assumed to be square to it."""
     ruler_mm: float | None = Field(default=None, gt=1, le=5000)
     """Distance of the points on the ruler."""
     face_mm: tuple[FaceSide, FaceSide] | None = None
-    """Width and height of the sample's face, whose lower left corner is the origin. Alone it gives the scale; beside
-    markers, the edge of the sample."""
+    """Width and height of the sample's face; its lower left corner is the origin. It gives the scale, or with markers
+    only the edge of the sample."""
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
-    """Corners of the face: lower left, lower right, upper right, upper left. Without them they are searched for."""
+    """Corners of the face: lower left, lower right, upper right, upper left. Searched for by default."""
     mm_per_px: float | None = Field(default=None, gt=FINEST_MM_PER_PX, le=COARSEST_MM_PER_PX)
     """Scale of a photo taken square to the face, in mm for each pixel."""
     scale_is: Literal["measured", "assumed"] = "measured"
-    """Origin of mm_per_px; an assumed scale is stated wherever a length is shown."""
+    """Origin of mm_per_px. Reports state an assumed scale with every length."""
 
     @property
     def hints(self) -> tuple[tuple[Pixel, Pixel] | None, tuple[Pixel, ...], tuple[Pixel, ...] | None, int | None]:
-        """Ends, points between them, region and number, as ``find_path`` takes them."""
+        """Ends, via points, region and number of the crack: the arguments of ``find_path``."""
         return self.ends_px, self.via_px, self.roi_px, self.crack
 
     @property
     def width_stations_mm(self) -> Floats | None:
-        """Arc lengths and widths given, (k, 2)."""
+        """The given arc lengths and widths, (k, 2)."""
         given = self.width_mm
         return None if given is None else np.array(given if isinstance(given, tuple) else [(0.0, given)], dtype=float)
 
@@ -201,7 +200,7 @@ class PhotoInput(Settings):
         if self.face_corners_px is not None and self.face_mm is None:
             raise ValueError("face_corners_px without face_mm: corners need the face's size")
         if self.crack is not None and (self.ends_px is not None or self.mask is not None):
-            raise ValueError("crack beside ends_px or mask: a number is of the cracks that are searched for; give one")
+            raise ValueError("crack beside ends_px or mask: it is a number among the cracks searched for; give one")
         if self.via_px and self.ends_px is None:
             raise ValueError("via_px without ends_px: points between the ends need the ends")
         stops = [*(self.ends_px or ())[:1], *self.via_px, *(self.ends_px or ())[1:]]
@@ -219,27 +218,27 @@ class CrackShape(Settings):
     """One depth, or a table of [s, depth] along the crack from the nozzle's start: linear between, constant beyond."""
     tilt: Tilt = "lean"
     """Tilt of the walls. lean: both lean the same way, so that mouth, width and the volume between closed ends are the
-    photo's; open ends stay vertical, in the side of the sample, so that the volume is off by 1 to 2 % where the crack
-    bends there or meets the side obliquely. flare: the floor keeps the traced width, the mouth opens. funnel: the mouth
-    keeps it, the walls close downward. undercut: the mouth keeps it, the walls open downward; it is refused where its
+    photo's; open ends stay vertical, in the side of the sample, so that the volume is off by 1 to 2 % if the crack
+    bends there or meets the side obliquely. flare: the floor has the traced width, and the mouth is wider. funnel: the
+    mouth has it, and the walls close downward. undercut: the mouth has it, and the walls open downward; refused if the
     walls would meet below the face or leave the block. The paper's walls "funnel particles into the crack while keeping
     the appearance of the original crack", as lean does."""
     wall_angle_deg: OneOrSeveral[WallAngle, tuple[WallAngle, WallAngle]] = 11.0
-    """Angle of both walls from vertical, or of the left and the right one along the path; 11 in the paper."""
+    """Angle of both walls from vertical, or of the left and the right wall along the path; 11 in the paper."""
     fill: FillOrFile | None = None
-    """CSV of a liquid that was weighed into the crack, or the table [crack.fill] with it. It gives the angle of the
-    walls in place of wall_angle_deg, and corrects depth and width within their uncertainty."""
+    """CSV of a liquid that was weighed into the crack, or the table [crack.fill] with it. The weighing gives the angle
+    of the walls, in place of wall_angle_deg, and corrects depth and width within their uncertainty."""
     lean_to: Literal["left", "right"] = "left"
-    """Side of the floor relative to the mouth, along the path; the paper does not state it. Both are mirror images, and
-    swapped ends exchange them."""
+    """Side of the floor relative to the mouth, along the path; the paper does not state it. The two sides are mirror
+    images, and swapping the ends exchanges them."""
     floor_thickness_mm: float = Field(default=4.0, gt=0.1, le=500)
-    """Thickness of the sample below the crack: thicker than a particle, thin enough to print. Above 500, float32 loses
-    the crack's digits."""
+    """Thickness of the sample below the crack: more than a particle, little enough to print. Above 500, float32 loses
+    digits of the crack."""
     margin_mm: float = Field(default=12.0, gt=0.5, le=1000)
-    """Width of the block around the crack if the size of the face is unknown, with room for overflow. Thinner walls
-    break; nothing flows farther than a metre."""
+    """Width of the block around the crack if the size of the face is unknown; overflow needs room. Walls under 0.5 mm
+    break, and sealant never flows farther than a metre."""
     dam_height_mm: DamHeight = 10.0
-    """Height of the tape above the face at open ends, as in the paper: 0 for none, or at least 0.1, its thickness."""
+    """Height of the tape above the face at open ends, as in the paper. 0 for no tape, else at least 0.1."""
 
     @property
     def deepest_mm(self) -> float:
@@ -255,7 +254,7 @@ class CrackShape(Settings):
 
     @property
     def depth_stations_mm(self) -> Floats:
-        """Arc lengths of the depths given, (k,)."""
+        """Arc lengths of the given depths, (k,)."""
         return self._stations_mm[:, 0]
 
     def depth_at_mm(self, s_mm: Floats) -> Floats:
@@ -264,7 +263,7 @@ class CrackShape(Settings):
 
     @property
     def level_depths_mm(self) -> Floats:
-        """Depths of the floor's level parts, (k,), increasing, with those of its first and last station."""
+        """Depths of the floor's level parts and of its first and last station, (k,), increasing."""
         depth_mm = self._stations_mm[:, 1]
         return np.unique(np.concatenate([depth_mm[:-1][np.diff(depth_mm) == 0], depth_mm[[0, -1]]]))
 
@@ -291,32 +290,31 @@ class MeshInput(Settings):
     """A modelled or scanned sample in place of a photo."""
 
     file: Path
-    """Path of an STL, PLY, OBJ, OFF, GLB or 3MF file, relative to the trial file's folder or absolute."""
+    """STL, PLY, OBJ, OFF, GLB or 3MF file. The path is relative to the trial file's folder or absolute."""
     data: DataKind
-    """Origin of the mesh. Every report states one that is not "measured", and only with "measured" a comparison can be
-    a validation."""
+    """Origin of the mesh. Reports state it unless it is "measured"; only then can a comparison be a validation."""
     units: MeshUnit
     """Unit of the file's numbers, which most formats do not state."""
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the file that points out of the cracked face."""
     path: Path | None = None
-    """File of a centreline, a line of x and y in mm for each point, in the file's frame turned upright. Without it, the
-    centreline is found in a section just below the face."""
+    """File of a centreline: x and y in mm of each point on a line, in the mesh's frame turned upright. Default: found
+    in a section just below the face."""
     base_mm: float | None = Field(default=None, gt=0.1, le=1000)
-    """Depth below the face of a flat underside, with upright sides, that closes a scan open below."""
+    """Depth below the face of a flat underside with upright sides, which closes a scan that is open below."""
     dam_height_mm: DamHeight = 10.0
-    """Height above the face of the dams, as in [crack], wherever the crack leaves the block."""
+    """Height above the face of the dams at all places where the crack leaves the block, as in [crack]."""
 
 
 class Dispensed(Settings):
-    """The table [path.weighed]: the sealant that left the cartridge, by its weight before and after."""
+    """The table [path.weighed]: the dispensed sealant, by the cartridge's weight before and after."""
 
     mass_g: float = Field(gt=0, le=1e4)
     """Mass before less mass after."""
     mass_sd_g: float = Field(gt=0, le=100)
     """Standard uncertainty of that difference: 1.4 times that of one weighing."""
     density_kg_m3: float = Field(ge=500, le=5000)
-    """Density of the sealant, as of a cup of known volume that was weighed empty and full."""
+    """Density of the sealant, for example from a cup of known volume, weighed empty and full."""
     density_sd_kg_m3: float = Field(gt=0, le=500)
     """Standard uncertainty of the density."""
 
@@ -326,7 +324,7 @@ class Dispensed(Settings):
 
     @property
     def volume_sd_ml(self) -> float:
-        """Standard uncertainty of the volume, by those of mass and density."""
+        """Standard uncertainty of the volume, from those of mass and density."""
         return self.volume_ml * hypot(self.mass_sd_g / self.mass_g, self.density_sd_kg_m3 / self.density_kg_m3)
 
 
@@ -336,46 +334,46 @@ class NozzlePath(Settings):
     volume_ml: float | Literal["cavity"] = "cavity"
     """Volume of sealant along the crack, or "cavity" for the share ``fill`` of the cavity."""
     fill: float = Field(default=1.0, gt=0.01, le=3)
-    """Share of the cavity's volume to dispense, with volume_ml = "cavity" only; 1 fills the crack up to its face."""
+    """Share of the cavity's volume to dispense, only with volume_ml = "cavity"; 1 fills the crack up to its face."""
     weighed: Dispensed | None = None
-    """The sealant by weight, in place of volume_ml and of its uncertainty."""
+    """Weight of the sealant, in place of volume_ml and its uncertainty."""
     flow: Literal["constant", "cross_section"] = "constant"
-    """Flow along the path: the same for every mm, or in proportion to the cavity's cross-section."""
+    """Flow along the path: equal for every mm, or in proportion to the cavity's cross-section."""
     reverse: bool = False
-    """Start at the crack's second end; s counts from the first."""
+    """Start at the crack's second end; s is still measured from the first."""
     trim_mm: OneOrSeveral[Trim, tuple[Trim, Trim]] = 10.0
-    """Distance between the ends of crack and path, 10 in the paper; or two, the one at s = 0 first."""
+    """Distance between the ends of crack and path, 10 in the paper; or two distances, the one at s = 0 first."""
     ramp_mm: float = Field(default=0.0, ge=0, le=200)
-    """Distance to reach full speed and to stop, from the outer ends of the leads; no arm needs more than 200. Flow is
+    """Distance to reach full speed and to stop, from the outer ends of the leads; arms need at most 200. Flow is
     proportional to speed, so that each millimetre gets the same volume."""
     lead_in_mm: float = Field(default=0.0, ge=0, le=500)
-    """Length of the straight approach before the path, without flow, in which an arm accelerates. Few benches have
-    space for more than 500."""
+    """Length of the straight approach before the path, without flow, for an arm to accelerate. Few benches have space
+    for more than 500."""
     lead_out_mm: float = Field(default=0.0, ge=0, le=500)
     """Length of the straight departure after the path, without flow."""
     speed_mm_s: float = Field(default=4.0, gt=0.01, le=1000)
-    """Speed of the nozzle; 4 in the paper. Below 0.01 sealant sets in the nozzle; no arm follows above 1000."""
+    """Speed of the nozzle; 4 in the paper. Below 0.01 sealant sets in the nozzle; above 1000 arms do not follow."""
     spacing_mm: float = Field(default=1.0, gt=0.01, le=20)
-    """Distance between waypoints: finer than 1 changes the length by less than 0.1 %, finer than 0.01 is below an arm's
-    repeatability, and coarser than 20 leaves a winding crack."""
+    """Distance between waypoints. Below 1 it changes the length by less than 0.1 %; 0.01 is below an arm's
+    repeatability; above 20 the path leaves a winding crack."""
     nozzle_height_mm: float = Field(default=3.0, gt=0.1, le=100)
     """Height of the nozzle's tip above the face."""
     smoothing_mm: float = Field(default=0.1, ge=0, le=2)
-    """Largest RMS distance from the centreline: with 0.1, turns between waypoints of a winding crack stay below 8
-    degrees, and the corner of a dog-leg is kept. Above 2 the nozzle would leave the crack."""
+    """Largest RMS distance from the centreline. With 0.1, turns between waypoints of a winding crack stay below 8
+    degrees, and the corner of a dog-leg remains. Above 2 the nozzle would leave the crack."""
     plan: PlanOrFile | None = None
-    """CSV of t_s, x_mm, y_mm, z_mm, flow_mm3_s and, for readers, speed_mm_s, as 'sealtwin plan' writes it, or these
-    columns: path, speed and flow, in place of all other settings of this table."""
+    """CSV of t_s, x_mm, y_mm, z_mm, flow_mm3_s and, for people, speed_mm_s, as 'sealtwin plan' writes it, or these
+    columns. It replaces all other settings of this table."""
 
     @property
     def planned(self) -> PathTable | None:
-        """The plan, if there is one. Raises ValueError unless its file is read; see ``loaded``."""
+        """The plan; None without one. Raises ValueError if its file is not read yet; see ``loaded``."""
         if isinstance(self.plan, Path):
             raise ValueError("the plan is a file that is not read yet; see loaded")
         return self.plan
 
     def loaded(self, folder: Path) -> Self:
-        """Return the same with the plan's columns in place of their file in ``folder``. Raises InputError."""
+        """Return the settings with the plan's columns in place of its file in ``folder``. Raises InputError."""
         if not isinstance(self.plan, Path):
             return self
         return self.model_copy(update={"plan": read_planned_path(folder / self.plan)})
@@ -400,7 +398,7 @@ class NozzlePath(Settings):
             volume_ml = self.weighed.volume_ml
             if "volume_ml" in self.model_fields_set and self.volume_ml != volume_ml:
                 raise ValueError(f"volume_ml beside weighed, which makes it {volume_ml:.4g}: leave it out")
-            # The settings are frozen for all others.
+            # The settings are frozen, but this value is derived.
             object.__setattr__(self, "volume_ml", volume_ml)
         if self.volume_ml == "cavity":
             return self

@@ -1,4 +1,4 @@
-"""The nozzle's timed path over a crack: smooth, with straight leads, and the flow along it."""
+"""Plan the nozzle's timed path over a crack, smooth and with straight leads, and the flow along it."""
 
 from dataclasses import replace
 
@@ -13,17 +13,17 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Outline, Sections, Solid, Trajectory
 from sealtwin.core.solid_figures import PathFigures
 
-SHARP_TURN_DEG = 20.0  # Turn at a waypoint where an arm slows down, and lays a lump; winding cracks turn by up to 8
-STRAIGHT_MM = 1e5  # Radius beyond which a bend is rounding
-SAMPLE_MM = 0.25  # Step of the centreline before smoothing, so that every millimetre has the same weight
+SHARP_TURN_DEG = 20.0  # Turn at a waypoint at which an arm slows down and leaves a lump; winding cracks have up to 8
+STRAIGHT_MM = 1e5  # Radius above which a bend is rounding error
+SAMPLE_MM = 0.25  # Step of the centreline before smoothing, so that every millimetre has equal weight
 FINEST_SAMPLES, MOST_SAMPLES = 17, 20_000
 MOST_WAYPOINTS = 100_000  # Most waypoints of a path: a metre of crack at a hundredth of a millimetre
-MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1  # Cavities' worth of sealant that earn a warning; the paper gives 0.8 to 1.2
+MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1  # Sealant over cavity with a warning; the paper has 0.8 to 1.2
 ROUNDING = 1e-9
 
 
 def times_along(way_mm: Floats, speed_mm_s: float, ramp_mm: float) -> Floats:
-    """Return the time at which each place of a path, ``way_mm`` from its start, is reached, (n,) in s from 0.
+    """Return the time in s at which the nozzle reaches each distance ``way_mm`` from the path's start, (n,).
 
     On a ramp, at most half of the path, the nozzle accelerates by v² / (2 ramp): after x, t = 2 sqrt(ramp x) / v.
     """
@@ -31,13 +31,13 @@ def times_along(way_mm: Floats, speed_mm_s: float, ramp_mm: float) -> Floats:
     if ramp_mm == 0:
         return way_mm / speed_mm_s
     into_mm = np.minimum(way_mm, ramp_mm)
-    left_mm = np.minimum(length_mm - way_mm, ramp_mm)
+    to_end_mm = np.minimum(length_mm - way_mm, ramp_mm)
     even_mm = np.clip(way_mm - ramp_mm, 0.0, length_mm - 2 * ramp_mm)
-    return (2 * np.sqrt(ramp_mm * into_mm) + even_mm + 2 * (ramp_mm - np.sqrt(ramp_mm * left_mm))) / speed_mm_s
+    return (2 * np.sqrt(ramp_mm * into_mm) + even_mm + 2 * (ramp_mm - np.sqrt(ramp_mm * to_end_mm))) / speed_mm_s
 
 
 def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: NozzlePath) -> Solid:
-    """Return the solid with the figures of a path over it in its report, and the doubts about that path as warnings."""
+    """Return the solid with the figures of a path in its report and warnings about that path."""
     figures, doubts = path_report(trajectory, outline, path)
     sealant_mm3 = float(trajectory.given_mm3.sum())
     with_figures = replace(
@@ -51,7 +51,7 @@ def with_path(solid: Solid, trajectory: Trajectory, outline: Outline, path: Nozz
 
 
 def path_report(trajectory: Trajectory, outline: Outline, path: NozzlePath) -> tuple[PathFigures, tuple[str, ...]]:
-    """Return the figures of a path without its leads, and warnings."""
+    """Return the figures of a path, without its leads, and warnings."""
     if path.plan is None:
         # The waypoints between the trims.
         begin_mm, end_mm = path.trims_mm[0], outline.length_mm - path.trims_mm[1]
@@ -92,7 +92,7 @@ def turns_deg(points_mm: Floats) -> Floats:
 
 
 def radii_mm(points_mm: Floats) -> Floats:
-    """Return the radius of the circle through each inner waypoint and its neighbours, (n - 2,); inf if in line."""
+    """Return the radius of the circle through each inner waypoint and its neighbours, (n - 2,); inf if straight."""
     a, b, c = points_mm[:-2, :2], points_mm[1:-1, :2], points_mm[2:, :2]
     sides = [np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))]
     double_area = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
@@ -107,7 +107,7 @@ def _warnings(path: NozzlePath, outline: Outline, s_mm: Floats, turn_deg: Floats
         at = int(turn_deg.argmax()) + 1
         warnings.append(
             f"the nozzle's path turns by {turn_deg[at - 1]:.0f} degrees at s = {s_mm[at]:.1f} mm, where an arm slows "
-            f"down and lays a lump; a smoothing_mm above {path.smoothing_mm:g} rounds it"
+            f"down and leaves a lump; a smoothing_mm above {path.smoothing_mm:g} rounds it"
         )
     if off_mm.max() > outline.mean_width_mm / 2:
         at = int(off_mm.argmax())
@@ -123,10 +123,10 @@ def plan_trajectory(
 ) -> Trajectory:
     """Plan evenly spaced waypoints on a smoothed centreline between the trims, with a straight lead at each end.
 
-    Row i holds from ``t_s[i]`` to ``t_s[i + 1]``: the nozzle moves straight to the next waypoint at ``speed_mm_s`` and
-    gives ``flow_mm3_s``, both 0 in the last row. ``s_mm`` is arc length on the outline's own centreline: it falls along
-    a reversed path, and a lead continues it beyond the trim. The dose of a millimetre does not depend on its speed.
-    Over a crack without a cavity, a volume_ml of "cavity" is none. A path with a plan is the plan's.
+    Row i applies from ``t_s[i]`` to ``t_s[i + 1]``: the nozzle moves straight to the next waypoint at ``speed_mm_s``
+    and gives ``flow_mm3_s``; both are 0 in the last row. ``s_mm`` is arc length on the outline's own centreline. It
+    decreases along a reversed path, and continues along the leads. The dose of a millimetre does not depend on speed.
+    Over a crack without a cavity, a volume_ml of "cavity" is 0. A plan replaces all of this.
 
     Raises InputError for a path too short for its trims or ramps, with too many waypoints, or too large a volume; and
     for a plan that begins or ends to the side of the crack.
@@ -172,8 +172,8 @@ def _as_planned(outline: Outline, planned: PathTable) -> Trajectory:
     if off_mm.max() > outline.mean_width_mm:
         worst = int(gives[off_mm.argmax()])
         raise InputError(
-            f"path.plan, row {worst + 1}: it gives sealant {off_mm.max():.1f} mm from the crack's middle, and it "
-            f"is {outline.mean_width_mm:.1f} mm wide. The plan is of another crack or another frame: plan again."
+            f"path.plan, row {worst + 1}: it gives sealant {off_mm.max():.1f} mm from the middle of the crack, "
+            f"which is {outline.mean_width_mm:.1f} mm wide. The plan is for another crack or frame: plan again."
         )
     return Trajectory(
         t_s=np.array(planned.t_s),
@@ -191,7 +191,7 @@ def volume_warnings(sealant_mm3: float, cavity_mm3: float) -> tuple[str, ...]:
         return ()
     return (
         f"volume_ml gives {sealant_mm3 / 1000:.4g} ml of sealant to a cavity of {cavity_mm3 / 1000:.4g} ml, "
-        f"{times:.3g} times what it holds: {'most of it will spill' if times > 1 else 'it will hardly be wetted'}; "
+        f"{times:.3g} times as much: {'most of it will spill' if times > 1 else 'it will hardly be wetted'}; "
         'check volume_ml and depth_mm, or set volume_ml = "cavity"',
     )
 
@@ -235,19 +235,19 @@ def _waypoints(centreline_mm: Floats, path: NozzlePath) -> tuple[Floats, Floats,
 
 
 def _steps(length_mm: float, spacing_mm: float) -> Floats:
-    """Return the distances from an end of the path to the waypoints of the lead beyond it, the nearest first."""
+    """Return the distances of a lead's waypoints from the end of the path, the nearest first."""
     count = int(np.ceil(length_mm / spacing_mm - ROUNDING))
     return length_mm / max(count, 1) * np.arange(1, count + 1, dtype=float)
 
 
 def _shares(s_mm: Floats, points_mm: Floats, path: NozzlePath, sections: Sections | None) -> Floats:
-    """Return the share of the volume between each waypoint and the next; their sum is 1."""
+    """Return the share of the volume between each waypoint and the next; the sum is 1."""
     if path.flow == "constant":
         share = np.diff(arc_length(points_mm))
     else:
         if sections is None:
             raise ValueError('flow = "cross_section" without sections')
-        # Where a crack tapers, sections change faster than waypoints follow each other, so they are integrated.
+        # In a tapering crack sections change between waypoints, so they are integrated.
         grid_mm = np.unique(np.concatenate([s_mm, sections.s_mm]))
         area_mm2 = np.interp(grid_mm, sections.s_mm, sections.area_mm2)
         below_mm3 = np.concatenate([[0.0], np.cumsum((area_mm2[1:] + area_mm2[:-1]) / 2 * np.diff(grid_mm))])

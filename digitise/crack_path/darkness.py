@@ -1,4 +1,4 @@
-"""A copy of a photo small enough to search for cracks, with the darkness and likeness to a line of each cell."""
+"""Make the search map: a small copy of a photo with the darkness and clearness as a line of each cell."""
 
 from dataclasses import dataclass, replace
 
@@ -15,30 +15,29 @@ from digitise.photo import Photo
 from sealtwin.core.records import Floats, Integers
 
 DARK = 0.3  # Share of the usual displayed brightness. A hard shadow leaves 0.4 or more of it, black cloth 0.2 at most
-USUAL = 60  # Percentile of brightness that is the sample's: most of the searched area shows the sample
-ALONG = 0.5  # Share of a region's extent that lies on the border: of a crack that leaves the photo at most a quarter
+USUAL = 60  # Percentile of brightness taken for the sample's: most of the searched area shows it
+ALONG = 0.5  # Least share of a region's extent on the border: a crack that leaves the photo has at most a quarter
 LEAST_SHARE = 0.02  # Share of the picture; smaller regions are holes in the sample
 WORK_PX = 1000  # Longer side of the copy: a path needs no more, the walls are refined on the photo itself
-BACKGROUND_PX = 81  # Size of the background's median on the copy: dark things narrower than half of it are none of it
-EVEN_PX = 20.0  # Sigma, on the copy, of the mean that brightness is divided by before lines are looked for
-LEAST_LIGHT = 0.05  # Least displayed brightness that is divided by, or the noise of a black board would be lines
+BACKGROUND_PX = 81  # Size of the background's median on the copy, which removes dark things under half as wide
+EVEN_PX = 20.0  # Sigma, on the copy, of the mean by which brightness is divided before lines are searched for
+LEAST_LIGHT = 0.05  # Least displayed brightness to divide by, or the noise of a black board would be lines
 DARKEST = 99  # Percentile of darkness taken for that of a crack's middle
 EDGE_PX = 3  # Pixels of the photo at the edge of the face that mix with its surroundings
 MARKER_MARGIN = 1.3  # Size of a marker with its white rim over its black square
-RIM_PX = 3  # Cells at the copy's rim in which lines have no mortar on one side; many photos come with a frame
+RIM_PX = 3  # Cells at the copy's rim that are not searched: lines there have mortar on one side only
 
 
 def surroundings(around: Map) -> NDArray[np.bool_]:
-    """Large dark regions that lie along the border of ``around``, displayed brightness without narrow cracks."""
+    """Return large dark regions along the border of ``around``, the displayed brightness without narrow cracks."""
     label, area = pieces(around < DARK * np.percentile(around, USUAL))
     border = np.concatenate([label[0], label[-1], label[1:-1, 0], label[1:-1, -1]])
     along = np.bincount(border, minlength=len(area))
     extent = [max(rows.stop - rows.start, columns.stop - columns.start) for rows, columns in find_objects(label)]
-    # A wide crack that leaves the photo meets its border as well, but only across.
+    # A wide crack that leaves the photo touches its border too, but only across.
     beyond = (area >= LEAST_SHARE * around.size) & (along >= ALONG * np.array([1, *extent]))
-    found = beyond[label] & (label > 0)
     # Lens and focus spread the sample's edge over a few cells.
-    return widened(found, 3)
+    return widened(beyond[label] & (label > 0), 3)
 
 
 @dataclass(frozen=True)
@@ -47,12 +46,12 @@ class DarkMap:
 
     offset_px: tuple[float, float]  # The window's left upper corner in the photo: x, y
     scale: float  # Cells per pixel of the photo
-    light: Map  # Brightness, linear in light; continued smoothly where nothing is searched
+    light: Map  # Brightness, linear in light; continued smoothly outside the searched area
     dark: Map  # 1 - brightness over local background, 0 to 1
     even: Map  # Brightness as displayed, over its local mean
-    ridge: Map  # Answer of a dark line of the best-fitting width, in units of the noise around
+    ridge: Map  # Filter response to a dark line of the best-fitting width, in units of the noise around
     allowed: NDArray[np.bool_]  # Cells on the face and on no marker
-    darkest: float  # Darkness exceeded by one cell in a hundred of the whole map: a crack's, where there is one
+    darkest: float  # Darkness exceeded by one cell in a hundred of the whole map: that of a crack, if there is one
     around: NDArray[np.bool_]  # Cells in dark regions at the photo's border that were taken for the surroundings
 
     def to_work(self, points_px: Floats) -> Floats:
@@ -62,7 +61,7 @@ class DarkMap:
         return (np.asarray(points_work, dtype=float) + 0.5) / self.scale - 0.5 + self.offset_px
 
     def window(self, left: int, top: int, right: int, bottom: int) -> "DarkMap":
-        """A part of the map, from a column and a row of it to others, these excluded."""
+        """Return the part of the map from column ``left`` and row ``top`` up to ``right`` and ``bottom``, excluded."""
         part = np.s_[top:bottom, left:right]
         offset_px = (self.offset_px[0] + left / self.scale, self.offset_px[1] + top / self.scale)
         maps = {name: getattr(self, name)[part] for name in ("light", "dark", "even", "ridge", "allowed", "around")}
@@ -70,7 +69,7 @@ class DarkMap:
 
 
 def map_darkness(photo: Photo, region_px: Floats | None = None, found_face_px: Floats | None = None) -> DarkMap:
-    """Search map of the photo or a polygon in it, less what is outside a face that was found but not measured."""
+    """Return the search map of the photo, or of a polygon in it; ``found_face_px`` limits it to an unmeasured face."""
     corners_px = np.array([(0, 0), photo.size_px]) if region_px is None else region_px
     left, top = np.maximum(np.floor(corners_px.min(axis=0)), 0).astype(int).tolist()
     right, bottom = np.minimum(np.ceil(corners_px.max(axis=0)) + 1, photo.size_px).astype(int).tolist()
@@ -89,7 +88,7 @@ def map_darkness(photo: Photo, region_px: Floats | None = None, found_face_px: F
 
 
 def coarser(field: DarkMap, times: int) -> DarkMap:
-    """The same map with cells ``times`` as large, on which wider cracks differ from their background."""
+    """Return the map with cells ``times`` as large, on which wider cracks differ from their background."""
     height, width = field.dark.shape
     size = (max(1, width // times), max(1, height // times))
     allowed = shrunk(field.allowed.astype(np.float32), size) > 0
@@ -118,7 +117,7 @@ def _filled_polygon(shape: tuple[int, ...], corners_px: Floats) -> NDArray[np.ui
 
 
 def sample_mask(photo: Photo, found_face_px: Floats | None = None) -> NDArray[np.uint8]:
-    """255 where the photo shows the sample's face and no marker, else 0, (height, width)."""
+    """Return a mask, (height, width): 255 on the sample's face except markers, else 0."""
     width, height = photo.size_px
     face_px = photo.face_ring_px if photo.face_ring_px is not None else found_face_px
     mask = np.full((height, width), 255, dtype=np.uint8)
@@ -131,7 +130,7 @@ def sample_mask(photo: Photo, found_face_px: Floats | None = None) -> NDArray[np
 
 
 def blank_markers(mask: NDArray[np.uint8], photo: Photo, offset_px: tuple[int, int] = (0, 0)) -> None:
-    """Set a mask, whose first pixel lies at ``offset_px`` in the photo, to 0 on markers and their white rims."""
+    """Set a mask to 0 on markers and their white rims; its first pixel is at ``offset_px`` in the photo."""
     for quad in photo.markers_px:
         middle = quad.mean(axis=0)
         corners = middle + MARKER_MARGIN * (quad - middle) - offset_px
@@ -139,27 +138,27 @@ def blank_markers(mask: NDArray[np.uint8], photo: Photo, offset_px: tuple[int, i
 
 
 def inner(allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The allowed cells less the rim of the map."""
-    kept = allowed.copy()
-    kept[:RIM_PX] = kept[-RIM_PX:] = False
-    kept[:, :RIM_PX] = kept[:, -RIM_PX:] = False
-    return kept
+    """Return the allowed cells less the rim of the map."""
+    cells = allowed.copy()
+    cells[:RIM_PX] = cells[-RIM_PX:] = False
+    cells[:, :RIM_PX] = cells[:, -RIM_PX:] = False
+    return cells
 
 
 def _shown(light: Map) -> Map:
-    """Brightness as displayed, 0 to 1, in which grain is as strong in the shade as in the light."""
+    """Return brightness as displayed, 0 to 1. Grain then has equal contrast in shade and light."""
     return np.asarray(np.power(np.clip(light, 0, 1), 1 / DISPLAY_GAMMA), dtype=np.float32)
 
 
 def _around(shown: Map) -> Map:
-    """Displayed brightness without narrow things; a median keeps the edges of shadows in place."""
+    """Return displayed brightness without narrow things. A median keeps the edges of shadows in place."""
     size = min(BACKGROUND_PX, 2 * (min(shown.shape) // 4) + 1)
-    # OpenCV's large medians are of whole numbers.
+    # OpenCV has large medians of whole numbers only.
     around = cv2.medianBlur(np.rint(255 * shown).astype(np.uint8), size)
     return np.asarray(around, dtype=np.float32) / np.float32(255)
 
 
 def _darkness(light: Map, around: Map) -> Map:
-    """Darkness relative to the light around: 0 on plain mortar in any light, near 1 in a deep crack."""
+    """Return darkness relative to the light around: 0 on plain mortar in any light, near 1 in a deep crack."""
     background = blurred(np.power(around, np.float32(DISPLAY_GAMMA)), BACKGROUND_PX / 16)
     return np.clip(1 - blurred(light, 0.8) / np.maximum(background, 1e-4), 0, 1).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Find the crack in a photo: as painted, the darkest path between given points, or one of the most crack-like lines."""
+"""Find the crack in a photo: the painted one, the darkest path between given points, or one of the likeliest lines."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,13 +22,13 @@ EDGES_FOUND = (
     "the crack was searched for inside the edges of the sample, which the photo shows; "
     "give face_mm, its size, to have the crack open where it meets them"
 )
-EDGE_WIDTHS, EDGE_SHARE = 3.0, 0.05  # A longer stretch with unlike sides is told: crack widths, and share of the line
+EDGE_WIDTHS, EDGE_SHARE = 3.0, 0.05  # Longest stretch with unlike sides without a warning: widths, share of the line
 LEAST_LENGTH = 0.12  # Share of the photo's diagonal between a crack's ends; shorter lines are pores and scratches
 RUNNER_UP = 0.5  # A second line with more than this share of the first one's score makes the choice the user's
 
 
 class RivalCracksError(InputError):
-    """Several cracks of which none stands out: the choice is the user's."""
+    """Several cracks compete, so the user must choose one."""
 
     def __init__(self, message: str, cracks: Sequence[FoundCrack] = ()) -> None:
         super().__init__(message)
@@ -42,11 +42,11 @@ def find_path(
     roi_px: tuple[Pixel, ...] | None = None,
     crack: int | None = None,
 ) -> CrackPath:
-    """Find the path between the given ends, past the points between them in order, inside ``roi_px`` only.
+    """Find the path between the ends, past the via points in order, inside ``roi_px``.
 
-    Without ends it runs along the ``crack`` of that number among those that are found, or along the one that stands
-    out, from left to right; or along the middle of the paint. Raises InputError where a point is outside the photo or
-    on no crack, or no crack is found; RivalCracksError where several compete.
+    In a painted photo it runs along the middle of the paint. Without ends it runs from left to right along the found
+    crack with the number ``crack``, or along the first if that is far likelier than the others. Raises InputError if a
+    point is outside the photo or off any crack, or no crack is found; RivalCracksError if several compete.
     """
     if photo.drawn is not None:
         return painted_path(photo, ends_px)
@@ -57,7 +57,7 @@ def find_path(
 
 @dataclass(frozen=True)
 class CrackSearch:
-    """The ``MOST_RANKED`` lines that are likeliest to be the crack, best first; fewer where nothing else is likely."""
+    """The likeliest lines to be the crack, best first, at most ``MOST_RANKED``."""
 
     photo: Photo
     wire: LiveWire
@@ -66,21 +66,21 @@ class CrackSearch:
 
     @classmethod
     def of(cls, photo: Photo, roi_px: tuple[Pixel, ...] | None = None) -> "CrackSearch":
-        """Search the photo within ``roi_px``; raise InputError where that is no region."""
+        """Search the photo within ``roi_px``; raise InputError if that is not a region."""
         face_px = see_face(photo.brightness) if photo.face_px is None else None
         wire = LiveWire(photo, roi_px, face_px)
         least_px, warnings = LEAST_LENGTH * float(np.hypot(*photo.size_px)), list[str]()
-        found = cracks_on(wire.field)
-        # A wide crack is two lines on the fine map, along its walls.
+        fine_map = cracks_on(wire.field)
+        # On the fine map a wide crack is two lines, one along each wall.
         wide_px = step_costs.THIN_PX / wire.coarse.scale
         wide = [
             crack
-            for crack in _long(cracks_on(wire.coarse, found.straight_px).cracks, least_px)
+            for crack in _long(cracks_on(wire.coarse, fine_map.straight_px).cracks, least_px)
             if crack.width_px >= wide_px
         ]
-        fine = [crack for crack in _long(found.cracks, least_px) if not any(_in(crack, other) for other in wide)]
-        if found.straight_px:
-            line = f"a line from {listed(found.straight_px[0])} px"
+        fine = [crack for crack in _long(fine_map.cracks, least_px) if not any(_in(crack, other) for other in wide)]
+        if fine_map.straight_px:
+            line = f"a line from {listed(fine_map.straight_px[0])} px"
             if wide or fine:
                 warnings.append(f"{line} was left out: it is as straight as a joint")
             else:
@@ -92,9 +92,9 @@ class CrackSearch:
         return cls(photo, wire, tuple(ranked[:MOST_RANKED]), tuple(warnings))
 
     def path(self, number: int | None = None) -> CrackPath:
-        """The path along the crack of that number, from 1, or along the one that stands out, from left to right.
+        """Return the path along the crack with a number, from 1, or along the likeliest one, from left to right.
 
-        Raises InputError where there is none, RivalCracksError where several compete.
+        Raises InputError without such a crack, RivalCracksError if several are about equally likely.
         """
         photo, ranked = self.photo, self.cracks
         if not ranked:
@@ -109,26 +109,24 @@ class CrackSearch:
                 ranked,
             )
         if number is not None and number > len(ranked):
-            raise InputError(
-                f"{photo.file}: photo.crack = {number}: so many are not found, but {len(ranked)}: {self._listed()}."
-            )
+            raise InputError(f"{photo.file}: photo.crack = {number}, but only {len(ranked)} found: {self._listed()}.")
         chosen = ranked[(number or 1) - 1]
         (start_x, start_y), (end_x, end_y) = ends_px = chosen.line_px[[0, -1]]
         try:
             path = self.wire.path(((start_x, start_y), (end_x, end_y)))
         except InputError:
-            # These ends nobody has given.
+            # The user has not given these ends, so a message about them would not help.
             raise InputError(
-                f"{photo.file}: no crack found: the line {number or 1}., from {listed(ends_px)} px, is none all along; "
-                "give ends_px."
+                f"{photo.file}: no crack found: line {number or 1}, from {listed(ends_px)} px, is not a crack over its "
+                "whole length; give ends_px."
             ) from None
         warnings = [*self.warnings, *path.warnings]
         unlike_px = unlike_length_px(photo, path.points_px, path.width_px)
         if unlike_px > max(EDGE_WIDTHS * path.width_px, EDGE_SHARE * float(arc_length(path.points_px)[-1])):
             warnings.append(
-                f"along {unlike_px * photo.mm_per_px:.0f} mm of the line that was found, one side is far brighter than "
-                "the other, as at the sample's edge, where no nozzle must go: look at overlay.png, and give ends_px or "
-                "face_mm"
+                f"along {unlike_px * photo.mm_per_px:.0f} mm of the found line, one side is far brighter than the "
+                "other, as at the edge of the sample, where the nozzle must not go: look at overlay.png, and give "
+                "ends_px or face_mm"
             )
         elif number is None:
             warnings += unlike_sides(photo, path)
@@ -142,10 +140,10 @@ class CrackSearch:
 
 
 def _in(crack: FoundCrack, other: FoundCrack) -> bool:
-    """Report that most of a line runs inside another crack or along its walls."""
+    """Return True if most of a line runs inside another crack or along its walls."""
     return float(np.median(KDTree(other.line_px).query(crack.line_px)[0])) <= other.width_px
 
 
 def _long(cracks: Sequence[FoundCrack], least_px: float) -> list[FoundCrack]:
-    """The cracks that are long enough for a sample's; the rim of a stain comes back to where it begins."""
+    """Return the cracks with ends at least ``least_px`` apart; the rim of a stain ends at its beginning."""
     return [crack for crack in cracks if np.linalg.norm(crack.line_px[-1] - crack.line_px[0]) >= least_px]

@@ -1,4 +1,4 @@
-"""Refuse ends, points between them and regions that no crack in a photo can have."""
+"""Check ends, via points and regions, and describe them in messages."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from digitise.settings import Pixel
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, PathSource
 
-SNAP_PX, SNAP_SHARE = 15.0, 0.015  # Farthest that a point may be given beside its crack: px, and share of the photo
+SNAP_PX, SNAP_SHARE = 15.0, 0.015  # Largest distance of a given point from its crack: px, and share of the photo
 LEAST_REGION_PX = 32.0  # Least side of a region of interest
 
 
@@ -24,41 +24,41 @@ class CrackPath:
     warnings: tuple[str, ...] = ()
 
 
-IN_ITS_MIDDLE = "give ends_px in the middle of the crack, and via_px"  # Remedy of a path that ran beside its crack
+IN_ITS_MIDDLE = "give ends_px in the middle of the crack, and via_px"  # Remedy for a path off its crack
 
 
 def listed(points_px: Floats) -> str:
-    """Points in words: "(10, 20) to (30, 40)"."""
+    """Return points as text: "(10, 20) to (30, 40)"."""
     return " to ".join(f"({x:.0f}, {y:.0f})" for x, y in points_px)
 
 
 def snap_px(photo: Photo) -> float:
-    """Farthest that a point may lie beside its crack: as seen on a screen, which shows any photo at about one size."""
+    """Return the largest distance of a point from its crack. It is constant on a screen that shows the whole photo."""
     return max(SNAP_PX, SNAP_SHARE * max(photo.size_px))
 
 
 def too_far(away_px: float, most_px: float) -> str:
-    """A distance above a limit in whole px, which never reads as within it."""
+    """Return a distance above a limit as text, rounded so that it does not read as within the limit."""
     return f"{np.ceil(away_px):.0f} px away (at most {np.floor(most_px):.0f})"
 
 
 def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> None:
-    """Raise InputError where a point is outside the photo or the face, or the ends are too close together."""
+    """Raise InputError if a point is outside the photo or the face, or the ends are too close together."""
     named = [("end", point) for point in ends_px] + [("via point", point) for point in via_px]
     width, height = photo.size_px
     for name, (x, y) in named:
         if not (0 <= x <= width - 1 and 0 <= y <= height - 1):
             raise InputError(
-                f"{photo.file}: the {name} ({x:g}, {y:g}) lies outside the photo of {width} x {height} px; "
+                f"{photo.file}: the {name} ({x:g}, {y:g}) is outside the photo of {width} x {height} px; "
                 "x runs right and y down, from 0."
             )
     apart_px = float(np.linalg.norm(np.subtract(*ends_px)))
     most_px = snap_px(photo)
     if apart_px < most_px:
-        found = "the same place" if apart_px == 0 else f"only {apart_px:.2g} px apart"
+        distance = "the same place" if apart_px == 0 else f"only {apart_px:.2g} px apart"
         raise InputError(
-            f"{photo.file}: the two ends {listed(np.array(ends_px))} px are {found}; an end may be clicked "
-            f"{most_px:.0f} px beside its crack, so they must be farther apart than that. Check ends_px."
+            f"{photo.file}: the two ends {listed(np.array(ends_px))} px are {distance}; an end may be clicked "
+            f"{most_px:.0f} px beside its crack, so the ends must be farther apart than that. Check ends_px."
         )
     if photo.face_mm is None:
         return
@@ -66,13 +66,13 @@ def check_hints(photo: Photo, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel,
     for (name, (x, y)), beside_mm in zip(named, outside_mm, strict=True):
         if beside_mm > most_px * photo.mm_per_px:
             raise InputError(
-                f"{photo.file}: the {name} ({x:g}, {y:g}) lies {beside_mm:.1f} mm outside the face; "
+                f"{photo.file}: the {name} ({x:g}, {y:g}) is {beside_mm:.1f} mm outside the face; "
                 "give the place where the crack meets its edge."
             )
 
 
 def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
-    """Corners of the region of interest, (n, 2); raise InputError where it is too small, or its sides cross."""
+    """Return the corners of the region of interest, (n, 2). Raises InputError if it is too small or its sides cross."""
     corners = np.array(roi_px, dtype=float)
     if len(corners) == 2:
         (left, top), (right, bottom) = corners.min(axis=0), corners.max(axis=0)
@@ -81,14 +81,14 @@ def region_px(photo: Photo, roi_px: tuple[Pixel, ...]) -> Floats:
         sides = [listed(corners[[side, (side + 1) % len(corners)]]) for side in crossed[0]]
         raise InputError(
             f"{photo.file}: roi_px crosses itself: its side {sides[0]} and its side {sides[1]} px; give its corners in "
-            "the order in which they go round."
+            "order around it."
         )
     low = np.maximum(corners.min(axis=0), 0)
     high = np.minimum(corners.max(axis=0), np.array(photo.size_px) - 1)
     if np.any(high - low < LEAST_REGION_PX):
         width, height = photo.size_px
         raise InputError(
-            f"{photo.file}: roi_px holds {max(high[0] - low[0], 0):.0f} x {max(high[1] - low[1], 0):.0f} px of the "
+            f"{photo.file}: roi_px covers {max(high[0] - low[0], 0):.0f} x {max(high[1] - low[1], 0):.0f} px of the "
             f"photo of {width} x {height} px; each side needs {LEAST_REGION_PX:g}. Give two opposite corners of a box, "
             "or the corners of a polygon, in px."
         )

@@ -1,4 +1,4 @@
-"""Lines in the middle of a region: its skeleton, the longest path along it, and the side lines that leave a path."""
+"""Find lines in the middle of a region: its skeleton, the longest path along it, and the side lines of a path."""
 
 import cv2
 import numpy as np
@@ -12,13 +12,13 @@ from digitise.image.raster import Map
 from sealtwin.core.records import Floats, Integers
 
 STEPS = ((0, 1), (1, -1), (1, 0), (1, 1))  # Row and column steps to half of a cell's eight neighbours
-LEAST_BRANCH = 0.7  # Least reach of a side crack from the wall in widths (1.4 widths long at 30 degrees); less is rough
+LEAST_BRANCH = 0.7  # Least reach of a side crack from the wall in widths; less is roughness of the wall
 LEAST_BRANCH_PX = 8.0  # The same in pixels: shorter ones are pores or slips of a brush
 AT_RIM = 1.5  # Cells from the rim within which a line ends on it: a little more than one step across a corner
 
 
 def pieces(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], Integers]:
-    """Number of each cell's piece, from 1, and the cells in each; 0 outside. Cells may touch at corners only."""
+    """Return the number of each cell's piece, 0 outside, and the cells in each piece. Corners connect cells."""
     _, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     area = stats[:, cv2.CC_STAT_AREA].astype(np.int64)
     area[0] = 0
@@ -26,7 +26,7 @@ def pieces(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], Integers]:
 
 
 def holding(mask: NDArray[np.bool_], places: Floats, connectivity: int = 4) -> NDArray[np.bool_]:
-    """The piece of a mask that holds most of some places, (n, 2) as column and row; empty where none is in the mask."""
+    """Return the piece of a mask with most of ``places``, (n, 2) as column and row; empty if none is in the mask."""
     label = np.asarray(cv2.connectedComponents(mask.astype(np.uint8), connectivity=connectivity)[1])
     column, row = np.clip(np.rint(places).astype(np.int64), 0, np.array(mask.shape[::-1]) - 1).T
     passed = label[row, column]
@@ -35,26 +35,26 @@ def holding(mask: NDArray[np.bool_], places: Floats, connectivity: int = 4) -> N
 
 
 def larger_pieces(mask: NDArray[np.bool_], least: float) -> NDArray[np.bool_]:
-    """The mask without its pieces of fewer than ``least`` cells."""
+    """Return the mask without its pieces of fewer than ``least`` cells."""
     label, area = pieces(mask)
     return mask & (area >= least)[label]
 
 
 def distance_outside(mask: NDArray[np.bool_]) -> Map:
-    """Distance from each cell to the nearest cell of the mask, 0 in it."""
+    """Return the distance of each cell from the nearest cell of the mask, 0 inside it."""
     away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    # OpenCV's last bit depends on where a small array lies in memory; squares of distances are whole numbers.
+    # OpenCV's last bit depends on the memory address of a small array; squared distances are whole numbers.
     return np.sqrt(np.rint(np.square(np.asarray(away, dtype=np.float32))))
 
 
 def radius(region: NDArray[np.bool_]) -> Floats:
-    """Distance from each cell of the region to the nearest cell outside it; cells off the picture are outside."""
+    """Return the distance of each cell from the nearest cell outside the region; off the picture is outside."""
     outside = np.pad(~region, 1, constant_values=True)
     return distance_outside(outside)[1:-1, 1:-1].astype(float)
 
 
 def longest_line(region: NDArray[np.bool_]) -> Integers:
-    """Rows and columns, (n, 2), along the longest path through the region's skeleton; empty where there is none."""
+    """Return rows and columns, (n, 2), of the longest path through the region's skeleton; empty for no skeleton."""
     cells = np.argwhere(skeletonize(region))
     if len(cells) < 2:
         return cells
@@ -65,13 +65,13 @@ def longest_line(region: NDArray[np.bool_]) -> Integers:
 
 
 def without_hooks(way: Integers, to_rim: Floats) -> Integers:
-    """The path less half a width at both ends, where a skeleton turns into a corner of a blunt end."""
+    """Return the path less half a width at both ends, where a skeleton turns into a corner of a blunt end."""
     back = round(float(np.median(to_rim[tuple(way.T)])))
     return way[back:-back] if 0 < 2 * back < len(way) - 1 else way
 
 
 def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
-    """Graph of cells and their eight neighbours; links are as long as their step, times any mean ``worth``."""
+    """Return the graph of cells and their eight neighbours. A link is its step's length, times the mean ``worth``."""
     row, column = cells.T + 1
     number = np.full((row.max() + 2, column.max() + 2), -1)
     number[row, column] = np.arange(len(cells))
@@ -84,15 +84,15 @@ def linked(cells: Integers, worth: Floats | None = None) -> csr_array:
 
 
 def strongest_tree(graph: csr_array, worth: Floats) -> csr_array:
-    """Spanning tree of the graph that leaves out the least worthy link of each loop."""
+    """Return the spanning tree of the graph without the least worthy link of each loop."""
     links = coo_array(graph)
     weakness = 1 / (worth[links.row] + worth[links.col])
-    kept = coo_array(minimum_spanning_tree(csr_array(coo_array((weakness, (links.row, links.col)), shape=graph.shape))))
-    return csr_array(coo_array((np.asarray(graph[kept.row, kept.col]), (kept.row, kept.col)), shape=graph.shape))
+    tree = coo_array(minimum_spanning_tree(csr_array(coo_array((weakness, (links.row, links.col)), shape=graph.shape))))
+    return csr_array(coo_array((np.asarray(graph[tree.row, tree.col]), (tree.row, tree.col)), shape=graph.shape))
 
 
 def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
-    """Indices of the longest of the shortest paths in the piece of ``start``, and its length; exact in a tree."""
+    """Return the longest shortest path in the piece of ``start``, as indices, and its length; exact in a tree."""
     far = _farthest(dijkstra(graph, directed=False, indices=start))
     away, before = dijkstra(graph, directed=False, indices=far, return_predecessors=True)
     end = _farthest(away)
@@ -100,9 +100,10 @@ def longest_walk(graph: csr_array, start: int) -> tuple[Integers, float]:
 
 
 def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[tuple[Integers, bool]]:
-    """Lines of a skeleton that leave the part beside ``way`` by ``least`` or more, not past its ends; longest first.
+    """Return the side lines of a path: lines of the skeleton that leave its part by ``least`` or more, longest first.
 
-    Rows and columns, (n, 2), from the rim of that part outward, and True where a line ends on that rim again.
+    Each is rows and columns, (n, 2), outward from the rim of that part, and True if the line ends on the rim again.
+    Lines past an end of the path are not side lines.
     """
     cells = np.argwhere(skeletonize(region))
     trunk = _beside(cells, way) if len(cells) > 1 else cells
@@ -123,7 +124,7 @@ def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[t
         own = outside[members]
         root = int(np.argmin(beyond[own]))
         foot = nearest[own[root]]
-        # A crack that goes on past an end leaves the path beside it where the click was off its middle.
+        # A crack continues past an end beside the path if the click was off its middle.
         if beyond[own].max() < least or min(foot, len(trunk) - 1 - foot) <= to_rim[foot]:
             continue
         length, before = dijkstra(graph[members][:, members], directed=False, indices=root, return_predecessors=True)
@@ -133,7 +134,7 @@ def side_lines(region: NDArray[np.bool_], way: Integers, least: float) -> list[t
 
 
 def _beside(cells: Integers, way: Integers) -> Integers:
-    """The walk along a skeleton from one end of ``way``, which need not run in the middle, to the other."""
+    """Return the walk along a skeleton from one end of ``way`` to the other; ``way`` may be off the middle."""
     away = np.asarray(KDTree(way).query(cells)[0])
     _, piece = connected_components(linked(cells), directed=False)
     own = np.flatnonzero(piece == np.bincount(piece[np.unique(KDTree(cells).query(way)[1])]).argmax())
@@ -145,7 +146,7 @@ def _beside(cells: Integers, way: Integers) -> Integers:
 
 
 def _walked(before: Integers, start: int, end: int) -> Integers:
-    """Indices from start to end of a search."""
+    """Return the indices from start to end of a search by its predecessors."""
     walk = [end]
     while walk[-1] != start:
         walk.append(int(before[walk[-1]]))

@@ -1,159 +1,178 @@
-"""Compare a painted mask with its photo: a crack is darker than what lies beside it, and painted as an area.
+"""Compare a painted mask with its photo: a crack is darker than the ground around it, and painted as an area.
 
-The limits of place were set on 64 real masks, of which none is refused or doubted, and on 258 that were turned,
-mirrored, shifted or of another photo, of which 253 are refused. A line a few pixels wide, or one stretch long, may
-pass. Those of width were set on 39 drawn photos: of 89 masks up to 1.5 times as wide as the crack none is doubted, of
-39 three times as wide 38 are.
+A line a few pixels wide, or one wrong stretch, may pass.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_fill_holes
 
-from digitise.crack_path.profiles import Profiles, median_known, profiles_across, row_medians
+from digitise.crack_path.profiles import Profiles, finite_median, profiles_across, row_medians
 from digitise.crack_path.standing_out import band_px, is_wider
 from digitise.image.raster import Map, sampled, widened
 from digitise.photo import Photo
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
-OWN, BESIDE, RIM_PX = 1.2, 2.0, 2  # Widths from the middle that are this crack's; reach; px that blur mixes
-LEAST_BESIDE_PX = 12.0  # Least reach beside the paint, beyond its widths
-DARKER = 0.97  # Light in the paint over that beside it, below which a stretch is darker
-FEW, SOME = 0.65, 0.75
-"""Shares of darker stretches below which a mask is refused, if it is no darker in all; and is doubted."""
-NO_DARKER = 0.88  # Median of that light ratio above which a mask with few darker stretches is refused
-HOLLOW, HOLE_DARK = 0.5, 0.8
-"""Least area of an outline's holes over that of its paint, and largest light in them over that outside."""
-SLENDER = 5.0  # Least length over width of paint whose place is compared with the photo's
-ASIDE, LEAST_ASIDE_PX, MUCH_DARKER = 0.35, 3.0, 0.08  # Widths, and px, that sound paint is aside; gain of light there
-THIRDS_OF = 9  # Stretches of a line whose thirds are compared by themselves
-NEARLY_DARK, NEARLY_GROUND = 0.25, 0.75  # Shares of the contrast between which a broken edge or a shadow may be
-AROUND = 8  # Cells around an outline whose light is compared
+
+@dataclass(frozen=True)
+class PaintLimits:
+    """Limits on how a mask may differ from its photo. Widths are the paint's.
+
+    The limits of place were set on 64 real masks, none of which is refused or doubted, and on 258 that were turned,
+    mirrored, shifted or of another photo, 253 of which are refused. Those of width were set on 39 drawn photos: no
+    mask of 89 up to 1.5 times as wide as the crack is doubted, and 38 of 39 three times as wide are. Higher ``few`` and
+    ``some`` refuse and doubt more masks, right ones too.
+    """
+
+    own: float = 1.2  # Widths from the middle that are this crack's
+    beside: float = 2.0  # Widths from the middle up to which light is compared
+    least_beside_px: float = 12.0  # Distance that is added to these widths
+    rim_px: int = 2  # Distance over which blur mixes paint and ground
+    darker: float = 0.97  # Light in the paint over the light next to it, below which a stretch is darker
+    few: float = 0.65  # Share of darker stretches below which a mask is refused, if it is not darker as a whole
+    some: float = 0.75  # Share of darker stretches below which a mask is doubted
+    not_darker: float = 0.88  # Median of that light ratio above which a mask with few darker stretches is refused
+    hollow: float = 0.5  # Least area of an outline's holes over that of its paint
+    hole_dark: float = 0.8  # Largest light in the holes of an outline over that around it
+    slender: float = 5.0  # Least length over width of paint for a check of its place
+    aside: float = 0.35  # Widths by which sound paint may be off the darkest band
+    least_aside_px: float = 3.0  # Distance by which it may be off in any case
+    much_darker: float = 0.08  # Least difference of light between the paint and a darker band
+    thirds_of: int = 9  # Least number of stretches for a check of each third
+    nearly_dark: float = 0.25  # Share of the contrast that a broken edge or a shadow has at least
+    nearly_ground: float = 0.75  # Share of the contrast that it has at most
+    around: int = 8  # Width in cells of the ground around an outline that its holes are compared with
+
+
+LIMITS = PaintLimits()
 
 
 def judge_paint(
     photo: Photo, drawn: NDArray[np.bool_], line_px: Floats, width_px: float, confirmed: bool
 ) -> tuple[str, ...]:
-    """Return a warning if the paint is hardly darker than what lies beside it; raise InputError if it clearly is not.
+    """Return a warning if the paint is hardly darker than the ground around; raise InputError if it is not darker.
 
-    ``confirmed`` is a mask on which the user gave both ends: it is warned about only.
+    A mask is ``confirmed`` if the user gave both ends on it: it is never refused.
     """
     width_px = max(width_px, 2.0)
-    seen = profiles_across(photo, line_px, width_px, BESIDE * width_px + LEAST_BESIDE_PX)
-    painted = sampled(drawn.astype(np.uint8) * 255, seen.place_px) > 127
-    away_px = np.abs(seen.offset_px)
-    clear = ~widened(painted, RIM_PX)
-    inside = seen.mean(painted & (away_px <= OWN * width_px))
-    sides = [seen.mean(clear & (side * seen.offset_px > 0)) for side in (1, -1)]
+    profiles = profiles_across(photo, line_px, width_px, LIMITS.beside * width_px + LIMITS.least_beside_px)
+    painted = sampled(drawn.astype(np.uint8) * 255, profiles.place_px) > 127
+    away_px = np.abs(profiles.offset_px)
+    clear = ~widened(painted, LIMITS.rim_px)
+    inside = profiles.mean(painted & (away_px <= LIMITS.own * width_px))
+    sides = [profiles.mean(clear & (side * profiles.offset_px > 0)) for side in (1, -1)]
     beside = row_medians(np.stack(sides, axis=1))
     ratio = inside / np.maximum(beside, 1e-6)
-    known = np.isfinite(ratio)
-    if not known.any():
+    ratio = ratio[np.isfinite(ratio)]
+    if len(ratio) == 0:
         return ()
-    darker, usual = float(np.mean(ratio[known] < DARKER)), float(np.median(ratio[known]))
-    if darker >= SOME:
-        return _shifted(seen, width_px) or _another_width(photo, seen, width_px)
-    first, last = seen.line_px[[0, -1]]
-    said = (
+    darker, usual = float(np.mean(ratio < LIMITS.darker)), float(np.median(ratio))
+    if darker >= LIMITS.some:
+        return _shifted(profiles, width_px) or _another_width(photo, profiles, width_px)
+    first, last = profiles.line_px[[0, -1]]
+    fault = (
         f"photo.mask: the painted area from ({first[0]:.0f}, {first[1]:.0f}) to ({last[0]:.0f}, {last[1]:.0f}) px is "
-        f"darker than the photo beside it along {darker:.0%} of its length only, and has {usual:.2f} times its light"
+        f"darker than the photo beside it along only {darker:.0%} of its length, and has {usual:.2f} times its light"
     )
     causes = (
-        "Is the mask of another photo, mirrored, shifted, or turned because a program ignored the photo's EXIF turn? "
+        "Is the mask of another photo, mirrored, shifted, or turned because a program ignored the EXIF orientation? "
         "Paint it over the photo as it is shown upright"
     )
-    if confirmed or not (darker < FEW and usual > NO_DARKER):
-        return (f"{said}. {causes}",)
+    if confirmed or not (darker < LIMITS.few and usual > LIMITS.not_darker):
+        return (f"{fault}. {causes}",)
     raise InputError(
-        f"{photo.file}: {said}. {causes}. If it is right, as on a crack filled with something light, give ends_px, its "
-        "two ends on the paint."
+        f"{photo.file}: {fault}. {causes}. If it is right, as on a crack with a light filling, give ends_px, "
+        "its two ends on the paint."
     )
 
 
-def _shifted(seen: Profiles, width_px: float) -> tuple[str, ...]:
-    """Return a warning if the darkest band as wide as the paint is beside it, by more than a third of its width.
+def _shifted(profiles: Profiles, width_px: float) -> tuple[str, ...]:
+    """Return a warning if the darkest band as wide as the paint is off the paint by more than a third of its width.
 
-    It is so along the whole line, or along a third of one: paint that crosses the band is on both sides of it.
+    Both the whole line and its thirds are checked, since paint that crosses the band is on both sides of it.
     """
-    if len(seen.line_px) < SLENDER * width_px:
+    if len(profiles.line_px) < LIMITS.slender * width_px:
         return ()
-    shares = _shares(seen)
+    shares = _shares(profiles)
     where = "along the paint,"
-    aside_px = _aside_px(shares, seen.offset_px, width_px)
-    if not aside_px and len(shares) >= THIRDS_OF:
-        thirds_px = [_aside_px(third, seen.offset_px, width_px) for third in np.array_split(shares, 3)]
+    aside_px = _aside_px(shares, profiles.offset_px, width_px)
+    if not aside_px and len(shares) >= LIMITS.thirds_of:
+        thirds_px = [_aside_px(third, profiles.offset_px, width_px) for third in np.array_split(shares, 3)]
         farthest = int(np.argmax(thirds_px))
         aside_px = thirds_px[farthest]
-        x, y = seen.line_px[(2 * farthest + 1) * len(seen.line_px) // 6]
+        x, y = profiles.line_px[(2 * farthest + 1) * len(profiles.line_px) // 6]
         where = f"along a third of the paint, about ({x:.0f}, {y:.0f}),"
     if not aside_px:
         return ()
     return (
-        f"photo.mask: the darkest band {where} which is {width_px:.0f} px wide, is {aside_px} px beside it: "
+        f"photo.mask: the darkest band {where} which is {width_px:.0f} px wide, is {aside_px} px away from it: "
         "is the mask shifted or turned against the photo?",
     )
 
 
 def _aside_px(shares: Floats, offset_px: Floats, width_px: float) -> int:
-    """Return how far the darkest band as wide as the paint is from it; 0 if that is near, or hardly darker."""
+    """Return the distance of the darkest band as wide as the paint; 0 if it is near the paint or hardly darker."""
     profile = _usual(shares)
-    reach = int(width_px + LEAST_BESIDE_PX / 2)
+    reach = int(width_px + LIMITS.least_beside_px / 2)
     asides_px = np.arange(-reach, reach + 1)
     light = np.array([profile[np.abs(offset_px - aside_px) <= width_px / 2].mean() for aside_px in asides_px])
     if not np.isfinite(light).all():
         return 0
     aside_px, own = int(abs(asides_px[light.argmin()])), float(light[reach])
-    near = aside_px <= max(ASIDE * width_px, LEAST_ASIDE_PX) or light.min() > own - MUCH_DARKER
+    near = aside_px <= max(LIMITS.aside * width_px, LIMITS.least_aside_px) or light.min() > own - LIMITS.much_darker
     return 0 if near else aside_px
 
 
-def _another_width(photo: Photo, seen: Profiles, width_px: float) -> tuple[str, ...]:
-    """Return a warning if the paint is over twice as wide as what is dark under it, or less than half as wide."""
-    if is_wider(width_px, _dark_px(seen, width_px, NEARLY_GROUND)):
-        dark_px, wrong = _dark_px(seen, width_px, 0.5), "the ground beside the crack is painted too"
-    elif is_wider(dark_px := band_px(photo, seen.line_px, width_px, NEARLY_DARK), width_px):
+def _another_width(photo: Photo, profiles: Profiles, width_px: float) -> tuple[str, ...]:
+    """Return a warning if the paint is over twice as wide as the dark band under it, or under half as wide."""
+    if is_wider(width_px, _dark_px(profiles, width_px, LIMITS.nearly_ground)):
+        dark_px, wrong = _dark_px(profiles, width_px, 0.5), "the ground beside the crack is painted too"
+    elif is_wider(dark_px := band_px(photo, profiles.line_px, width_px, LIMITS.nearly_dark), width_px):
         wrong = "a part of the crack is not painted"
     else:
         return ()
     painted_mm, dark_mm = width_px * photo.mm_per_px, dark_px * photo.mm_per_px
     return (
-        f"photo.mask: the paint is {painted_mm:.2g} mm wide ({width_px:.0f} px), and what is dark along it "
+        f"photo.mask: the paint is {painted_mm:.2g} mm wide ({width_px:.0f} px), and the dark band along it "
         f"{dark_mm:.2g} mm ({dark_px:.0f} px): {wrong}? The width is the paint's. Paint from wall to wall, or leave "
         "the mask out and give ends_px",
     )
 
 
-def _dark_px(seen: Profiles, width_px: float, level: float) -> float:
-    """Width in px of what is dark under the paint, at a share of its contrast to what lies just beside the paint."""
-    light, offset_px = _usual(_shares(seen)), seen.offset_px
-    beside = (np.abs(offset_px) > width_px / 2 + RIM_PX) & (np.abs(offset_px) < width_px + LEAST_BESIDE_PX)
-    painted = np.abs(offset_px) <= width_px / 2
+def _dark_px(profiles: Profiles, width_px: float, level: float) -> float:
+    """Width in px of the dark band under the paint, at a share ``level`` of its contrast to the ground around."""
+    light, offset_px, away_px = _usual(_shares(profiles)), profiles.offset_px, np.abs(profiles.offset_px)
+    beside = (away_px > width_px / 2 + LIMITS.rim_px) & (away_px < width_px + LIMITS.least_beside_px)
+    painted = away_px <= width_px / 2
     middle = int(np.argmin(np.where(painted & np.isfinite(light), light, np.inf)))
-    left, right = (median_known(light[beside & (side * offset_px > 0)]) for side in (-1, 1))
+    left, right = (finite_median(light[beside & (side * offset_px > 0)]) for side in (-1, 1))
     ground = np.where(offset_px < offset_px[middle], left, right)
     bright = np.flatnonzero(light >= light[middle] + level * (ground - light[middle]))
     return float(bright[bright > middle].min(initial=len(light)) - bright[bright < middle].max(initial=-1) - 1)
 
 
-def _shares(seen: Profiles) -> Floats:
+def _shares(profiles: Profiles) -> Floats:
     """Light over the median of its stretch, (n, m)."""
-    return seen.mean() / np.maximum(row_medians(seen.mean()), 1e-6)[:, None]
+    light = profiles.mean()
+    return light / np.maximum(row_medians(light), 1e-6)[:, None]
 
 
 def _usual(shares: Floats) -> Floats:
-    """Median at each distance from the line, (m,)."""
-    return np.array([median_known(column) for column in shares.T])
+    """Median over the stretches at each distance from the line, (m,)."""
+    return np.array([finite_median(column) for column in shares.T])
 
 
 def require_filled(photo: Photo, region: NDArray[np.bool_], light: Map) -> None:
-    """Raise InputError for paint round a dark area; ``region`` and ``light`` are of one size, a part of the photo's."""
+    """Raise InputError if the paint is the outline of a dark area. ``region`` and ``light`` have the same size."""
     holes = np.asarray(binary_fill_holes(region)) & ~region
-    if holes.sum() < HOLLOW * region.sum():
+    if holes.sum() < LIMITS.hollow * region.sum():
         return
     whole = region | holes
-    around = widened(whole, AROUND) & ~widened(whole, RIM_PX)
-    if around.any() and np.median(light[holes]) < HOLE_DARK * np.median(light[around]):
+    around = widened(whole, LIMITS.around) & ~widened(whole, LIMITS.rim_px)
+    if around.any() and np.median(light[holes]) < LIMITS.hole_dark * np.median(light[around]):
         raise InputError(
             f"{photo.file}: photo.mask paints the outline of a dark area, not the area: fill it, so that the whole "
             "crack is white."

@@ -1,4 +1,4 @@
-"""The path along a crack that somebody has painted."""
+"""Find the path along a crack that a user has painted."""
 
 import cv2
 import numpy as np
@@ -14,15 +14,15 @@ from digitise.settings import Pixel
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.records import Floats, Integers
 
-WORK_PX = 2000  # Longer side of the copy on which the middle of the paint is found
-LEAST_COVERED = 0.25  # Least share of a cell of that copy under paint: a line of one pixel stays whole
-PINHOLE = 0.5  # Share of the crack's width; smaller places without paint are slips of the brush
+WORK_PX = 2000  # Longer side of the copy on which the middle of the paint is searched for
+LEAST_COVERED = 0.25  # Least painted share of a painted cell of that copy, so that a line of one pixel stays whole
+PINHOLE = 0.5  # Diameter in crack widths up to which a place without paint is a slip of the brush
 
 
 def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath:
-    """Middle of the painted crack: between the ends, or along the longest line of the largest piece, rightward.
+    """Return the middle of the painted crack, between the ends or along the largest piece from left to right.
 
-    Raises InputError if an end is not on the paint, the two lie on different pieces, or the photo shows no crack there.
+    Raises InputError if an end is not on the paint, the two are on different pieces, or the photo shows no crack there.
     """
     paint = present(photo.drawn, "the paint")
     count, label, stats, _ = cv2.connectedComponentsWithStats(paint.astype(np.uint8), connectivity=8)
@@ -58,8 +58,8 @@ def painted_path(photo: Photo, ends_px: tuple[Pixel, Pixel] | None) -> CrackPath
 
 
 def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
-    """Number of the piece on which both ends lie."""
-    found, most_px = [], snap_px(photo)
+    """Return the number of the piece that both ends are on."""
+    numbers, most_px = [], snap_px(photo)
     for x, y in ends_px:
         left, top = max(int(x - most_px), 0), max(int(y - most_px), 0)
         near = label[top : int(y + most_px) + 2, left : int(x + most_px) + 2]
@@ -71,18 +71,18 @@ def _piece_of(photo: Photo, label: NDArray, ends_px: Floats) -> int:
                 f"{most_px:.0f} px beside it); give a point inside the paint, or paint the crack up to there."
             )
         nearest = int(np.argmin(away_px))
-        found.append(int(near[rows[nearest], columns[nearest]]))
-    if found[0] != found[1]:
+        numbers.append(int(near[rows[nearest], columns[nearest]]))
+    if numbers[0] != numbers[1]:
         raise InputError(
-            f"{photo.file}: the two ends lie on different pieces of the mask; paint the gap between them, or give ends "
+            f"{photo.file}: the two ends are on different pieces of the mask; paint the gap between them, or give ends "
             "on one piece."
         )
-    return found[0]
+    return numbers[0]
 
 
 def _without_pinholes(region: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The region with its small holes filled."""
-    # Over a strip, the distance from the rim is a quarter of the width in the median.
+    """Return the region with its small holes filled."""
+    # In a strip the median distance from the rim is a quarter of the width.
     hole = PINHOLE * 4 * float(np.median(medial_axis.radius(region)[region]))
     _, label, stats, _ = cv2.connectedComponentsWithStats((~region).astype(np.uint8), connectivity=4)
     small = np.flatnonzero(stats[:, cv2.CC_STAT_AREA] <= np.pi / 4 * hole**2)

@@ -26,46 +26,62 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats, Integers
 
-SURE_RIDGE = 3.5  # Median clearness of a sure crack, in noise: of 1 in 180 paths over plain ground, 95 of 111 cracks
-LEAST_SUPPORT = 1.6  # Least median support, in standard deviations of plain ground: all those 111 had it, 3 of the 180
-CLEAR_RIDGE = 3.0  # Clearness, in noise units, of a cell on a crack even where grain of its darkness is beside it
-OBVIOUS_DARKNESS = 0.5  # Median darkness that needs no likeness to a line: no stain and few shadows are so dark
-MOST_GAPS = 0.2  # Share of the path that may be as bright as mortar
-AROUND, LEAST_AROUND_PX = 0.5, 100.0  # Room beside the box of two points: share of their distance, px of the photo
-BESIDE = 1.5  # Distance in cells within which two paths are the same
-PALE, PALE_LENGTH = 0.28, 24.0  # Mean darkness over the path's usual one, over so many cells: 0.31 and more on cracks
-GAP_WIDTHS, LEAST_GAP = 4.0, 10.0  # Longest gap in widths, and in cells, that is a grain: at most 3.6 on 55 real cracks
-BESIDE_AROUND = 6.0  # Cells from the surroundings within which a path runs along them
-AROUND_WIDTHS, LEAST_BESIDE = 3.0, 40.0  # Widths, and cells, over which a crack may do so where it leaves the sample
+
+@dataclass(frozen=True)
+class PathLimits:
+    """Limits of what is a path along a crack. Clearness is in noise units, support in deviations of plain ground.
+
+    Chosen on 180 paths over plain ground and 111 along cracks, and on 55 real cracks for gaps. Lower limits of
+    clearness and support accept fainter cracks and more plain ground; higher limits of gaps accept broken cracks.
+    """
+
+    sure_ridge: float = 3.5  # Median clearness of a sure crack: 1 of the 180 paths has it, 95 of the 111 cracks
+    least_support: float = 1.6  # Least median support: all 111 cracks have it, 3 of the 180 paths
+    clear_ridge: float = 3.0  # Clearness of a cell on a crack, even if grain next to it is as dark
+    obvious_darkness: float = 0.5  # Median darkness that needs no line: no stain and few shadows are so dark
+    most_gaps: float = 0.2  # Largest share of the path that may be as bright as mortar
+    around: float = 0.5  # Room around the box of two points, as a share of their distance
+    least_around_px: float = 100.0  # Least such room, in px of the photo
+    same: float = 1.5  # Distance in cells within which two paths are the same
+    pale: float = 0.28  # Largest mean darkness of a gap over the path's usual one: cracks have 0.31 and more
+    pale_length: float = 24.0  # Least length of a gap over which that mean is taken, in cells
+    gap_widths: float = 4.0  # Longest gap that is a grain, in widths: at most 3.6 on the 55 cracks
+    least_gap: float = 10.0  # The same in cells
+    beside_around: float = 6.0  # Cells from the surroundings within which a path runs along them
+    around_widths: float = 3.0  # Widths over which a crack that leaves the sample may do so
+    least_beside: float = 40.0  # The same in cells
+    coarser: int = 4  # Size of the cells on which the widest cracks are searched for, in cells of the fine map
+
+
+LIMITS = PathLimits()
 TAKEN = (
     "was taken for the surroundings of the sample. If it is the crack, paint it in photo.mask; or give photo.roi_px, a "
     "region that the dark crosses and does not line"
 )
-COARSER = 4  # Size of the cells on which the widest cracks are searched for, in cells of the fine map
 
 
 @dataclass(frozen=True)
 class PathSearch:
-    """A search on one map for the path from a first end past via points to a last end."""
+    """A search on one map for the path from the first end past the via points to the last end."""
 
     photo: Photo
     field: DarkMap
     points_px: Floats
-    support: Callable[[], Map]  # Likeness to a line of the best path through each cell; slow, called only in doubt
+    support: Callable[[], Map]  # How line-like the best path through each cell is; slow, so called only if needed
     in_region: bool = False  # Whether the search is limited to a region of interest
 
     def obvious(self) -> bool:
-        """Report that the path is plainly dark and wide on the map."""
+        """Return True if the path is plainly dark and wide on the map."""
         try:
             rough = np.concatenate(self._rough)
-        except InputError:  # The finer map, searched next, refuses a point outside.
+        except InputError:  # The finer map is searched next and refuses a point outside.
             return False
         darkness, _ = step_costs.measure(self.field, rough)
         width = step_costs.middle_width(self.field, rough, darkness)
-        return darkness >= OBVIOUS_DARKNESS and width >= step_costs.WIDE_PX
+        return darkness >= LIMITS.obvious_darkness and width >= step_costs.WIDE_PX
 
-    def found(self) -> CrackPath:
-        """Return the path from the first place in the crack to the last; raise InputError where there is none."""
+    def result(self) -> CrackPath:
+        """Return the path from the first point in the crack to the last; raise InputError without a path."""
         field = self.field
         stops, legs = self._stops.copy(), self._rough
         rough = np.concatenate(legs)
@@ -75,13 +91,13 @@ class PathSearch:
         if thin:
             legs = self._legs(cost, stops)
             darkness, width = step_costs.measure(field, np.concatenate(legs))
-        if thin or darkness < OBVIOUS_DARKNESS:
+        if thin or darkness < LIMITS.obvious_darkness:
             self._check_clear(np.concatenate(legs))
-        # A path through a thin crack may run a cell beside it.
+        # A path through a thin crack may be one cell off it.
         dark = np.asarray(cv2.dilate(field.dark, np.ones((3, 3), np.uint8)), dtype=np.float32)
         crack = dark > darkness / 2
         if thin:
-            crack |= field.ridge > CLEAR_RIDGE
+            crack |= field.ridge > LIMITS.clear_ridge
         limit_px = max(snap_px(self.photo), width / field.scale)
         if not thin or len(stops) > 2:
             stops[1:-1] = self._snapped(stops[1:-1], cost, crack, limit_px)
@@ -93,8 +109,8 @@ class PathSearch:
         on_crack = self._from_crack_to_crack(points_px, inside, limit_px)
         points_px = points_px[on_crack]
         width_px = width_along(self.photo, points_px, width / field.scale)
-        seen = inside[on_crack] & ~self._bare(dark[tuple(cells.T)][on_crack], width_px)
-        doubts = (*self._gaps(points_px, seen, width_px), *self._along_surroundings(points_px, width_px))
+        on_dark = inside[on_crack] & ~self._bare(dark[tuple(cells.T)][on_crack], width_px)
+        doubts = (*self._gaps(points_px, on_dark, width_px), *self._along_surroundings(points_px, width_px))
         path = CrackPath(points_px, width_px, "ends", doubts)
         require_dark(self.photo, path)
         return path
@@ -105,7 +121,7 @@ class PathSearch:
 
     @cached_property
     def _rough(self) -> list[Integers]:
-        """Legs by the cost of wide cracks, which finds any path well enough to measure the crack's width."""
+        """Legs at the cost of wide cracks, good enough to measure the width of any crack."""
         return self._legs(step_costs.cost_of_wide(self.field), self._stops)
 
     def _legs(self, cost: Floats, stops: Integers) -> list[Integers]:
@@ -115,12 +131,10 @@ class PathSearch:
         ]
 
     def _on_map(self, points_px: Floats) -> Integers:
-        """Row and column of each point, moved to the nearest cell that is searched."""
+        """Return row and column of each point, moved to the nearest cell that is searched."""
         allowed = np.argwhere(self.field.allowed)
         if len(allowed) == 0:
-            raise InputError(
-                f"{self.photo.file}: nothing of the sample lies around the ends; check ends_px and roi_px."
-            )
+            raise InputError(f"{self.photo.file}: nothing of the sample is around the ends; check ends_px and roi_px.")
         cells = np.rint(self.field.to_work(points_px)[:, ::-1]).astype(int)
         limits = np.array(self.field.dark.shape) - 1
         searched = np.clip(cells, 0, limits)
@@ -129,36 +143,37 @@ class PathSearch:
         moved_px = np.linalg.norm(searched - cells, axis=1) / self.field.scale
         if moved_px.max() > snap_px(self.photo):
             (x, y), outside_px = points_px[moved_px.argmax()], moved_px.max()
-            beside = f"{self.photo.file}: the point ({x:g}, {y:g}) lies {outside_px:.0f} px"
+            beside = f"{self.photo.file}: the point ({x:g}, {y:g}) is {outside_px:.0f} px"
             if self.field.around[tuple(np.clip(cells[moved_px.argmax()], 0, limits))]:
                 raise InputError(f"{beside} inside a dark region at the photo's border, which {TAKEN}.")
-            raise InputError(f"{beside} outside what is searched, {self._searched()}.")
+            raise InputError(f"{beside} outside the searched area, {self._searched()}.")
         return searched
 
     def _searched(self) -> str:
-        """Return what limits the search, and the settings to check, in words."""
+        """Return a clause on the limits of the search and the settings to check."""
         limits = ["the face"] if self.photo.face_px is not None else []
         limits += ["less its markers"] if self.photo.markers_px else []
         limits += ["inside roi_px"] if self.in_region else []
         return f"which is {', '.join(limits) or 'the sample'}; check ends_px, via_px{' and roi_px' * self.in_region}"
 
     def _bare(self, dark: Map, width_px: float) -> NDArray[np.bool_]:
-        """Places along a path, of this darkness, in stretches that are as bright as the ground.
+        """Return True for places along a path in stretches as bright as the ground; ``dark`` is the path's darkness.
 
-        A filter that is longer than wide sees a line on a gap between two lines as well.
+        The line filter does not show such a gap: it is longer than wide, and responds between two lines too.
         """
-        usual, length = float(np.median(dark)), round(max(PALE_LENGTH, GAP_WIDTHS * width_px * self.field.scale))
+        usual = float(np.median(dark))
+        length = round(max(LIMITS.pale_length, LIMITS.gap_widths * width_px * self.field.scale))
         if len(dark) < 2 * length:
             return np.zeros(len(dark), dtype=bool)
-        pale = uniform_filter1d(dark, length, mode="nearest") < PALE * usual
+        pale = uniform_filter1d(dark, length, mode="nearest") < LIMITS.pale * usual
         near = maximum_filter1d(pale.astype(np.uint8), length) > 0
         return near & (dark < usual / 2)
 
     def _gaps(self, points_px: Floats, inside: NDArray[np.bool_], width_px: float) -> list[str]:
-        """Return a warning about stretches of several widths that are as bright as the ground beside them."""
+        """Return a warning about stretches, several widths long, that are as bright as the ground around."""
         s_px = np.append(arc_length(points_px), np.inf)
         bounds = np.flatnonzero(np.diff(np.concatenate([[0], ~inside, [0]]))).reshape(-1, 2)
-        least_px = max(GAP_WIDTHS * width_px, LEAST_GAP / self.field.scale)
+        least_px = max(LIMITS.gap_widths * width_px, LIMITS.least_gap / self.field.scale)
         gaps = [(first, last - 1) for first, last in bounds.tolist() if s_px[last - 1] - s_px[first] > least_px]
         if not gaps:
             return []
@@ -166,12 +181,12 @@ class PathSearch:
             f"{s_px[last] - s_px[first]:.0f} px from {listed(points_px[[first, last]])} px" for first, last in gaps
         )
         return [
-            f"no crack is seen on part of the path, where it may cross plain ground to another line or joint: "
-            f"{places}. Look there, and give a point of the crack between the ends, photo.via_px"
+            f"part of the path shows no crack and may cross plain ground to another line or joint: {places}. Look "
+            "there, and give a point of the crack between the ends, photo.via_px"
         ]
 
     def _border_hint(self, points_px: Floats) -> str:
-        """Return a sentence on dark surroundings near the path; empty if there are none."""
+        """Return a sentence about dark surroundings near the path, or an empty string."""
         if not self._near_surroundings(points_px).any():
             return ""
         return f" The path comes close to a dark region at the photo's border, which {TAKEN}."
@@ -180,13 +195,13 @@ class PathSearch:
         if not self.field.around.any():
             return np.zeros(len(points_px), dtype=bool)
         cells = np.rint(self.field.to_work(points_px)[:, ::-1]).astype(int)
-        return distance_outside(self.field.around)[tuple(cells.T)] <= BESIDE_AROUND
+        return distance_outside(self.field.around)[tuple(cells.T)] <= LIMITS.beside_around
 
     def _along_surroundings(self, points_px: Floats, width_px: float) -> list[str]:
-        """Return a warning about a path beside what was taken for the surroundings, as along one wall of a crack."""
+        """Return a warning if the path runs along the surroundings, which may be a wide crack taken for them."""
         near = self._near_surroundings(points_px)
         beside_px = float(np.linalg.norm(np.diff(points_px, axis=0), axis=1)[near[1:] & near[:-1]].sum())
-        if beside_px <= max(AROUND_WIDTHS * width_px, LEAST_BESIDE / self.field.scale):
+        if beside_px <= max(LIMITS.around_widths * width_px, LIMITS.least_beside / self.field.scale):
             return []
         where = listed(points_px[near][[0, -1]])
         return [
@@ -196,21 +211,22 @@ class PathSearch:
 
     def _check_clear(self, cells: Integers) -> None:
         along = tuple(cells.T)
-        if np.median(self.field.ridge[along]) >= SURE_RIDGE:
+        if np.median(self.field.ridge[along]) >= LIMITS.sure_ridge:
             return
         clearness = float(np.median(self.support()[along]))
-        if clearness < LEAST_SUPPORT:
-            found = (
-                f"stands out from plain ground by {clearness:.1f} of its spread (a crack by at least {LEAST_SUPPORT:g})"
+        if clearness < LIMITS.least_support:
+            fault = (
+                f"is clearer than plain ground by {clearness:.1f} of its spread (a crack by at least "
+                f"{LIMITS.least_support:g})"
                 if clearness > 0
-                else "is no darker line than plain ground has anywhere"
+                else "is not darker than lines on plain ground are"
             )
             raise InputError(
-                f"{self.photo.file}: no crack between the ends: the best path there {found}; check ends_px."
+                f"{self.photo.file}: no crack between the ends: the best path there {fault}; check ends_px."
             )
 
     def _snapped(self, stops: Integers, cost: Floats, crack: NDArray[np.bool_], limit_px: float) -> Integers:
-        """Via points moved to the cheapest places of the crack near them."""
+        """Return the via points, each moved to the cheapest place of the crack near it."""
         rows, columns = np.nonzero(crack & self.field.allowed)
         moved = []
         for stop, (x, y) in zip(stops, self.points_px[1:-1], strict=True):
@@ -219,15 +235,15 @@ class PathSearch:
             if len(near) == 0:
                 nearest = f": the nearest one is {too_far(away_px.min(), limit_px)}" if len(rows) else ""
                 raise InputError(
-                    f"{self.photo.file}: the via point ({x:g}, {y:g}) is on no crack{nearest}; give a point inside it."
+                    f"{self.photo.file}: the via point ({x:g}, {y:g}) is not on a crack{nearest}; give a point in it."
                 )
-            # Cost grows with distance, so that a clicked crack is not left for a darker neighbour.
+            # Cost grows with distance, so that the point stays on its crack if a darker one is near.
             price = cost[rows[near], columns[near]] * (1 + (2 * away_px[near] / limit_px) ** 2)
             moved.append((rows[near][np.argmin(price)], columns[near][np.argmin(price)]))
         return np.array(moved, dtype=np.int64).reshape(-1, 2)
 
     def _without_spurs(self, legs: list[Integers], limit_px: float) -> Integers:
-        """One path of all legs, cut where a leg runs back on the last by no more than a click's error."""
+        """Join the legs to one path without double parts. A leg may run back on the last by a click's error only."""
         cells = legs[0]
         for number, leg in enumerate(legs[1:]):
             back, forth = _common(cells, leg)
@@ -236,14 +252,14 @@ class PathSearch:
                 x, y = self.points_px[number + 1]
                 raise InputError(
                     f"{self.photo.file}: behind the via point ({x:g}, {y:g}) the path comes back {spur_px:.0f} px on "
-                    "itself: the point lies off the way to the next one. Give via_px in the crack's order, and none on "
-                    "a branch."
+                    "itself: the point is off the way to the next one. Give via_px in the crack's order, and none on a "
+                    "branch."
                 )
             cells = np.concatenate([cells[: back + 1], leg[forth + 1 :]])
         return cells
 
     def _from_crack_to_crack(self, points_px: Floats, on_crack: NDArray[np.bool_], limit_px: float) -> slice:
-        """Points of the path from the first to the last in the crack."""
+        """Return the slice of the path from its first point in the crack to its last."""
         inside = np.flatnonzero(on_crack)
         first, last = int(inside[0]), int(inside[-1])
         s_px = arc_length(points_px)
@@ -251,66 +267,66 @@ class PathSearch:
         for (x, y), beside_px in zip(ends_px, (s_px[first], s_px[-1] - s_px[last]), strict=True):
             if beside_px > limit_px:
                 raise InputError(
-                    f"{self.photo.file}: the end ({x:g}, {y:g}) is on no crack: the nearest one is "
+                    f"{self.photo.file}: the end ({x:g}, {y:g}) is not on a crack: the nearest one is "
                     f"{too_far(beside_px, limit_px)}; give a point inside the crack.{self._border_hint(points_px)}"
                 )
-        # A few cells as bright as mortar are a grain in the crack.
+        # A gap of a few cells is a grain in the crack.
         gap = larger_pieces(~on_crack[None, first : last + 1], limit_px * self.field.scale)
         gaps = float(np.mean(gap))
-        if gaps > MOST_GAPS:
+        if gaps > LIMITS.most_gaps:
             raise InputError(
-                f"{self.photo.file}: no crack on {gaps:.0%} of the path between the ends (at most {MOST_GAPS:.0%}); "
-                f"give ends of one unbroken crack.{self._border_hint(points_px)}"
+                f"{self.photo.file}: no crack on {gaps:.0%} of the path between the ends (at most "
+                f"{LIMITS.most_gaps:.0%}); give ends of one unbroken crack.{self._border_hint(points_px)}"
             )
         return slice(first, last + 1)
 
 
 def leg_margin(apart: float, scale: float) -> int:
-    """Cells by which a path between points ``apart`` cells from each other may leave their box."""
-    return int(np.ceil(max(LEAST_AROUND_PX * scale, AROUND * apart)))
+    """Return the cells by which a path between points ``apart`` cells from each other may leave their box."""
+    return int(np.ceil(max(LIMITS.least_around_px * scale, LIMITS.around * apart)))
 
 
 def _common(there: Integers, back: Integers) -> tuple[int, int]:
-    """Indices in both at which ``back``, which begins at the end of ``there``, leaves it."""
-    apart, nearest = KDTree(there).query(back, distance_upper_bound=BESIDE)
+    """Return the index in each at which ``back`` leaves ``there``; it begins at the end of ``there``."""
+    apart, nearest = KDTree(there).query(back, distance_upper_bound=LIMITS.same)
     leaves = int(np.flatnonzero(np.isfinite(apart))[-1])
     return int(np.asarray(nearest)[leaves]), leaves
 
 
 class LiveWire:
-    """Paths along a photo's crack between clicked points, on a map made once; safe to use from several threads."""
+    """Paths along a photo's crack between clicked points, on one map. Several threads may use it."""
 
     def __init__(
         self, photo: Photo, roi_px: tuple[Pixel, ...] | None = None, found_face_px: Floats | None = None
     ) -> None:
-        """Map the photo within ``roi_px`` and ``found_face_px``; raise InputError where ``roi_px`` is no region."""
+        """Map the photo within ``roi_px`` and ``found_face_px``; raise InputError if ``roi_px`` is not a region."""
         self._photo, self._in_region = photo, roi_px is not None
         self.field: DarkMap = map_darkness(photo, None if roi_px is None else region_px(photo, roi_px), found_face_px)
 
     def path(self, ends_px: tuple[Pixel, Pixel], via_px: tuple[Pixel, ...] = ()) -> CrackPath:
-        """Find the path past all points in turn. Raises InputError for one on no crack, or a broken crack."""
+        """Find the path past all points in order. Raises InputError for a point off any crack, or a broken crack."""
         check_hints(self._photo, ends_px, via_px)
         points_px = np.array([ends_px[0], *via_px, ends_px[1]], dtype=float)
         source = "via" if via_px else "ends"
         coarse = self._way(self.coarse, points_px)
         if coarse.obvious():
-            # An end that tapers to a hairline is on no crack of the coarse map: the fine map then decides.
+            # The coarse map does not show an end that tapers to a hairline: the fine map then decides.
             with suppress(InputError):
-                return replace(coarse.found(), source=source)
-        return replace(self._way(self.field, points_px).found(), source=source)
+                return replace(coarse.result(), source=source)
+        return replace(self._way(self.field, points_px).result(), source=source)
 
     @cached_property
     def support(self) -> Map:
-        """Likeness to a line of the best path through each cell; slow, so computed only in doubt."""
+        """Likeness of the best path through each cell to a line. Slow: computed only when needed."""
         return support(self.field.even, self.field.allowed)
 
     @cached_property
     def coarse(self) -> DarkMap:
         """The map on which the widest cracks are searched for."""
-        return coarser(self.field, COARSER)
+        return coarser(self.field, LIMITS.coarser)
 
     def _way(self, field: DarkMap, points_px: Floats) -> PathSearch:
-        """A search of the cells where a path between the points may run."""
+        """Return a search of the cells that a path between the points may use."""
         work = field.to_work(points_px)
         apart = np.linalg.norm(np.diff(work, axis=0), axis=1)
         margin = leg_margin(float(apart.max()), field.scale) + 1

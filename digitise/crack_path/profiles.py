@@ -1,4 +1,4 @@
-"""Light across a line, in stretches along it: what shows a line to be a crack, and how wide its darkness is."""
+"""Read the light across a line: its mean in stretches along the line, and the width of the dark band."""
 
 from dataclasses import dataclass
 
@@ -11,35 +11,34 @@ from digitise.photo import Photo
 from sealtwin.core.records import Floats
 
 BLUR_PX = 0.8  # Gaussian sigma that quiets noise and leaves an edge in its place
-LEAST_WIDTH_PX = 2.0  # Least width by which a line is smoothed: a path's steps are whole pixels
-LEAST_LENGTH_PX, WIDTHS_LONG = 16.0, 2.0  # Length of a stretch: many grains, and at least so many widths
-MOST_STATIONS = 4000  # More show no more of a long line
+LEAST_WIDTH_PX = 2.0  # Least sigma by which a line is smoothed: the steps of a path are whole pixels
+LEAST_LENGTH_PX, WIDTHS_LONG = 16.0, 2.0  # Least length of a stretch: many grains, and two widths
+MOST_STATIONS = 4000  # Most stations of a line; more add nothing
 
-# Of a width at half contrast.
-STATIONS = 400  # Most stations along the path
+STATIONS = 400  # Most stations at which a width is measured
 STEP_PX = 0.5  # Spacing of samples across
-REACHES = (4.0, 1.5)  # Widths in view to either side: first far, as the rough one may be a third; then near the crack
-LEAST_REACH_PX = 8.0  # Least reach, for a path beside a thin crack
-LEAST_FOUND = 0.3  # Least share of the stations that show both walls; below it the rough width is returned
+REACHES = (4.0, 1.5)  # Widths in view to either side: first far, since the rough width may be a third; then near
+LEAST_REACH_PX = 8.0  # Least reach, for a path off a thin crack
+LEAST_FOUND = 0.3  # Least share of stations with both walls; below it the rough width is returned
 
 
 @dataclass(frozen=True)
 class Profiles:
-    """Light on the normals of a line's stations, and the stretches that these are grouped in."""
+    """Light on the normals at a line's stations, which are grouped in stretches."""
 
     line_px: Floats  # (stations, 2)
-    offset_px: Floats  # Distances square to the line, (m,), along its left normals
+    offset_px: Floats  # Distances along the left normals, (m,)
     place_px: Floats  # (stations, m, 2)
     light: Floats  # (stations, m); NaN outside the photo
     cuts: NDArray[np.int_]  # First station of each stretch, and one past the last
 
     def mean(self, where: NDArray[np.bool_] | None = None) -> Floats:
         """Mean light of each stretch at each distance, (stretches, m), or of all samples ``where``, (stretches,)."""
-        known = np.isfinite(self.light) if where is None else np.isfinite(self.light) & where
-        light = np.where(known, self.light, 0)
+        weight = np.isfinite(self.light) if where is None else np.isfinite(self.light) & where
+        light = np.where(weight, self.light, 0)
         if where is not None:
-            light, known = light.sum(axis=1), known.sum(axis=1)
-        count = np.add.reduceat(known.astype(float), self.cuts[:-1], axis=0)
+            light, weight = light.sum(axis=1), weight.sum(axis=1)
+        count = np.add.reduceat(weight.astype(float), self.cuts[:-1], axis=0)
         total = np.add.reduceat(light, self.cuts[:-1], axis=0)
         return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
@@ -61,22 +60,22 @@ def profiles_across(photo: Photo, line_px: Floats, width_px: float, reach_px: fl
 
 
 def _softly(photo: Photo, place_px: Floats) -> Map:
-    """Brightness at places, (n, m, 2), blurred by ``BLUR_PX``."""
+    """Return the brightness at places, (n, m, 2), blurred by ``BLUR_PX``."""
     low = np.maximum(np.floor(place_px.min(axis=(0, 1))).astype(int) - 4, 0)
     high = np.maximum(np.ceil(place_px.max(axis=(0, 1))).astype(int) + 5, low + 1)
     soft = blurred(photo.brightness[low[1] : high[1], low[0] : high[0]], BLUR_PX)
     return sampled(soft, place_px - low)
 
 
-def median_known(values: Floats) -> float:
-    """Median of the values that are known, NaN if none is."""
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else float("nan")
+def finite_median(values: Floats) -> float:
+    """Median of the finite values; NaN without any."""
+    finite = values[np.isfinite(values)]
+    return float(np.median(finite)) if len(finite) else float("nan")
 
 
 def row_medians(values: Floats) -> Floats:
-    """Median of what is known in each row, (n,); NaN if nothing is."""
-    return np.array([median_known(row) for row in values])
+    """Median of the finite values in each row, (n,); NaN without any."""
+    return np.array([finite_median(row) for row in values])
 
 
 def width_along(photo: Photo, points_px: Floats, rough_px: float) -> float:
@@ -104,7 +103,7 @@ def _across(photo: Photo, points_px: Floats, width_px: float, reach_px: float) -
 
 
 def _between_crossings(light: Map, beside_px: float) -> Floats:
-    """Widths in pixels at half contrast around the darkest place within ``beside_px``, of rows with both walls."""
+    """Widths in px at half contrast around the darkest place within ``beside_px``, for rows with both walls."""
     station, column = np.arange(len(light)), np.arange(light.shape[1])
     near = np.abs(column - len(column) // 2) * STEP_PX <= beside_px
     start = np.argmin(np.where(near, light, np.inf), axis=1)

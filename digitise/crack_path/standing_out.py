@@ -1,60 +1,64 @@
-"""Refuse and doubt paths that the photo does not show to be a dark line between grounds alike.
+"""Refuse or doubt a path if the photo does not show a dark line between two equal grounds along it.
 
-Each check compares the light on a path with that beside it. The limits were set on 48 drawn photos and 63 real ones
-with masks: no path on a crack comes near them.
+Each check compares the light on a path with the light around it. The limits were set on 48 drawn photos and 63 real
+ones with masks: no path on a crack comes near them.
 """
 
 import numpy as np
 from scipy.ndimage import median_filter
 
 from digitise.crack_path.hints import IN_ITS_MIDDLE, CrackPath
-from digitise.crack_path.profiles import median_known, profiles_across, row_medians
+from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
 from digitise.geometry.polyline import left_normals, resampled, smoothed
 from digitise.image.raster import blurred, sampled
 from digitise.photo import Photo
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
-NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beside half a width that still are the path's; reach in widths, and px more
-NOT_DARK, BRIGHT = 0.93, 1.25  # Light of a path over its darker side's, 0.88 on hairlines; of a bright line over ground
-SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Widths, and px more, between which the sides of a found line are compared
-MOST_UNLIKE = 0.4  # Difference of both sides over the lesser one's step down to the line: up to 0.33 on real cracks
-BAND, BAND_PX = (6.0, 20.0), 6.0  # Reach in widths, and px more, of a dark band; px by which it is wider at least
-TWICE = 2.0  # Width of the band over the fitted one: blur makes less of it
-BESIDE = (1.0, 1.5, 2.0)  # Crack widths from the line at which its two sides are compared
-UNLIKE = 1.8  # Ratio of brightness between both sides, more than grain makes over a few widths: a sample's edge
-STEADY = 17  # Samples over which the sides are compared at once, two crack widths, so that no pore or grain decides
-GROUND = 75  # Percentile of light across a stretch that is the ground's
+NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beyond half a width that belong to the path; reach: widths, plus px
+NOT_DARK, BRIGHT = (
+    0.93,
+    1.25,
+)  # Light of a path over its darker side, 0.88 on hairlines; of a bright line over ground
+SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Widths, plus px, between which the sides of a found line are compared
+MOST_UNLIKE = 0.4  # Largest difference of both sides over the smaller step to the line: up to 0.33 on real cracks
+BAND, BAND_PX = (6.0, 20.0), 6.0  # Reach of the view of a dark band: widths, plus px; least px by which it is wider
+TWICE = 2.0  # Least width of such a band over the fitted one; blur widens a band by less
+BESIDE = (1.0, 1.5, 2.0)  # Distances from the line in crack widths at which its two sides are compared
+UNLIKE = 1.8  # Ratio of brightness of both sides that shows a sample's edge; grain makes less over a few widths
+STEADY = 17  # Samples, two crack widths, over which the ratio is a median, so that no pore or grain decides
+GROUND = 75  # Percentile of the light across a stretch taken for the ground's
 
 
 def require_dark(photo: Photo, path: CrackPath) -> None:
-    """Raise InputError for a path that is no darker than its darker side, beside something far brighter."""
+    """Raise InputError if a path is not darker than its darker side and runs along something far brighter."""
     width_px = path.width_px
     light, own, left, right = _own_and_sides(photo, path, width_px / 2 + NEAR_PX + 1, FAR[0] * width_px + FAR[1])
-    ratio = median_known(own / np.fmax(np.fmin(left, right), 1e-6))
-    brightest = median_known(np.nan_to_num(light).max(axis=1) / np.fmax(row_medians(light), 1e-6))
+    ratio = finite_median(own / np.fmax(np.fmin(left, right), 1e-6))
+    brightest = finite_median(np.nan_to_num(light).max(axis=1) / np.fmax(row_medians(light), 1e-6))
     if ratio > NOT_DARK and brightest > BRIGHT:
         raise InputError(
             f"{photo.file}: no crack between the ends: the path is as bright as the ground on one side of it, and "
             f"something {brightest:.1f} times as bright as the ground runs along it. A crack brighter than the ground, "
-            "as one that is filled or has a light crust, is not found by its darkness: paint it in photo.mask, and "
+            "as if filled or with a light crust, is not found by its darkness: paint it in photo.mask, and "
             f"give ends_px on the paint. If the crack is dark, {IN_ITS_MIDDLE}."
         )
 
 
 def _own_and_sides(photo: Photo, path: CrackPath, beside_px: float, reach_px: float) -> tuple[Floats, ...]:
-    """Return the light of each stretch at each distance, its least on the path, and its median to the left and right.
+    """Return for each stretch the light at each distance, its minimum on the path, and its median to left and right.
 
-    The sides are farther than ``beside_px`` from the path.
+    The sides begin ``beside_px`` from the path.
     """
-    seen = profiles_across(photo, path.points_px, path.width_px, reach_px)
-    light, away_px = seen.mean(), np.abs(seen.offset_px)
+    profiles = profiles_across(photo, path.points_px, path.width_px, reach_px)
+    light, away_px = profiles.mean(), np.abs(profiles.offset_px)
     own = light[:, away_px <= path.width_px / 2 + NEAR_PX].min(axis=1)
-    return light, own, *(row_medians(light[:, (away_px > beside_px) & (sign * seen.offset_px > 0)]) for sign in (1, -1))
+    sides = ((away_px > beside_px) & (sign * profiles.offset_px > 0) for sign in (1, -1))
+    return light, own, *(row_medians(light[:, side]) for side in sides)
 
 
 def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
-    """Length of the longest stretch of a line whose two sides differ in brightness by more than ``UNLIKE``."""
+    """Length of the longest stretch of a line on which both sides differ in brightness by more than ``UNLIKE``."""
     step_px = max(1.0, width_px / 8)
     line = smoothed(resampled(points_px, step_px), 8.0)
     soft = blurred(photo.brightness, width_px / 4)
@@ -70,31 +74,31 @@ def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
 
 
 def unlike_sides(photo: Photo, path: CrackPath) -> list[str]:
-    """Return a warning about a line whose sides differ by much of its darkness, as beside a marking or at an edge."""
+    """Return a warning if both sides differ by much of the line's darkness, as at a marking or an edge."""
     beside_px, reach_px = (widths * path.width_px + more_px for widths, more_px in zip(SIDES, SIDES_PX, strict=True))
     _, own, left, right = _own_and_sides(photo, path, beside_px, reach_px)
-    step = median_known(np.fmin(left, right) - own)
-    difference = abs(median_known(left - right))
+    step = finite_median(np.fmin(left, right) - own)
+    difference = abs(finite_median(left - right))
     if not difference > MOST_UNLIKE * max(step, 0.0):
         return []
     return [
-        f"the two sides of the line that was found differ by {difference / max(step, 1e-3):.0%} of its darkness, "
+        f"the two sides of the found line differ by {difference / max(step, 1e-3):.0%} of its darkness, "
         "as at the edge of a marking, a patch or a joint: look at overlay.png, and give ends_px if the "
         "crack is elsewhere"
     ]
 
 
 def band_px(photo: Photo, line_px: Floats, width_px: float, level: float = 0.5) -> float:
-    """Width in px of the dark band around a line, at a share of its contrast to the ground far beside it."""
-    seen = profiles_across(photo, line_px, width_px, BAND[0] * width_px + BAND[1])
-    light = np.nan_to_num(seen.mean(), nan=np.nanmedian(seen.light))
+    """Width in px of the dark band around a line, at a share ``level`` of its contrast to the ground far from it."""
+    profiles = profiles_across(photo, line_px, width_px, BAND[0] * width_px + BAND[1])
+    light = np.nan_to_num(profiles.mean(), nan=np.nanmedian(profiles.light))
     profile = np.median(light / np.maximum(np.percentile(light, GROUND, axis=1, keepdims=True), 1e-6), axis=0)
-    near = np.flatnonzero(np.abs(seen.offset_px) <= max(width_px / 2, 2.0))
+    near = np.flatnonzero(np.abs(profiles.offset_px) <= max(width_px / 2, 2.0))
     middle = int(near[np.argmin(profile[near])])
     bright = np.flatnonzero(profile >= profile[middle] + level * (1 - profile[middle]))
     return float(bright[bright > middle].min(initial=len(profile)) - bright[bright < middle].max(initial=-1) - 1)
 
 
 def is_wider(dark_px: float, width_px: float) -> bool:
-    """Report that a dark band is so much wider than a width that the width is not that of the band."""
+    """Return True if a dark band is too much wider than a width for both to be the same."""
     return dark_px > TWICE * width_px and dark_px - width_px > BAND_PX

@@ -1,4 +1,4 @@
-"""Costs of a step on the search map, and the path of least cost."""
+"""Costs of a step on the search map, and paths of least cost."""
 
 import cv2
 import numpy as np
@@ -10,22 +10,22 @@ from digitise.crack_path.medial_axis import distance_outside, larger_pieces, rad
 from digitise.image.raster import widened
 from sealtwin.core.records import Floats, Integers
 
-LEAST_VOTES = 11  # Least votes of a line's cell: a hair shorter than this many cells gathers fewer
+LEAST_VOTES = 11  # Least votes of a cell on a line: a hair of fewer cells gathers fewer
 LONGEST_BRIDGE_PX = 20  # Cells that a line may run outside the region: a gap at a coarse grain or a stain
 FAR_PX = 6.0  # Distance in cells from any line beyond which voters are a line that closes a loop
-CLEAR = 8.0  # Noise units above which a clearer line is no cheaper, or one strong grain would pay for a detour
-ASIDE = 2  # Cells by which a first path may run beside the middle of a thin crack
-NOTHING = 0.04  # Worth of a step without a line: a gap costs as much as a line 25 times as long
-LEAST_DARKNESS = 0.2  # Least darkness of a wide crack against the mortar beside it: stains and shadows stay below
+CLEAR = 8.0  # Noise units above which a clearer line is not cheaper; one strong grain must not pay for a detour
+ASIDE = 2  # Largest distance in cells of a first path from the middle of a thin crack
+NOTHING = 0.04  # Worth of a step off any line: a gap costs as much as a line 25 times as long
+LEAST_DARKNESS = 0.2  # Least darkness of a wide crack against the mortar; stains and shadows have less
 
-THIN_PX = 6.0  # Width on the search map below which cracks are found by their shape as lines, above by their darkness
-WIDE_PX = 1.5 * THIN_PX  # Width on the search map of a crack's middle from which a path that looks thin hugs its wall
-WIDEST = 80  # Percentile of the widths along a path that tells its wide part, which a map must know as dark
+THIN_PX = 6.0  # Width in cells below which a crack is found by its shape as a line, above it by its darkness
+WIDE_PX = 1.5 * THIN_PX  # Width in cells of a crack from which a path that looks thin runs along its wall
+WIDEST = 80  # Percentile of the widths along a path taken for its wide part, which the map must show as dark
 AROUND = np.argwhere(np.ones((3, 3))) - 1  # Steps to a cell's neighbours and to itself
 
 
 def voted_lines(voters: NDArray[np.bool_], region: NDArray[np.bool_], cost: Floats) -> NDArray[np.bool_]:
-    """Lines one cell wide that link the voters at least cost, outside ``region`` over ``LONGEST_BRIDGE_PX`` only."""
+    """Link the voters by lines one cell wide at least cost; at most ``LONGEST_BRIDGE_PX`` run outside ``region``."""
     if not voters.any():
         return voters
     votes = _votes(voters, cost)
@@ -35,9 +35,9 @@ def voted_lines(voters: NDArray[np.bool_], region: NDArray[np.bool_], cost: Floa
 
 
 def _votes(voters: NDArray[np.bool_], cost: Floats) -> Integers:
-    """Number of voters whose cheapest path to the cheapest of them leads over each cell."""
+    """Return for each cell the number of voters whose cheapest path to the root, the cheapest voter, crosses it."""
     cheapest = np.flatnonzero(voters & (cost == cost[voters].min()))
-    # Many cost the same; the first of them would be the tip of whatever lies highest in the picture, be it a hair.
+    # Many cost the same. The first would be the tip of the topmost line in the picture, which may be a hair.
     root = int(cheapest[len(cheapest) // 2])
     search = MCP_Geometric(cost)
     _, came_by = search.find_costs([np.unravel_index(root, cost.shape)])
@@ -55,7 +55,7 @@ def _votes(voters: NDArray[np.bool_], cost: Floats) -> Integers:
 
 
 def cost_of_thin(field: DarkMap, cells: Integers) -> Floats:
-    """Cost of a step along a thin crack, by its clearness up to that of ``cells``: only its middle is the clearest."""
+    """Cost of a step along a thin crack, by its clearness up to that of ``cells``, so that the middle is cheapest."""
     clearest = cv2.dilate(field.ridge, np.ones((1 + 2 * ASIDE, 1 + 2 * ASIDE), np.uint8))
     clear = max(CLEAR, float(np.median(clearest[tuple(cells.T)]))) if len(cells) else CLEAR
     return np.where(field.allowed, 1 / (NOTHING + np.clip(field.ridge, 0, clear) / clear), np.inf)
@@ -68,19 +68,19 @@ def cost_of_wide(field: DarkMap) -> Floats:
 
 
 def cost_off_centre(field: DarkMap, cells: Integers, darkness: float) -> Floats:
-    """Cost of a step, least in the middle of a wide crack along which ``cells`` run, of typical ``darkness``."""
+    """Cost of a step, least in the middle of the wide crack of typical ``darkness`` that ``cells`` run along."""
     to_rim = _to_rim(field, darkness)
     usual = max(float(np.percentile(_from_middle(to_rim, cells), 75)), 1.0)
     return np.where(field.allowed, off_centre(to_rim, usual), np.inf)
 
 
 def off_centre(to_rim: Floats, usual: float) -> Floats:
-    """Cost of a step by its distance from the rim over the usual one."""
+    """Cost of a step by its distance from the rim, relative to the usual distance."""
     return 1 / (0.03 + np.minimum(to_rim / usual, 1.5) ** 2)
 
 
 def cheapest(cost: Floats, start: Integers, end: Integers, margin: int) -> Integers:
-    """Rows and columns, (n, 2), of the path of least cost that leaves the box of both cells by at most ``margin``."""
+    """Rows and columns, (n, 2), of the cheapest path. It stays within ``margin`` cells of the box of both ends."""
     low = np.maximum(np.minimum(start, end) - margin, 0)
     high = np.maximum(start, end) + margin + 1
     near = cost[low[0] : high[0], low[1] : high[1]]
@@ -89,7 +89,7 @@ def cheapest(cost: Floats, start: Integers, end: Integers, margin: int) -> Integ
 
 
 def along_middle(region: NDArray[np.bool_], ends: Floats) -> Integers:
-    """Cells along the middle of a region, (n, 2), between those nearest to two places, column and row each."""
+    """Return cells along the middle of a region, (n, 2), between the cells nearest to ``ends``, column and row each."""
     cells = np.argwhere(region)
     start, end = (cells[int(np.argmin(np.sum((cells - place[::-1]) ** 2, axis=1)))] for place in ends)
     to_rim = radius(region)
@@ -98,26 +98,26 @@ def along_middle(region: NDArray[np.bool_], ends: Floats) -> Integers:
 
 
 def measure(field: DarkMap, cells: Integers) -> tuple[float, float]:
-    """Typical darkness along a path, and the width in cells of the dark around it."""
+    """Return the typical darkness along a path, and the width in cells of the dark region around it."""
     darkness = float(np.median(field.dark[tuple(cells.T)]))
     to_rim = _from_middle(_to_rim(field, darkness), cells)
     return darkness, float(2 * np.median(to_rim[to_rim > 0]) - 1) if np.any(to_rim > 0) else 0.0
 
 
 def middle_width(field: DarkMap, cells: Integers, darkness: float) -> float:
-    """Width in cells of the dark around the wide part of a path, at the widest places uphill of it."""
+    """Width in cells of the dark region around the wide part of a path, measured at its local middle."""
     return float(2 * np.percentile(_uphill(_to_rim(field, darkness), cells), WIDEST) - 1)
 
 
 def _from_middle(to_rim: Floats, cells: Integers) -> Floats:
-    """Distances from the rim along a path, or uphill of it where the path hugs a wall, the clearer line."""
+    """Distances from the rim along a path, or at the local middle if the path runs along a wall, the clearer line."""
     own, tops = to_rim[tuple(cells.T)], _uphill(to_rim, cells)
     hugs = 2 * np.median(own) - 1 < THIN_PX and 2 * np.median(tops) - 1 >= WIDE_PX
     return tops if hugs else own
 
 
 def _uphill(distance: Floats, cells: Integers) -> Floats:
-    """The distance at the local maximum above each of the cells."""
+    """Return the distance at the local maximum uphill of each cell."""
     place = cells
     top = distance[tuple(place.T)]
     while True:
@@ -130,7 +130,7 @@ def _uphill(distance: Floats, cells: Integers) -> Floats:
 
 
 def _to_rim(field: DarkMap, darkness: float) -> Floats:
-    """Distance from the nearest cell less than half as dark as the crack, off the sample, or on the map's border."""
+    """Distance from the rim: the nearest cell under half as dark as the crack, off the sample or at the border."""
     outside = ~((field.dark > darkness / 2) & field.allowed)
     outside[[0, -1]] = True
     outside[:, [0, -1]] = True

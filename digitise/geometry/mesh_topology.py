@@ -1,4 +1,4 @@
-"""Edges, neighbours and crossings of a mesh's triangles, and the checks that they bound a solid."""
+"""Find edges, neighbours and crossings of a mesh's triangles, and check that they bound a solid."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,16 +11,16 @@ from scipy.spatial import KDTree
 
 from sealtwin.core.records import Floats, Integers
 
-CONTACT_MM = 1e-5  # Overlap that counts as rounding, not as crossing: float32 files move a vertex at 100 mm by as much
+CONTACT_MM = 1e-5  # Overlap that is rounding, not crossing: a float32 file moves a vertex at 100 mm by as much
 LEAF_FACES = 4  # Faces in a leaf of the tree of boxes
 MIN_EDGE_MM = 1e-3  # Shorter edges are lost when a file rounds its vertices
 SHEET_MM = 1e-6  # A closed mesh with less volume than its area times this encloses nothing
-AT_ONCE = 50_000  # Pairs of boxes opened at a time; each may become sixteen pairs of faces
+AT_ONCE = 50_000  # Pairs of boxes expanded at a time; each may become sixteen pairs of faces
 
 
 @dataclass(frozen=True)
 class EqualRows:
-    """Groups of equal rows, sorted by their first column, then by their second, and so on."""
+    """Groups of equal rows, sorted by the first column, then by the second, and so on."""
 
     order: Integers  # Row numbers (n,), group by group, ascending within a group
     begins: Integers  # Position in ``order`` at which each group begins
@@ -57,10 +57,10 @@ def directed_edges(faces: Integers) -> Integers:
 
 
 def edge_uses(faces: Integers) -> tuple[Integers, EqualRows]:
-    """Return the directed edges, and groups of those that join the same two vertices in either direction."""
+    """Return the directed edges, grouped by the two vertices that they join in either direction."""
     directed = directed_edges(faces)
     low, high = np.minimum(*directed.T), np.maximum(*directed.T)
-    # Both ends in one number are sorted three times as fast.
+    # Sorting is three times as fast with both ends in one number.
     return directed, equal_rows((low * (high.max(initial=0) + 1) + high)[:, None])
 
 
@@ -71,7 +71,7 @@ def open_edges(faces: Integers) -> Integers:
 
 
 def neighbours(faces: Integers) -> tuple[Integers, Integers, NDArray[np.bool_]]:
-    """Return pairs of faces that alone share an edge, and for each pair if both are oriented alike, (n,) each."""
+    """Return the pairs of faces that alone share an edge, and if both are oriented alike, (n,) each."""
     directed, uses = edge_uses(faces)
     pairs = uses.begins[uses.count == 2]
     one, other = uses.order[pairs], uses.order[pairs + 1]
@@ -94,12 +94,12 @@ def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
     """Return pairs of faces that cross along a segment, (n, 2); coplanar overlap is not searched for."""
     triangles = vertices_mm[faces]
     planes = _planes(triangles)
-    found = [
-        # Most neighbours lie to one side of each other, which costs far less to compute than the piercing of edges.
+    crossing = [
+        # Most neighbours are on one side of each other. That test costs far less than the piercing of edges.
         _crossing(vertices_mm, faces, planes, _across(triangles, planes, _across(triangles, planes, pairs)[:, ::-1]))
         for pairs in _close_pairs(triangles)
     ]
-    return np.concatenate([np.empty((0, 2), dtype=np.int64), *found])
+    return np.concatenate([np.empty((0, 2), dtype=np.int64), *crossing])
 
 
 def _crossing(vertices_mm: Floats, faces: Integers, planes: Floats, pairs: Integers) -> Integers:
@@ -118,7 +118,7 @@ def _crossing(vertices_mm: Floats, faces: Integers, planes: Floats, pairs: Integ
 
 
 def _planes(triangles: Floats) -> Floats:
-    """Return the unit normal and the offset of each triangle's plane, (f, 4); NaN for a needle, which has none."""
+    """Return the unit normal and the offset of each triangle's plane, (f, 4); NaN for a needle."""
     normal = normals(triangles)
     area = np.linalg.norm(normal, axis=1)
     normal /= np.where(area < CONTACT_MM**2, np.nan, area)[:, None]
@@ -126,7 +126,7 @@ def _planes(triangles: Floats) -> Floats:
 
 
 def _across(triangles: Floats, planes: Floats, pairs: Integers) -> Integers:
-    """Return pairs whose first triangle has corners on both sides of the second one's plane, beyond a contact."""
+    """Return the pairs with a first triangle that crosses the second one's plane by more than a contact."""
     plane = planes[pairs[:, 1]]
     height = np.einsum("nij,nj->ni", triangles[pairs[:, 0]], plane[:, :3]) - plane[:, 3:]
     to_one_side = (height.max(axis=1) <= CONTACT_MM) | (height.min(axis=1) >= -CONTACT_MM)
@@ -134,11 +134,11 @@ def _across(triangles: Floats, planes: Floats, pairs: Integers) -> Integers:
 
 
 def _pierces(edge: Floats, triangle: Floats, normal: Floats) -> NDArray[np.bool_]:
-    """Return True for each edge (n, 2, 3) that pierces the inside of its triangle (n, 3, 3) beyond a contact."""
+    """Return True for each edge (n, 2, 3) that pierces its triangle (n, 3, 3) by more than a contact."""
     a, b, c = triangle.transpose(1, 0, 2)
     above = np.einsum("ij,ij->i", edge[:, 0] - a, normal)
     below = np.einsum("ij,ij->i", edge[:, 1] - a, normal)
-    # Of a needle, whose normal is NaN, nothing is true.
+    # For a needle, with a normal of NaN, all comparisons are false.
     through = (above * below < 0) & (np.minimum(np.abs(above), np.abs(below)) > CONTACT_MM)
     share = above / np.where(through, above - below, 1.0)
     point = edge[:, 0] + share[:, None] * (edge[:, 1] - edge[:, 0])
@@ -186,7 +186,7 @@ def _close_pairs(triangles: Floats) -> Iterator[Integers]:
 
 @dataclass(frozen=True)
 class MeshFigures:
-    """Figures of a closed mesh, as solid.json has them."""
+    """Figures of a closed mesh, as in solid.json."""
 
     triangles: int
     euler: int  # Vertices less edges plus faces
@@ -195,7 +195,7 @@ class MeshFigures:
 
 
 def check_mesh(vertices_mm: Floats, faces: Integers, expected_euler: int | None = None) -> list[str]:
-    """Return the faults of a mesh, none if it is watertight; ``expected_euler`` is 2 for a ball, 0 for a ring."""
+    """Return the faults of a mesh, an empty list for a solid. ``expected_euler`` is 2 for a ball, 0 for a ring."""
     return examine_mesh(vertices_mm, faces, expected_euler)[0]
 
 
@@ -226,7 +226,7 @@ def examine_mesh(
             f"Mesh has an edge of {figures.min_edge_mm:.2g} mm; below {MIN_EDGE_MM} mm a file's rounding loses it."
         )
     if together := len(used) - len(equal_rows(vertices_mm[used].astype(np.float32)).begins):
-        faults.append(f"Mesh has {together} vertices that fall together in a float32 file.")
+        faults.append(f"Mesh has {together} vertices that coincide in a float32 file.")
     if expected_euler is not None and figures.euler != expected_euler:
         faults.append(
             f"Mesh has Euler number {figures.euler}, not {expected_euler}: a hole through it, or loose pieces."
@@ -241,7 +241,7 @@ def examine_mesh(
 
 def mesh_volume_mm3(vertices_mm: Floats, faces: Integers) -> float:
     """Return the signed volume of a closed mesh, positive if its faces point outward."""
-    # Relative to one of the vertices: far from the origin the sum would lose digits.
+    # Coordinates are relative to a vertex; far from the origin the sum would lose digits.
     corners = vertices_mm[faces] - vertices_mm[faces[0, 0]]
     return float(np.linalg.det(corners).sum()) / 6
 
@@ -250,7 +250,7 @@ def _list_fault(vertices_mm: Floats, faces: Integers) -> str:
     if not len(faces):
         return "Mesh has no faces."
     if not np.isfinite(vertices_mm).all():
-        return f"Mesh has {int((~np.isfinite(vertices_mm)).any(axis=1).sum())} vertices that are no finite numbers."
+        return f"Mesh has {int((~np.isfinite(vertices_mm)).any(axis=1).sum())} vertices that are not finite numbers."
     if faces.min() < 0 or faces.max() >= len(vertices_mm):
         return f"Mesh names vertices {int(faces.min())} to {int(faces.max())}, but has {len(vertices_mm)}."
     return ""
@@ -266,13 +266,13 @@ def _edge_fault(vertices_mm: Floats, faces: Integers) -> str:
             place = near(vertices_mm[directed[uses.first[wrong][0]].min()])
             where = f"{what.format('edge' if count == 1 else 'edges')}, {'' if count == 1 else 'the first '}{place}"
             return f"Mesh {fault}: {count} {where}."
-    # Of the two uses of each edge, one runs each way.
+    # The two uses of an edge have opposite directions.
     one, other = uses.order.reshape(-1, 2).T
     if twice := int((directed[one, 0] == directed[other, 0]).sum()):
-        return f"Mesh has {twice} {'edge' if twice == 1 else 'edges'} whose two faces point to opposite sides."
+        return f"Mesh has {twice} {'edge' if twice == 1 else 'edges'} with two faces that point to opposite sides."
     return ""
 
 
 def near(place_mm: Floats) -> str:
-    """Return a place in words, for a fault: "near (1.00, 2.00, 3.00) mm"."""
+    """Return a place as text for a fault: "near (1.00, 2.00, 3.00) mm"."""
     return "near ({:.2f}, {:.2f}, {:.2f}) mm".format(*place_mm)

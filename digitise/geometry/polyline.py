@@ -7,7 +7,7 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats
 
 Box = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
-AT_ONCE = 64  # Segments that are compared with all others at once: a drawing's 100,000 points do not fit in memory
+AT_ONCE = 64  # Segments that are compared with all others at once: all pairs of 100,000 do not fit in memory
 
 
 def resampled(points: Floats, spacing: float) -> Floats:
@@ -23,7 +23,7 @@ def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
 
 
 def smoothed(values: Floats, sigma: float, returns: int = 1) -> Floats:
-    """Smooth along the first axis, sigma in samples, and add the smoothed residual ``returns`` times (Tukey)."""
+    """Smooth along the first axis, sigma in samples; add the smoothed residual ``returns`` times (Tukey)."""
     smooth = _blurred(values, sigma)
     for _ in range(returns):
         smooth = smooth + _blurred(values - smooth, sigma)
@@ -51,7 +51,7 @@ def left_normals(points: Floats) -> Floats:
 
 
 def extended(points: Floats, before: float, after: float, over: float, spacing: float) -> Floats:
-    """Return the polyline with a straight piece at each end, in the mean direction of its last ``over``."""
+    """Return the polyline with a straight piece at each end, in its mean direction over the last ``over``."""
     s = arc_length(points)
     near, far = points[s <= over], points[s >= s[-1] - over]
     backward = np.arange(spacing, before + spacing / 2, spacing)[::-1, None] * unit(near[0] - near[-1])
@@ -69,16 +69,19 @@ def without_loops(points: Floats) -> Floats:
 
 
 def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
-    """Return pairs of segments that cross, neighbours apart, by their first points; the outermost of nested loops."""
+    """Return pairs of crossing segments, each by its first point; of nested loops only the outermost.
+
+    Neighbouring segments do not count.
+    """
     start = points if closed else points[:-1]
     end = np.roll(points, -1, axis=0) if closed else points[1:]
     low, high = np.minimum(start, end), np.maximum(start, end)
     number = np.arange(len(start))
-    found, beyond = [], -1
+    pairs, beyond = [], -1
     for begin in range(0, len(start) - 2, AT_ONCE):
         rows = slice(begin, begin + AT_ONCE)
         first = number[rows, None]
-        # Of a long line, few segments are near so many that follow one another.
+        # In a long line, few segments are near a given run of segments.
         others = number[begin + 2 :]
         others = others[((low[others] <= high[rows].max(axis=0)) & (high[others] >= low[rows].min(axis=0))).all(axis=1)]
         # Segments that share a point do not cross: ``_cross`` is strict.
@@ -86,17 +89,17 @@ def crossings(points: Floats, closed: bool = False) -> list[tuple[int, int]]:
         for axis in (0, 1):
             meet &= (low[others, axis] <= high[first, axis]) & (high[others, axis] >= low[first, axis])
         near = [(begin + row, int(others[column])) for row, column in np.argwhere(meet).tolist()]
-        # Of one segment's crossings the last counts, and none that begins inside an earlier pair.
+        # A segment's last crossing counts; a crossing that begins inside an earlier pair does not.
         crossed = {a: b for a, b in near if a > beyond and _cross(start[a], end[a], start[b], end[b])}
         for a, b in crossed.items():
             if a > beyond:
                 beyond = b
-                found.append((a, b))
-    return found
+                pairs.append((a, b))
+    return pairs
 
 
 def uncrossed(ring: Floats) -> Floats:
-    """Return the area that a counter-clockwise ring encloses once, as one simple ring; the largest of several."""
+    """Return the area that a counter-clockwise ring encloses once, as a simple ring; of several, the largest."""
     if not crossings(ring, closed=True):
         return ring
     from manifold3d import CrossSection, FillRule
@@ -121,7 +124,7 @@ def meeting(first: tuple[Floats, Floats] | Floats, second: tuple[Floats, Floats]
 
 
 def depth_inside(points: Floats, box: Box) -> Floats:
-    """Return the distance of each point (..., 2) from the nearest side of a rectangle, negative outside."""
+    """Return the distance of each point (..., 2) from a rectangle's boundary, negative outside."""
     beside = np.maximum(box[:2] - points, points - box[2:])
     around = np.hypot(*np.moveaxis(np.maximum(beside, 0), -1, 0))
     return np.where(around > 0, -around, -beside.max(axis=-1))
@@ -152,7 +155,7 @@ def project(homography: Floats, points: Floats) -> Floats:
 
 
 def clipped_to_box(ring: Floats, box: Box) -> Floats:
-    """Return the part of a ring inside a rectangle (Sutherland and Hodgman); empty if they do not meet."""
+    """Return the part of a ring inside a rectangle (Sutherland and Hodgman), which may be empty."""
     x_min, y_min, x_max, y_max = box
     for axis, limit, sign in ((0, x_min, 1), (0, x_max, -1), (1, y_min, 1), (1, y_max, -1)):
         depth = sign * (ring[:, axis] - limit)

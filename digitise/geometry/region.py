@@ -1,4 +1,4 @@
-"""The crack as one clean region of the plane, without crossings and noise that booleans turn into slivers."""
+"""Make the crack one clean region of the plane, without the crossings and noise that give slivers in booleans."""
 
 from collections.abc import Sequence
 
@@ -10,16 +10,16 @@ from sealtwin.core.errors import ShapeError
 from sealtwin.core.records import Floats
 
 TOLERANCE_MM = 0.003  # Tolerance of the simplified outline; 0.01, still below a pixel, takes 0.14 % of a smooth funnel
-NECK_MM = 0.005  # Half the width up to which a tooth or neck is the trace's noise; 0.02 would blunt sharp tips
+NECK_MM = 0.005  # Half of the largest width of a tooth or neck that is noise; 0.02 would blunt sharp tips
 PIECE_MM2 = 0.05  # Area below which a piece of the outline is noise
 ISLAND_MM2 = 0.1  # Area below which an island is noise: a quarter of a particle's section
 
 
 def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[CrossSection, list[str]]:
-    """Return the region of the ring less its islands, either way round, and warnings about omitted loops."""
+    """Return the region of the ring without its islands, in either orientation, and warnings about omitted loops."""
     if len(ring_mm) < 3 or not all(np.isfinite(ring).all() for ring in (ring_mm, *islands_mm)):
         raise ShapeError(
-            f"The outline has {len(ring_mm)} points; it needs 3 or more, and finite numbers in all and in its islands.",
+            f"The outline has {len(ring_mm)} points; it needs 3 or more, and finite numbers in its islands too.",
             "Trace it again.",
             "outline",
         )
@@ -34,26 +34,28 @@ def traced_region(ring_mm: Floats, islands_mm: Sequence[Floats] = ()) -> tuple[C
             where = f" near ({x:.1f}, {y:.1f}) mm"
         if lost_mm2 > PIECE_MM2:
             raise ShapeError(f"Outline crosses itself{where}, over {lost_mm2:.2g} mm².", "Retrace there.", "outline")
-        warnings.append(f"Loops of {lost_mm2:.2g} mm² where the outline crosses itself{where} were left out.")
+        warnings.append(f"Loops of {lost_mm2:.2g} mm² were left out, where the outline crosses itself{where}.")
     if len(islands_mm):
         traced -= CrossSection(list(islands_mm), FillRule.NonZero)
     if traced.area() < PIECE_MM2:
         raise ShapeError(
-            f"The outline encloses {traced.area():.3g} mm² beside its islands: no crack.", "Trace it again.", "outline"
+            f"The outline encloses only {traced.area():.3g} mm² besides its islands: this is not a crack.",
+            "Trace it again.",
+            "outline",
         )
     return traced, warnings
 
 
 def cleaned(crack: CrossSection) -> tuple[CrossSection, list[str]]:
-    """Remove slits, necks, teeth, specks and steps below the tolerances, with a warning for each removed area."""
+    """Remove slits, necks, teeth, specks and steps below the tolerances. Returns a warning for each removed area."""
     miter = JoinType.Miter
     closed = crack.offset(NECK_MM / 2, miter).offset(-NECK_MM / 2, miter)
     opened = closed.offset(-NECK_MM, miter).offset(NECK_MM, miter).simplify(TOLERANCE_MM)
     apart = opened.offset(-0.001, miter)
-    # Only where parts touch in a point does the gap cost its 0.001 mm.
+    # The gap of 0.001 mm is only needed if parts touch in a point.
     if apart.num_contour() != opened.num_contour():
         opened = apart
-    warnings, kept, rings = [], 0, []
+    warnings, count, rings = [], 0, []
     for piece in opened.decompose():
         polygons = piece.to_polygons()
         if piece.area() < PIECE_MM2:
@@ -63,7 +65,7 @@ def cleaned(crack: CrossSection) -> tuple[CrossSection, list[str]]:
                 "mm²)."
             )
             continue
-        kept += 1
+        count += 1
         for ring in polygons:
             area_mm2 = signed_area(ring)
             if -ISLAND_MM2 < area_mm2 < 0:
@@ -73,13 +75,13 @@ def cleaned(crack: CrossSection) -> tuple[CrossSection, list[str]]:
                 )
             else:
                 rings.append(ring)
-    if kept > 1:
-        warnings.append(f"The crack is in {kept} pieces: it is narrower than {2 * NECK_MM} mm between them.")
+    if count > 1:
+        warnings.append(f"The crack is in {count} pieces: it is narrower than {2 * NECK_MM} mm between them.")
     return CrossSection(rings, FillRule.Positive), warnings
 
 
 def pieces(region: CrossSection) -> list[CrossSection]:
-    """Return the connected pieces of a region, without specks of rounding."""
+    """Return the connected pieces of a region, without specks from rounding."""
     return [piece for piece in region.decompose() if piece.area() > 1e-6]
 
 

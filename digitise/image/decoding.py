@@ -1,4 +1,4 @@
-"""Reading of photos; the header is checked before anything is expanded."""
+"""Read photos. The header is checked before anything is decompressed."""
 
 import struct
 import warnings
@@ -20,28 +20,28 @@ from digitise.settings import LARGEST_FILE_BYTES
 from sealtwin.core.errors import InputError
 
 PHOTO_SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp", ".heic", ".heif"}
-"""Files that are taken for photos in a folder; those that cannot be read are reported."""
+"""File endings of photos in a folder. Photos that cannot be read are reported."""
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP")
 READABLE = "JPEG, PNG, WEBP, TIFF or BMP"
 MAX_PIXELS = 50_000_000  # Largest photo, twice that of a good camera; it takes 350 MB of memory
 TOO_LARGE = f"more than the {MAX_PIXELS // 1_000_000} million pixels allowed; save it smaller."
 MIN_SIDE_PX = 64
-MASK = "photo.mask"  # Setting of the picture that is no photo: JPEG blurs its two values
+MASK = "photo.mask"  # Setting of the mask, which must not be a JPEG: that blurs its two values
 HEIF_BRANDS = (b"hei", b"hev", b"mif", b"msf", b"avi")  # How the brands of HEIC, HEIF and AVIF files begin
 HEIF = (
-    "this is HEIC, HEIF or AVIF, which is not read; save it as JPEG at full size (a phone's camera has a setting for "
-    'it: "most compatible").'
+    "this is HEIC, HEIF or AVIF, which cannot be read; save it as JPEG at full size (a phone's camera has a setting "
+    'for it: "most compatible").'
 )
 RAW_ENDINGS = frozenset(
     {".arw", ".cr2", ".cr3", ".dng", ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".sr2"}
 )
-RAW = "this is a camera's raw file, which is not read; develop it, and save it as JPEG at full size."
-BLACK, BRIGHT_PART = 15, 99.5  # Least usable brightness, of 255, of a photo's brightest parts, and their percentile
+RAW = "this is a camera's raw file, which cannot be read; develop it, and save it as JPEG at full size."
+BLACK, BRIGHT_PART = 15, 99.5  # Least usable brightness, of 255, at a percentile of a photo's pixels
 FLOATS = 3  # TIFF's sample format of floats
-FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))  # Of 35 mm film, to which EXIF refers a focal length (CIPA DCG-001)
+FULL_FRAME_DIAGONAL_MM = float(np.hypot(36, 24))  # Of 35 mm film, to which EXIF refers focal lengths (CIPA DCG-001)
 RESOLUTIONS = ("dpi", "resolution", "aspect", "jfif_density")  # Pillow's names for dots per length, across and down
-SQUARE = 0.01  # Largest relative difference of a square pixel's sides; programs round to whole dots
-MULTIPAGE = ("TIFF", "PNG", "WEBP")  # A second picture is another page or frame; in a phone's JPEG it is a preview
+SQUARE = 0.01  # Largest relative difference of a square pixel's sides: programs round to whole dots
+MULTIPAGE = ("TIFF", "PNG", "WEBP")  # Formats with pages or frames; a second picture in a phone's JPEG is a preview
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +49,7 @@ class Decoded:
     """Content of a photo's file."""
 
     image: NDArray[np.uint8]  # (height, width, 3), RGB, as the camera stored it
-    focal_px: float | None = None  # Focal length in pixels, where the camera recorded it and the photo is not cropped
+    focal_px: float | None = None  # Focal length in pixels, if the camera recorded it and the photo is not cropped
     warnings: tuple[str, ...] = ()
 
 
@@ -68,7 +68,7 @@ class Pixels(Decoded):
 
 
 def read_photo(path: Path, key: str = "photo.file") -> Decoded:
-    """Read a whole, single 8-bit photo, upright by its EXIF; ``key`` is the setting that names it in an InputError."""
+    """Read a single 8-bit photo and turn it upright by its EXIF; ``key`` is the setting that an InputError names."""
     with opened(path, key) as photo:
         _require_square(path, photo)
         focal_px = _focal_px(photo)
@@ -80,7 +80,7 @@ def read_photo(path: Path, key: str = "photo.file") -> Decoded:
 
 
 def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
-    """Check pixels in memory, uint8, (height, width) or (height, width, 3) RGB; ``name`` stands in an InputError."""
+    """Check pixels in memory, uint8, (height, width) or (height, width, 3) RGB; an InputError names them ``name``."""
     image = np.asarray(image)
     if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
         raise InputError(
@@ -94,9 +94,9 @@ def take_photo(image: NDArray[np.generic], name: str) -> Decoded:
 
 @contextmanager
 def opened(path: Path, key: str) -> Iterator[Image.Image]:
-    """Open a picture after checks of its header; errors inside the block become InputErrors.
+    """Open a picture after checks of its header. Errors inside the block become InputErrors.
 
-    ``key`` is the setting that names it: of a mask they ask for another file than of a photo.
+    ``key`` is the setting that names the file. Messages about a mask suggest other formats than those about a photo.
     """
     what, saved, again = ("mask", "PNG", "export it") if key == MASK else ("photo", "JPEG", "copy it from the camera")
     if path.is_dir():
@@ -112,8 +112,8 @@ def opened(path: Path, key: str) -> Iterator[Image.Image]:
             f"{path}: {size / 1e6:.0f} MB, more than {LARGEST_FILE_BYTES / 1e6:.0f} MB; save it as {saved}."
         )
     try:
-        # Warnings are about metadata, and about sizes that are checked here. A file without a name, since Pillow maps
-        # one with a name into memory, and reads a turned TIFF there by rows as long as the upright picture's.
+        # Warnings are about metadata, and about sizes that are checked here. Pillow gets a file without a name: it maps
+        # a named one into memory, and reads a turned TIFF there by rows as long as those of the upright picture.
         with (
             warnings.catch_warnings(action="ignore"),
             path.open("rb") as file,
@@ -130,7 +130,7 @@ def opened(path: Path, key: str) -> Iterator[Image.Image]:
 
 
 def _unknown(path: Path, what: str, saved: str) -> str:
-    """Return what a file is that Pillow does not know, and the format in which ``what`` is to be saved."""
+    """Return a sentence on a file that Pillow cannot identify, with the format to save ``what`` in."""
     if path.suffix.lower() in RAW_ENDINGS:
         return RAW
     with path.open("rb") as file:
@@ -138,12 +138,12 @@ def _unknown(path: Path, what: str, saved: str) -> str:
     if start[4:8] == b"ftyp" and start[8:11] in HEIF_BRANDS:
         return HEIF
     if path.suffix.lower() in (".tif", ".tiff") and (bits := _tiff_values(path)):
-        return f"a TIFF of {bits}, which is not read; save it with 8 bits per channel, for example as {saved}."
+        return f"a TIFF of {bits}, which cannot be read; save it with 8 bits per channel, for example as {saved}."
     return f"not a readable {what}; save it as {READABLE}."
 
 
 def _tiff_values(path: Path) -> str | None:
-    """Return the kind of numbers that a TIFF stores for each channel; None for a file that is no TIFF."""
+    """Return the kind of numbers that a TIFF stores for each channel; None for any other file."""
     try:
         with warnings.catch_warnings(action="ignore"), path.open("rb") as file:
             tags = TiffImagePlugin.ImageFileDirectory_v2(file.read(8))
@@ -158,7 +158,7 @@ def _tiff_values(path: Path) -> str | None:
 
 
 def _inks(path: Path, photo: Image.Image, pixels: NDArray[np.uint8]) -> tuple[str, ...]:
-    """Return a warning about inks whose sign is not stated. Raises InputError if they make a black picture."""
+    """Return a warning if a CMYK file does not state its polarity. Raises InputError if it would be black."""
     if photo.mode != "CMYK" or photo.format != "JPEG" or "adobe" in photo.info:
         return ()
     unsure = "a CMYK JPEG without Adobe's marker: whether its values are of ink or of light is not stated"
@@ -170,7 +170,7 @@ def _inks(path: Path, photo: Image.Image, pixels: NDArray[np.uint8]) -> tuple[st
 def _check_header(path: Path, photo: Image.Image, saved: str) -> None:
     if isinstance(photo, TiffImagePlugin.TiffImageFile):
         tags = photo.tag_v2
-        # A raw file's first picture is a thumbnail, which a reader of plain TIFF takes for the photo.
+        # The first picture of a raw file is a thumbnail; a plain TIFF reader would take it for the photo.
         thumbnail = Base.SubIFDs in tags and tags.get(Base.NewSubfileType, 0) & 1
         if path.suffix.lower() in RAW_ENDINGS or Base.DNGVersion in tags or thumbnail:
             raise InputError(f"{path}: {RAW}")
@@ -179,7 +179,7 @@ def _check_header(path: Path, photo: Image.Image, saved: str) -> None:
         raise InputError(f"{path}: more than 8 bits per channel; save it with 8, for example as {saved}.")
     pages = getattr(photo, "n_frames", 1)
     if photo.format in MULTIPAGE and pages > 1:
-        raise InputError(f"{path}: {pages} pages or frames in one file; save the one with the crack alone.")
+        raise InputError(f"{path}: {pages} pages or frames in one file; save only the one with the crack.")
 
 
 def _check_size(name: Path | str, width: int, height: int) -> None:
@@ -190,40 +190,40 @@ def _check_size(name: Path | str, width: int, height: int) -> None:
 
 
 def _require_square(path: Path, photo: Image.Image) -> None:
-    """Raise InputError if the file states pixels that are higher or wider than a square, as some scans have."""
+    """Raise InputError if the file states pixels that are not square, as some scans do."""
     exif = photo.getexif()
     for pair in (*map(photo.info.get, RESOLUTIONS), (exif.get(Base.XResolution), exif.get(Base.YResolution))):
         across, down = (float(side) if isinstance(side, Real) else 0.0 for side in pair or (0, 0))
         if across > 0 and down > 0 and abs(across / down - 1) > SQUARE:
             raise InputError(
-                f"{path}: its pixels are not square by its file ({across:g} dots across to {down:g} down), and a scale "
-                "is for square ones; resample it to one resolution, or delete that statement if it is wrong."
+                f"{path}: the file states pixels that are not square ({across:g} dots across, {down:g} down), and a "
+                "scale needs square ones; resample it to one resolution, or delete that statement if it is wrong."
             )
 
 
 def _stored_as(photo: Image.Image) -> str:
-    """Return Pillow's name for the pixels in the file, which its mode does not show."""
+    """Return Pillow's name for the format of the pixels in the file, which its mode does not show."""
     tiles = photo.tile if isinstance(photo, ImageFile.ImageFile) else []
     arguments = tiles[0].args if tiles else ()
     return next((part for part in np.atleast_1d(np.array(arguments, dtype=object)) if isinstance(part, str)), "")
 
 
 def _focal_px(photo: Image.Image) -> float | None:
-    """Return the focal length in pixels by the EXIF of a photo that is not yet turned upright."""
+    """Return the focal length in pixels from the EXIF of a photo before it is turned upright; None if unknown."""
     exif = photo.getexif().get_ifd(IFD.Exif)
     film_mm, width, height = map(exif.get, (Base.FocalLengthIn35mmFilm, Base.ExifImageWidth, Base.ExifImageHeight))
     if not isinstance(film_mm, int) or film_mm <= 0:
         return None
     if isinstance(width, int) and isinstance(height, int) and height > 0:
         shape, taken = sorted(photo.size), sorted((width, height))
-        # The angle of view of a cropped photo, which has not the camera's shape, is unknown.
+        # A cropped photo has another shape than the camera's, and its angle of view is unknown.
         if abs(shape[1] * taken[0] - shape[0] * taken[1]) > 0.01 * shape[0] * taken[1]:
             return None
     return film_mm * float(np.hypot(*photo.size)) / FULL_FRAME_DIAGONAL_MM
 
 
 def _transparency(photo: Image.Image) -> tuple[str, ...]:
-    """Return a warning about transparent pixels, whose hidden colours are read."""
+    """Return a warning if pixels are transparent; their hidden colours are used."""
     alpha = photo.convert("RGBA").getchannel("A") if photo.has_transparency_data else 255
     clear = float(np.mean(np.asarray(alpha) < 255))
     return (f"{max(clear, 0.0001):.2%} of the photo is transparent; its hidden colours were used",) if clear else ()

@@ -1,4 +1,4 @@
-"""A traced crack as a label of its photo's pixels: a mask, and an annotation in the form of the COCO data set."""
+"""Export a traced crack as a label of its photo's pixels: a mask, or an annotation of the COCO format."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -15,9 +15,9 @@ CATEGORY = {"id": 1, "name": "crack", "supercategory": "crack"}
 
 
 def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
-    """Return the pixels of which the crack covers half or more, (height, width).
+    """Return the pixels at least half covered by the crack, (height, width).
 
-    Raises InputError, with the ``name`` of the crack, where no photo of known size shows it.
+    Raises InputError, with the ``name`` of the crack, if it is not from a photo of known size, or is a path alone.
     """
     if outline.seen_in == "mesh" or outline.photo_size_px is None:
         raise InputError(f"{name}: this crack is not from a photo of known size; digitise a photo again for its mask.")
@@ -38,10 +38,10 @@ def mask_png(outline: Outline, name: str) -> bytes:
 
 
 def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
-    """Return images and annotations of photos, each the name of its file and its crack.
+    """Return COCO's images and annotations of cracks, each given with the name of its photo's file.
 
-    Pixels count from the corner of the first one, as COCO does. A crack with an island is a run-length code, since
-    COCO's polygons have no holes.
+    Pixels count from the corner of the first one, as in COCO. A crack with an island is a run-length code, since COCO's
+    polygons cannot have holes.
     """
     images, annotations = list[dict[str, Any]](), list[dict[str, Any]]()
     for number, (name, outline) in enumerate(labelled, start=1):
@@ -66,7 +66,7 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
 
 
 def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
-    """Return COCO's uncompressed code: lengths of runs down the columns, the first of pixels outside."""
+    """Return COCO's uncompressed code: lengths of runs down the columns, the first one outside the mask."""
     flat = mask.ravel(order="F")
     changes = np.flatnonzero(np.diff(flat)) + 1
     counts = np.diff(np.concatenate([[0], changes, [len(flat)]])).tolist()
@@ -74,7 +74,7 @@ def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
 
 
 def _islands_px(outline: Outline) -> list[Floats]:
-    """Return the islands in the photo's pixels, by the view that the outline's own points show."""
+    """Return the islands in px, by the homography that the outline's points give."""
     if not outline.islands_mm:
         return []
     view, _ = cv2.findHomography(outline.outline_mm, outline.outline_px)

@@ -1,4 +1,4 @@
-"""Reading of masks: a crack painted by a person or a program, of which only an area of two values can be used."""
+"""Read masks: a crack painted by a person or a program, as an area of two values."""
 
 from pathlib import Path
 
@@ -9,14 +9,14 @@ from PIL import ImageOps
 from digitise.image.decoding import MASK, opened
 from sealtwin.core.errors import InputError
 
-PAINTED = 128  # Least brightness, or opacity, of 255 that is painted
+PAINTED = 128  # Least brightness, or opacity, of 255 of a painted pixel
 MOST_PAINTED = 0.5  # Largest painted share of a mask; above it, black and white are exchanged
-PLAIN, OF_PAINT = (16, 240), 0.2  # Values between these are neither black nor white; share of the paint with one value
+PLAIN, OF_PAINT = (16, 240), 0.2  # Values between are neither black nor white; largest share of paint with one of them
 REMEDY = "Paint the crack white on black, or opaque on transparent."
 
 
 def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str) -> NDArray[np.bool_]:
-    """Check a mask of the photo's width and height in memory, (height, width); pixels that are not 0 are painted."""
+    """Check a mask in memory, (height, width); ``size_px`` is the photo's. Pixels that are not 0 are painted."""
     painted = np.asarray(painted)
     if painted.shape != size_px[::-1]:
         raise InputError(
@@ -27,10 +27,10 @@ def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str)
 
 
 def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
-    """Read a painted mask, (height, width): opaque pixels of a picture whose opacity varies, else those above half.
+    """Read a painted mask, (height, width): the opaque pixels if opacity varies, else the bright ones.
 
-    Raises InputError for another size than ``size_px``, the photo's width and height, for more values than two, or a
-    mask without a crack.
+    Raises InputError for another size than ``size_px``, the photo's width and height, for more than two values, or for
+    a mask without a crack.
     """
     with opened(path, MASK) as picture:
         ImageOps.exif_transpose(picture, in_place=True)
@@ -57,23 +57,23 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
     if count[between] > OF_PAINT * np.count_nonzero(painted):
         raise InputError(
             f"{path}: {count[between]} px of the mask have the {kind} {between} of 255, which is neither painted nor "
-            f"left out: are these numbers or several classes, as a labelling program writes them? {REMEDY}"
+            f"unpainted: are these numbers or several classes, as a labelling program writes them? {REMEDY}"
         )
     return painted
 
 
 def _refuse_pale(path: Path, shown: NDArray[np.uint8], colours: NDArray[np.uint8], kind: str) -> None:
-    """Raise InputError for a mask in which nothing is painted."""
+    """Raise InputError for a mask without paint."""
     brightest = int(shown.max())
-    said = f"{path}: the mask paints nothing: {PAINTED} of 255 is painted, and its largest {kind} is {brightest} of 255"
+    fault = f"{path}: the mask paints nothing: {PAINTED} of 255 is painted, its largest {kind} is {brightest} of 255"
     if brightest > 0 and kind == "brightness":
         red, green, blue = colours[int(np.argmax(shown.ravel()))].tolist()
         if not red == green == blue:
-            said += f", its brightest colour ({red}, {green}, {blue})"
-        said += ": are these numbers or colours of classes, as a labelling program writes them?"
+            fault += f", its brightest colour ({red}, {green}, {blue})"
+        fault += ": are these numbers or colours of classes, as a labelling program writes them?"
     else:
-        said += "."
-    raise InputError(f"{said} {REMEDY}")
+        fault += "."
+    raise InputError(f"{fault} {REMEDY}")
 
 
 def _soundly_painted(painted: NDArray[np.bool_], name: Path | str, rule: str) -> NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""Blur, reduction, samples and shift of one-channel pictures."""
+"""Blur, shrink, sample and shift one-channel pictures."""
 
 import cv2
 import numpy as np
@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from sealtwin.core.records import Floats
 
 Map = NDArray[np.float32]  # One number per pixel, (height, width)
-FAR = 1e-3  # Weight of the usual value beside those nearby, for places with nothing near
-MOST_ROWS = 16384  # Most rows of a picture that OpenCV samples at once, a power of two below its 32,767
+FAR = 1e-3  # Weight of the median, which counts at places without known pixels nearby
+MOST_ROWS = 16384  # Most rows that OpenCV samples at once, a power of two below its 32,767
 
 
 def blurred(picture: Map | NDArray[np.float64], sigma_px: float) -> Map:
@@ -16,27 +16,27 @@ def blurred(picture: Map | NDArray[np.float64], sigma_px: float) -> Map:
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), dtype=np.float32)
 
 
-def continued(picture: Map, known: NDArray[np.bool_], sigma_px: float) -> Map:
-    """Return the known pixels' Gaussian mean around each pixel; far from all of them their median."""
-    weight = known.astype(np.float32)
-    usual = float(np.median(picture[known])) if known.any() else 0.0
+def continued(picture: Map, valid: NDArray[np.bool_], sigma_px: float) -> Map:
+    """Return the Gaussian mean of the valid pixels around each pixel; far from all of them, their median."""
+    weight = valid.astype(np.float32)
+    usual = float(np.median(picture[valid])) if valid.any() else 0.0
     mean = (blurred(picture * weight, sigma_px) + FAR * usual) / (blurred(weight, sigma_px) + FAR)
     return np.asarray(mean, dtype=np.float32)
 
 
 def shrunk(picture: Map, size_px: tuple[int, int]) -> Map:
-    """Scale down to a width and height; each new pixel is the mean of those it covers."""
+    """Scale down to a width and height; each new pixel is the mean of the pixels that it covers."""
     return np.asarray(cv2.resize(picture, size_px, interpolation=cv2.INTER_AREA), dtype=np.float32)
 
 
 def sampled(
     picture: NDArray, places_px: Floats, how: int = cv2.INTER_LINEAR, beyond: int = cv2.BORDER_REPLICATE
 ) -> NDArray:
-    """Return the picture between its pixels, at places (..., 2); ``how`` and ``beyond`` are OpenCV's."""
+    """Interpolate the picture at places (..., 2); ``how`` and ``beyond`` are OpenCV's."""
     x, y = np.moveaxis(places_px.astype(np.float32), -1, 0)
     if x.size == 0:
         return np.zeros(x.shape, dtype=picture.dtype)
-    # OpenCV takes no more rows; a list of places fills as many columns as it needs.
+    # OpenCV has a limit on rows; a list of places is split into columns.
     rows = min(len(x), MOST_ROWS)
     columns, lines = (np.resize(axis, (rows, -(-x.size // rows))) for axis in (x, y))
     return cv2.remap(picture, columns, lines, how, borderMode=beyond, borderValue=0).ravel()[: x.size].reshape(x.shape)
@@ -54,5 +54,5 @@ def moved(picture: Map, x_px: float, y_px: float, how: int, beyond: int) -> Map:
 
 
 def widened(mask: NDArray[np.generic], reach_px: int) -> NDArray[np.bool_]:
-    """Return a mask with all pixels up to ``reach_px`` rows and columns away."""
+    """Return the mask grown by ``reach_px`` rows and columns to each side."""
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * reach_px + 1,) * 2, np.uint8)) > 0

@@ -1,4 +1,4 @@
-"""The tone curve that a photo's file states: light of another one than a camera's is read by it, and that is told."""
+"""Read the tone curve that a photo's file states, and apply it if it differs from a camera's."""
 
 from collections.abc import Callable
 from io import BytesIO
@@ -12,9 +12,9 @@ from sealtwin.core.errors import present
 from sealtwin.core.records import Floats
 
 DISPLAY_GAMMA = 2.2  # Exponent from stored brightness to light, about a camera's: half contrast is half the light
-NEAR = 0.2  # A curve this near to that exponent is a camera's, as sRGB's, of 2.1 to 2.25; a width changes by under 1 %
-TOLD_BY = np.arange(64, 192)  # Stored values that tell a curve's exponent: below, it is a straight piece's
-WIDEST_GAMMA = 6.0  # A stated exponent of more, or of less than its inverse, is none
+NEAR = 0.2  # Largest difference of a camera's exponent (sRGB: 2.1 to 2.25); a width changes by under 1 %
+MIDDLE = np.arange(64, 192)  # Stored values from which a curve's exponent is taken; below is a straight piece
+LARGEST_GAMMA = 6.0  # Largest plausible exponent; its inverse is the smallest
 MODE_OF = {b"RGB ": "RGB", b"GRAY": "L"}  # Mode of the pixels for each colour space of a profile that is used
 GREY_MODES = ("1", "L", "LA")
 
@@ -22,9 +22,9 @@ Curve = Callable[[Floats], Floats]
 
 
 def as_displayed(photo: Image.Image) -> tuple[Image.Image, tuple[str, ...]]:
-    """Return the photo in RGB, coded by about ``DISPLAY_GAMMA``, and a warning if its file states another tone curve.
+    """Return the photo in RGB for ``DISPLAY_GAMMA``, and a warning if its file states another tone curve.
 
-    A photo without a statement, or with one as a camera's, keeps each value.
+    Values stay as they are if the file states no curve or about a camera's.
     """
     if profile := photo.info.get("icc_profile"):
         return _by_profile(photo, profile)
@@ -37,27 +37,27 @@ def as_displayed(photo: Image.Image) -> tuple[Image.Image, tuple[str, ...]]:
     if abs(gamma - DISPLAY_GAMMA) <= NEAR:
         return rgb, ()
     table = np.rint(255 * light ** (1 / DISPLAY_GAMMA)).astype(np.uint8)
-    return rgb.point(table.tolist() * 3), (_told(gamma, source),)
+    return rgb.point(table.tolist() * 3), (_warning(gamma, source),)
 
 
 def _in_rgb(photo: Image.Image) -> Image.Image:
     return photo if photo.mode == "RGB" else photo.convert("RGB")
 
 
-def _told(gamma: float, source: str) -> str:
+def _warning(gamma: float, source: str) -> str:
     return (
-        f"the photo's file states a tone curve of gamma {gamma:.2g} ({source}), and its light was read by that, not by "
-        f"a camera's usual {DISPLAY_GAMMA:g}. If that is wrong, widths are off by several percent: save it as sRGB"
+        f"the photo's file states a tone curve of gamma {gamma:.2g} ({source}), which was used instead of a camera's "
+        f"usual {DISPLAY_GAMMA:g}. If it is wrong, widths are off by several percent: save the photo as sRGB"
     )
 
 
 def _exponent(light: Floats) -> float:
-    """Exponent of a curve, 256 shares of light by stored value, in the middle of its range."""
-    return float(np.median(np.log(np.maximum(light[TOLD_BY], 1e-6)) / np.log(TOLD_BY / 255)))
+    """Return the exponent of a curve in the middle of its range; ``light`` is given for each of 256 stored values."""
+    return float(np.median(np.log(np.maximum(light[MIDDLE], 1e-6)) / np.log(MIDDLE / 255)))
 
 
 def _stated(photo: Image.Image) -> tuple[Curve, str] | None:
-    """Return the curve from stored value to light, both 0 to 1, that the file states without a profile."""
+    """Return the curve from stored value to light, both 0 to 1, that the file states other than by a profile."""
     if photo.format == "PNG":
         gamma = photo.info.get("gamma")
         return None if "srgb" in photo.info or not gamma else _power(1 / gamma, "PNG gAMA")
@@ -74,13 +74,13 @@ def _power(gamma: Any, source: str) -> tuple[Curve, str] | None:
         exponent = float(gamma)
     except (TypeError, ValueError, ZeroDivisionError):
         return None
-    if not 1 / WIDEST_GAMMA <= exponent <= WIDEST_GAMMA:
+    if not 1 / LARGEST_GAMMA <= exponent <= LARGEST_GAMMA:
         return None
     return lambda stored: stored**exponent, source
 
 
 def _by_profile(photo: Image.Image, content: bytes) -> tuple[Image.Image, tuple[str, ...]]:
-    """Return the photo by its ICC profile if that has another tone curve than a camera's."""
+    """Return the photo converted by its ICC profile if that has another tone curve than a camera's."""
     # Imported here: few photos need it.
     from PIL import ImageCms
 
@@ -89,7 +89,7 @@ def _by_profile(photo: Image.Image, content: bytes) -> tuple[Image.Image, tuple[
         profile, srgb = ImageCms.getOpenProfile(BytesIO(content)), ImageCms.createProfile("sRGB")
         mode = MODE_OF.get(content[16:20])  # The colour space in a profile's header
         if mode is None or photo.mode == "CMYK" or (mode == "L" and photo.mode not in GREY_MODES):
-            # The profile is of inks, or of other pixels than these.
+            # The profile is for inks, or for other pixels than these.
             return _in_rgb(photo), ()
 
         def by_profile(picture: Image.Image) -> Image.Image:
@@ -101,9 +101,9 @@ def _by_profile(photo: Image.Image, content: bytes) -> tuple[Image.Image, tuple[
         gamma = _exponent(ramp**DISPLAY_GAMMA)
         if abs(gamma - DISPLAY_GAMMA) <= NEAR:
             return _in_rgb(photo), ()
-        return by_profile(photo), (_told(gamma, "ICC profile"),)
+        return by_profile(photo), (_warning(gamma, "ICC profile"),)
     except (ImageCms.PyCMSError, OSError, ValueError, TypeError):
         return _in_rgb(photo), (
-            "the photo's ICC profile cannot be read: its tone curve, or gamma, is taken for a camera's. If it is "
-            "another, widths are off by several percent: save it as sRGB",
+            "the photo's ICC profile cannot be read: a camera's usual tone curve (gamma) is assumed. If it is "
+            "another, widths are off by several percent: save the photo as sRGB",
         )

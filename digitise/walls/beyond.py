@@ -1,4 +1,4 @@
-"""A crack that goes on beyond an end that was clicked: how far, so that nobody takes a part of it for the whole."""
+"""Measure how far a crack continues beyond a clicked end, and warn that only a part of it was traced."""
 
 import cv2
 import numpy as np
@@ -8,7 +8,7 @@ from skimage.graph import MCP_Geometric
 from digitise.crack_path.darkness import sample_mask
 from digitise.crack_path.hints import listed
 from digitise.crack_path.medial_axis import radius
-from digitise.crack_path.profiles import median_known, profiles_across, row_medians
+from digitise.crack_path.profiles import finite_median, profiles_across, row_medians
 from digitise.geometry.polyline import depth_inside, unit
 from digitise.image.raster import blurred, shrunk
 from digitise.photo import Photo
@@ -16,20 +16,20 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
-MOST_BEYOND = 0.05  # Share of the traced length that a crack may go on without a word
-LEAST_BEYOND, LEAST_BEYOND_PX = 2.0, 30.0  # Widths and px that it may go on: a blunt end, and grain that touches it
-AT_BORDER = 2.0  # Widths, and twice as many px, from the photo's border within which a crack leaves the photo
+MOST_BEYOND = 0.05  # Share of the traced length by which a crack may continue without a warning
+LEAST_BEYOND, LEAST_BEYOND_PX = 2.0, 30.0  # The same in widths and px: a blunt end, and grain that touches it
+AT_BORDER = 2.0  # Widths, plus twice as many px, from the photo's border within which a crack leaves the photo
 WORK_PX, LARGEST_PX = 6.0, 2500  # Width of the crack in the copy that is searched, and longest side of the copy
-LAST = 8.0  # Widths of the crack before an end that give its darkness and its direction
+LAST = 8.0  # Widths of the crack before an end that give its darkness and direction
 BESIDE = (1.0, 3.0)  # Widths from the line between which the ground's light is read
 HALF = 0.5  # Share of the contrast up to which a place is dark
-SWELLING = 1.5  # Widths above which a dark place is no crack: a shadow, a stain, the ground that the sample lies on
-BODY = 1.5  # Widths across which the traced crack is taken away
-NEAR = 1.5  # Widths from the end within which the crack must go on
+SWELLING = 1.5  # Widths above which a dark place is not crack but a shadow, a stain or the table
+BODY = 1.5  # Widths across which the traced crack is removed
+NEAR = 1.5  # Widths from the end within which the rest of the crack must begin
 
 
 def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], width_px: float) -> list[str]:
-    """Return a warning about each end, cut by a click, beyond which the photo shows much more of the crack."""
+    """Return a warning for each end that a click cut, if the photo shows much more of the crack beyond it."""
     length_px = float(arc_length(line_px)[-1])
     last_px, warnings = np.array(photo.size_px) - 1, list[str]()
     for kind, inward_px in zip(kinds, (line_px, line_px[::-1]), strict=True):
@@ -46,7 +46,7 @@ def judge_beyond(photo: Photo, line_px: Floats, kinds: tuple[EndKind, EndKind], 
 
 
 def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
-    """Length of the dark band that leaves the line's first point away from the line."""
+    """Return the length of the dark band that continues from the line's first point, away from the line."""
     s_px = arc_length(inward_px)
     part_px = inward_px[: max(2, int(np.searchsorted(s_px, LAST * width_px)))]
     threshold = _threshold(photo, part_px, width_px)
@@ -63,15 +63,15 @@ def _beyond_px(photo: Photo, inward_px: Floats, width_px: float) -> float:
 
 
 def _threshold(photo: Photo, part_px: Floats, width_px: float) -> float:
-    seen = profiles_across(photo, part_px, width_px, BESIDE[1] * width_px + 4)
-    away_px = np.abs(seen.offset_px)
-    ground = median_known(seen.light[:, away_px > BESIDE[0] * width_px + 2])
-    own = median_known(row_medians(np.where(away_px <= max(width_px / 4, 1.0), seen.light, np.nan)))
+    profiles = profiles_across(photo, part_px, width_px, BESIDE[1] * width_px + 4)
+    away_px = np.abs(profiles.offset_px)
+    ground = finite_median(profiles.light[:, away_px > BESIDE[0] * width_px + 2])
+    own = finite_median(row_medians(np.where(away_px <= max(width_px / 4, 1.0), profiles.light, np.nan)))
     return own + HALF * (ground - own)
 
 
 def _slender(dark: NDArray[np.bool_], width: float) -> NDArray[np.bool_]:
-    """Dark cells less those of regions far wider than the crack."""
+    """Return the dark cells without regions far wider than the crack."""
     thick = radius(dark) > SWELLING * width / 2 + 1
     if not thick.any():
         return dark
@@ -81,7 +81,7 @@ def _slender(dark: NDArray[np.bool_], width: float) -> NDArray[np.bool_]:
 
 
 def _farthest(dark: NDArray[np.bool_], end: Floats, ahead: Floats, width: float) -> float:
-    """Length of the longest way through dark cells that are connected to a place ahead of the end."""
+    """Return the length of the longest way through dark cells connected to a place ahead of the end."""
     label = np.asarray(cv2.connectedComponents(dark.astype(np.uint8), connectivity=8)[1])
     reach = NEAR * width + 2
     low = np.maximum(np.floor(end - reach).astype(int), 0)

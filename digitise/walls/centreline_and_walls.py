@@ -1,4 +1,4 @@
-"""Follow a crack from end to end: the line down its middle and the walls along it are found in turns."""
+"""Follow a crack from end to end. The line down its middle and the walls along it are measured in turn."""
 
 from dataclasses import dataclass
 
@@ -28,74 +28,91 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
-MOST_BLUR = 1 / 5  # Sigma of the blur over the width above which blur decides it, as in an enlarged photo
-MIN_SLENDERNESS = 3.0  # Length over width: shorter, there is no direction to follow
 STATION_PX = 2.5  # Spacing of stations: 0.25 mm at 0.1 mm/px
-PASSES, MOST_PASSES = 2, 8  # Passes that centre the line: two leave 0.01 mm; a path along a wall needs more
-CENTRED = 0.05  # Crack widths off the middle, nearly everywhere, within which a line needs no further pass
-REACH = 1.5  # Crack widths to either side that are searched for a wall
-BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}  # Crack widths added to the line
-CLEAR = 0.25  # Crack widths from the face's edge, besides twice the search's rim, within which a path may follow it
-PATH_SMOOTHING = 0.75  # Gaussian sigma of the rough path, in crack widths: its steps are cells of the search map
-CENTRE_SMOOTHING, RETURNS = 0.25, 4  # Sigma of the centreline in widths, and corrections: bends over 1.5 widths stay
-PATH_AHEAD, TIP_AHEAD = 2.0, 0.5  # Widths before an end that give its direction: for the rough path, and before a tip
 LEAST_WIDTH_PX = 6.0  # Least width to begin with
-ONWARD = 6  # Stations, 15 px, that give a wall's direction at the face's edge: fewer follow grain, twice as many bends
-BORDER_PX = 1.0  # Least distance from the photo's outermost pixels: smoothing moves a wall by less
+
+
+@dataclass(frozen=True)
+class FollowLimits:
+    """Constants of following a crack. "widths" are crack widths.
+
+    Chosen on drawn photos: the line is then within 0.01 mm of the middle after two passes. A longer ``reach`` finds the
+    walls from worse paths and sees more neighbouring cracks; less smoothing keeps sharper bends and more grain.
+    """
+
+    most_blur: float = 1 / 5  # Largest sigma of the blur over the width; above it blur decides the width
+    least_slenderness: float = 3.0  # Least length over width; a shorter crack has no direction to follow
+    passes: int = 2  # Least number of passes that centre the line
+    most_passes: int = 8  # Largest number of passes; a path along a wall needs more than two
+    centred: float = 0.05  # Widths off the middle, at 95 % of the stations, within which a line needs no further pass
+    reach: float = 1.5  # Widths to either side that are searched for a wall
+    clear: float = 0.25  # Widths from the face's edge, plus twice the search's rim, within which a path may follow it
+    path_smoothing: float = 0.75  # Sigma of the rough path in widths: its steps are cells of the search map
+    centre_smoothing: float = 0.25  # Sigma of the centreline in widths
+    returns: int = 4  # Corrections of that smoothing, so that bends of over 1.5 widths stay
+    path_ahead: float = 2.0  # Widths of the rough path before an end that give its direction
+    tip_ahead: float = 0.5  # The same before a tip
+    onward: int = 6  # Stations, 15 px, that give a wall's direction at the face's edge; fewer follow grain
+    border_px: float = 1.0  # Least distance from the photo's outermost pixels: smoothing moves a wall by less
+
+
+LIMITS = FollowLimits()
+BEYOND: dict[EndKind, float] = {"open": 3.0, "cut": 0.75, "closed": 1.0}  # Widths added to the line
 
 Ends = tuple[PathEnd, PathEnd]
 
 
 class TooThinError(InputError):
-    """Crack too thin for walls of its own; its width can be fitted."""
+    """The crack is too thin for walls; its width can be fitted."""
 
 
 @dataclass(frozen=True)
 class Traced:
     """A line past the crack's ends, and the walls along it."""
 
-    line_mm: Floats  # Down the middle, (n, 2); where one wall has left the face, half a width from the other
+    line_mm: Floats  # Down the middle, (n, 2); half a width from one wall if the other has left the face
     left_mm: Floats
     right_mm: Floats
     kinds: tuple[EndKind, EndKind]
     span_mm: tuple[float, float]  # Arc length on the line at which the crack begins and ends
     width_px: float  # Median width in pixels of the photo
-    missing: float  # Share of the crack on which a wall is missing
-    beyond_mm: float  # Length of path left out at its ends because a wall lies outside the photo
+    missing: float  # Share of the crack with one or both walls missing
+    beyond_mm: float  # Length of path omitted at its ends because a wall is outside the photo
 
 
 def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
-    """Follow both walls along ``path``; raise InputError where the crack is too short or unclear.
+    """Follow both walls along ``path``. Raises InputError if the crack is too short or unclear.
 
-    Raises TooThinError where blur would decide its width.
+    Raises TooThinError if blur would decide its width.
     """
     length_px = float(arc_length(path.points_px)[-1])
-    if length_px < MIN_SLENDERNESS * path.width_px:
+    if length_px < LIMITS.least_slenderness * path.width_px:
         raise InputError(
             f"{photo.file}: the crack is {length_px:.0f} px long and {path.width_px:.0f} px wide; need "
-            f"{MIN_SLENDERNESS:g} times its width: give ends_px farther apart."
+            f"{LIMITS.least_slenderness:g} times its width: give ends_px farther apart."
         )
     width_px = max(path.width_px, LEAST_WIDTH_PX)
-    patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * REACH) * width_px)
+    patch = patch_around(photo, path.points_px, (max(BEYOND.values()) + 2 * LIMITS.reach) * width_px)
     spacing_mm, width_mm = STATION_PX * photo.mm_per_px, width_px * photo.mm_per_px
 
     def look(line_mm: Floats, ray: Floats, at_edge: bool = False) -> tuple[Strip, Walls]:
         step_mm = sample_step_mm(width_mm, photo.mm_per_px)
-        strip = straighten(photo, patch, line_mm, ray, step_mm, REACH * width_mm)
+        strip = straighten(photo, patch, line_mm, ray, step_mm, LIMITS.reach * width_mm)
         return strip, find_walls(strip, width_mm, wall_share, at_edge)
 
-    line_mm = smoothed(resampled(photo.to_mm(path.points_px), spacing_mm), PATH_SMOOTHING * width_mm / spacing_mm)
+    sigma = LIMITS.path_smoothing * width_mm / spacing_mm
+    line_mm = smoothed(resampled(photo.to_mm(path.points_px), spacing_mm), sigma)
     _, walls = look(line_mm, rays_across(line_mm, width_mm, (None, None)))
     ends = _judged_ends(photo, patch, path, walls)
     line_mm = _carried_on(photo, line_mm, ends, width_mm, spacing_mm)
-    for number in range(MOST_PASSES):
+    for number in range(LIMITS.most_passes):
         strip, walls = look(line_mm, rays_across(line_mm, width_mm, (None, None)))
         _check_found(photo, strip, walls, (0.0, np.inf), most_missing=1.0)
         span_mm = _span_mm(photo, patch, line_mm, walls, ends)
         width_mm = max(_usual_width_mm(walls), LEAST_WIDTH_PX * photo.mm_per_px)
         line_mm = _recentred(strip, walls, ends, span_mm, width_mm, spacing_mm)
         aside_mm = np.abs(walls.left_mm - walls.right_mm)[walls.both_found] / 2
-        if number + 1 >= PASSES and np.percentile(aside_mm, 95) < CENTRED * width_mm:
+        if number + 1 >= LIMITS.passes and np.percentile(aside_mm, 95) < LIMITS.centred * width_mm:
             break
     strip, walls = look(line_mm, rays_across(line_mm, width_mm, _crossings(photo, line_mm, ends)), at_edge=True)
     left_mm = _straight_on(strip.places_mm(walls.left_mm), walls.left_found, ends)
@@ -105,7 +122,7 @@ def trace(photo: Photo, path: CrackPath, wall_share: float) -> Traced:
     kinds = (ends[0].kind if span_mm[0] == whole_mm[0] else "cut", ends[1].kind if span_mm[1] == whole_mm[1] else "cut")
     width_mm = _usual_width_mm(walls)
     missing = _check_found(photo, strip, walls, span_mm, MOST_MISSING)
-    least_px = max(MIN_WIDTH_PX, walls.blur_px / MOST_BLUR)
+    least_px = max(MIN_WIDTH_PX, walls.blur_px / LIMITS.most_blur)
     if width_mm < least_px * photo.mm_per_px:
         raise TooThinError(
             f"{photo.file}: the crack is {width_mm / photo.mm_per_px:.1f} px wide; need {least_px:.2g} px between its "
@@ -127,10 +144,10 @@ def _judged_ends(photo: Photo, patch: Patch, path: CrackPath, walls: Walls) -> E
 
 
 def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spacing_mm: float) -> Floats:
-    """The line extended to its tips and past its ends, at an open one from where the path is clear of the edge."""
+    """Return the line extended to its tips and past its ends; at an open end its part near the edge is replaced."""
     first, last = 0, len(line_mm) - 1
     if photo.face_mm is not None:
-        rim_mm = CLEAR * width_mm + 2 * EDGE_PX * photo.mm_per_px
+        rim_mm = LIMITS.clear * width_mm + 2 * EDGE_PX * photo.mm_per_px
         clear = np.flatnonzero(depth_inside(line_mm, photo.face_mm) > rim_mm)
         if len(clear) >= 2:
             first = clear[0] if ends[0].kind == "open" else first
@@ -140,27 +157,27 @@ def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spac
     before_mm, after_mm = before_mm + s_mm[first], after_mm + s_mm[-1] - s_mm[last]
     tips_mm = [photo.to_mm(end.place_px[None]) if end.kind == "closed" else np.empty((0, 2)) for end in ends]
     line_mm = np.concatenate([tips_mm[0], line_mm[first : last + 1], tips_mm[1]])
-    return resampled(extended(line_mm, before_mm, after_mm, PATH_AHEAD * width_mm, spacing_mm), spacing_mm)
+    return resampled(extended(line_mm, before_mm, after_mm, LIMITS.path_ahead * width_mm, spacing_mm), spacing_mm)
 
 
 def _recentred(
     strip: Strip, walls: Walls, ends: Ends, span_mm: tuple[float, float], width_mm: float, spacing_mm: float
 ) -> Floats:
-    """A smooth line between the walls, straight past a tip."""
+    """Return a smooth line between the walls, straight past a tip."""
     middle_mm = strip.places_mm((walls.left_mm - walls.right_mm) / 2)
     s_mm = arc_length(strip.line_mm)
     between = np.flatnonzero(walls.both_found & (s_mm > span_mm[0]) & (s_mm < span_mm[1]))
     closed = [end.kind == "closed" and len(between) > 1 for end in ends]
     first = between[0] if closed[0] else 0
     last = between[-1] if closed[1] else len(s_mm) - 1
-    sigma = CENTRE_SMOOTHING * width_mm / spacing_mm
-    line_mm = smoothed(resampled(middle_mm[first : last + 1], spacing_mm), sigma, RETURNS)
+    sigma = LIMITS.centre_smoothing * width_mm / spacing_mm
+    line_mm = smoothed(resampled(middle_mm[first : last + 1], spacing_mm), sigma, LIMITS.returns)
     before_mm, after_mm = (BEYOND["closed"] * width_mm * is_closed for is_closed in closed)
-    return resampled(extended(line_mm, before_mm, after_mm, TIP_AHEAD * width_mm, spacing_mm), spacing_mm)
+    return resampled(extended(line_mm, before_mm, after_mm, LIMITS.tip_ahead * width_mm, spacing_mm), spacing_mm)
 
 
 def _span_mm(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, ends: Ends) -> tuple[float, float]:
-    """Arc length on the line at which the crack begins and ends."""
+    """Return the arc lengths on the line at which the crack begins and ends."""
     crossings = _crossings(photo, line_mm, ends)
 
     def end_mm(end: PathEnd, crossing: Crossing | None, outward: int) -> float:
@@ -172,15 +189,15 @@ def _span_mm(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, ends: En
     return end_mm(ends[0], crossings[0], -1), end_mm(ends[1], crossings[1], 1)
 
 
-def _straight_on(wall_mm: Floats, found: NDArray[np.bool_], ends: Ends) -> Floats:
-    """The wall, continued straight past its last place at open ends, where rays would draw it along the edge."""
+def _straight_on(wall_mm: Floats, has_step: NDArray[np.bool_], ends: Ends) -> Floats:
+    """Return the wall, continued straight past its last step at open ends; rays would draw it along the edge there."""
     wall_mm = wall_mm.copy()
-    if np.count_nonzero(found) <= ONWARD:
+    if np.count_nonzero(has_step) <= LIMITS.onward:
         return wall_mm
     for end, onward in zip(ends, (wall_mm[::-1], wall_mm), strict=True):
         if end.kind == "open":
-            last = int(np.flatnonzero(found if onward is wall_mm else found[::-1])[-1])
-            step_mm = (onward[last] - onward[last - ONWARD]) / ONWARD
+            last = int(np.flatnonzero(has_step if onward is wall_mm else has_step[::-1])[-1])
+            step_mm = (onward[last] - onward[last - LIMITS.onward]) / LIMITS.onward
             onward[last + 1 :] = onward[last] + np.arange(1, len(onward) - last)[:, None] * step_mm
     return wall_mm
 
@@ -188,11 +205,11 @@ def _straight_on(wall_mm: Floats, found: NDArray[np.bool_], ends: Ends) -> Float
 def _shown_span_mm(
     photo: Photo, line_mm: Floats, walls_mm: tuple[Floats, Floats], span_mm: tuple[float, float]
 ) -> tuple[float, float]:
-    """The longest part of a span on which the photo shows both walls; raises InputError where little is left."""
+    """Return the longest part of a span with both walls in the photo; raise InputError if that is too short."""
     width, height = photo.size_px
     hidden = np.zeros(len(line_mm), dtype=bool)
     for wall_mm in walls_mm:
-        outside = depth_inside(photo.to_px(wall_mm), (0, 0, width - 1, height - 1)) < BORDER_PX
+        outside = depth_inside(photo.to_px(wall_mm), (0, 0, width - 1, height - 1)) < LIMITS.border_px
         # A wall beyond the edge of the face ends there anyway.
         hidden |= outside & (True if photo.face_mm is None else depth_inside(wall_mm, photo.face_mm) > 0)
     s_mm = arc_length(line_mm)
@@ -202,7 +219,7 @@ def _shown_span_mm(
     lost = 1 - float(stops_mm[longest + 1] - stops_mm[longest]) / (span_mm[1] - span_mm[0])
     if lost > MOST_MISSING:
         raise InputError(
-            f"{photo.file}: a wall lies outside the photo on {lost:.0%} of the path (at most {MOST_MISSING:.0%}); give "
+            f"{photo.file}: a wall is outside the photo on {lost:.0%} of the path (at most {MOST_MISSING:.0%}); give "
             "ends_px farther inside, or a photo that shows both walls."
         )
     shown_mm = s_mm[~hidden & within]
@@ -212,17 +229,17 @@ def _shown_span_mm(
 
 
 def _crossings(photo: Photo, line_mm: Floats, ends: Ends) -> Crossings:
-    """Crossings of the line with the edge of the face at open ends."""
-    found: list[Crossing | None] = [None, None]
+    """Return the crossings of the line with the edge of the face at open ends."""
+    crossings: list[Crossing | None] = [None, None]
     for number, end in enumerate(ends):
         if end.kind == "open" and photo.face_mm is not None:
-            found[number] = edge_crossing(line_mm, photo.face_mm, at_start=number == 0)
-            if found[number] is None:
+            crossings[number] = edge_crossing(line_mm, photo.face_mm, at_start=number == 0)
+            if crossings[number] is None:
                 raise InputError(
                     f"{photo.file}: the crack runs along the edge of the face without crossing it; give ends_px "
                     "farther inside."
                 )
-    return found[0], found[1]
+    return crossings[0], crossings[1]
 
 
 def _usual_width_mm(walls: Walls) -> float:
@@ -230,7 +247,7 @@ def _usual_width_mm(walls: Walls) -> float:
 
 
 def _nearest_mm(line_mm: Floats, place_mm: Floats) -> float:
-    """Arc length on a line beside a place."""
+    """Return the arc length of the point of a line nearest to a place."""
     s_mm = arc_length(line_mm)
     nearest = int(np.argmin(np.linalg.norm(line_mm - place_mm, axis=1)))
     beside_mm = float((place_mm - line_mm[nearest]) @ tangents(line_mm)[nearest])
@@ -238,7 +255,7 @@ def _nearest_mm(line_mm: Floats, place_mm: Floats) -> float:
 
 
 def _check_found(photo: Photo, strip: Strip, walls: Walls, span_mm: tuple[float, float], most_missing: float) -> float:
-    """Share of the crack on the sample on which a wall is missing; raises InputError above ``most_missing``."""
+    """Return the share of the crack on the sample with a wall missing; raise InputError above ``most_missing``."""
     s_mm = arc_length(strip.line_mm)
     within = strip.valid[:, strip.middle] & (s_mm >= span_mm[0]) & (s_mm <= span_mm[1])
     missing = 1 - float(np.mean((walls.both_found & walls.open_line)[within])) if within.any() else 1.0

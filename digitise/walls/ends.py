@@ -1,4 +1,4 @@
-"""Ends of a crack: at the edge of the face, in a tip, or cut where it continues."""
+"""Classify the ends of a crack: open at the edge of the face, closed in a tip, or cut if the crack continues."""
 
 from dataclasses import dataclass
 
@@ -18,31 +18,32 @@ from sealtwin.core.solid_figures import EndKind
 STEP_PX = 1.0  # Spacing of stations at a tip, which rounds off within a few pixels
 BESIDE_PX = 3.0  # Reach of a blurred edge beyond a wall
 PLAIN = 0.5  # Share of a crack's darkness above that of any grain
-NARROWEST_PX, WIDEST_PX = 1.5, 10.0  # Widths that show where a tip ends: less is lost in grain, more is not the tip's
-TIP_SHARE = 0.6  # Share of the width beside a tip up to which the crack narrows as a tip does
+NARROWEST_PX, WIDEST_PX = 1.5, 10.0  # Widths used to locate a tip: less is lost in grain, more is not the tip
+TIP_SHARE = 0.6  # Largest width of a tip over the crack's width near it
 LOOK_AHEAD = 2.0  # Crack widths ahead of the end that are searched for the edge of the face
-GOES_ON = 1.5  # Crack widths of dark around an end above which it is cut, by a longer crack or the sample's shadow
-BLUNT = 0.25  # Crack widths behind its farthest point that count as the end's front: a sharp tip narrows in less
+GOES_ON = 1.5  # Crack widths of dark around an end above which the end is cut: the crack, or a shadow, continues
+BLUNT = 0.25  # Crack widths behind the farthest point that are the end's front; a sharp tip narrows in less
 
 
 def find_tip(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, near_mm: float, outward: int) -> float:
-    """Arc length of the tip near ``near_mm`` on a line that runs past it; ``outward`` is 1 or -1 along the line.
+    """Return the arc length of the tip near ``near_mm`` on a line that runs past it.
 
-    The width is the missing brightness, summed across. Its square falls evenly to 0 at a round tip.
+    ``outward`` is the direction out of the crack, 1 or -1 along the line. The width is the missing brightness, summed
+    across. At a round tip its square falls linearly to 0.
     """
     s_mm, px = arc_length(line_mm), photo.mm_per_px
-    found = np.flatnonzero(walls.both_found & (outward * (s_mm - near_mm) <= 0))
-    if len(found) == 0:
+    inner = np.flatnonzero(walls.both_found & (outward * (s_mm - near_mm) <= 0))
+    if len(inner) == 0:
         return near_mm
-    last = found[-1] if outward > 0 else found[0]
-    reach_mm = max(float(np.median(walls.width_mm[found])), 12 * px)
+    last = inner[-1] if outward > 0 else inner[0]
+    reach_mm = max(float(np.median(walls.width_mm[inner])), 12 * px)
     inner_mm = outward * np.arange(-reach_mm, reach_mm / 2, STEP_PX * px)
     stations_mm = s_mm[last] + inner_mm
     stations_mm = stations_mm[(stations_mm > 0) & (stations_mm < s_mm[-1])]
     fine_mm = at_arc_length(line_mm, s_mm, stations_mm)
-    known = outward * (stations_mm - s_mm[last]) <= 0
+    before_last = outward * (stations_mm - s_mm[last]) <= 0
     left_mm, right_mm = (
-        np.where(known, np.interp(stations_mm, s_mm, wall_mm), wall_mm[last])
+        np.where(before_last, np.interp(stations_mm, s_mm, wall_mm), wall_mm[last])
         for wall_mm in (walls.left_mm, walls.right_mm)
     )
     normal = left_normals(fine_mm) * outward
@@ -53,14 +54,14 @@ def find_tip(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, near_mm:
     around_mm = 2 * BESIDE_PX * px
     beside = ~inside & (strip.offset_mm >= low_mm - around_mm) & (strip.offset_mm <= high_mm + around_mm)
     mortar = beside & strip.valid
-    known = np.flatnonzero(mortar.any(axis=1))
-    if len(known) == 0:
+    rows = np.flatnonzero(mortar.any(axis=1))
+    if len(rows) == 0:
         return float(s_mm[last])
-    levels = np.nanmedian(np.where(mortar[known], strip.light[known], np.nan), axis=1)
-    bright = np.interp(np.arange(len(mortar)), known, levels)[:, None]
+    levels = np.nanmedian(np.where(mortar[rows], strip.light[rows], np.nan), axis=1)
+    bright = np.interp(np.arange(len(mortar)), rows, levels)[:, None]
     dark = np.interp(stations_mm, s_mm, walls.dark)
     missing = np.where(inside, 1 - (strip.light - dark[:, None]) / np.maximum(bright - dark[:, None], 1e-6), 0)
-    # Before a blunt end, dark grain all across it would add up to a crack that goes on.
+    # Before a blunt end, dark grain across the whole width would add up to a crack that continues.
     near = maximum_filter1d((missing > PLAIN).astype(np.uint8), 2 * round(BESIDE_PX / strip.sample_px) + 1, axis=1)
     sharp = left_mm + right_mm < WIDEST_PX * px
     width_px = np.where((near > 0) | sharp[:, None], missing, 0).sum(axis=1) * strip.sample_px
@@ -68,7 +69,7 @@ def find_tip(photo: Photo, patch: Patch, line_mm: Floats, walls: Walls, near_mm:
 
 
 def _vanishing_mm(stations_mm: Floats, width_px: Floats, last_mm: float, outward: int, reach_mm: float) -> float:
-    """Arc length at which the square of the width, extrapolated outward from about ``last_mm``, is 0."""
+    """Return the arc length at which the square of the width, extrapolated outward from ``last_mm``, is 0."""
     last = int(np.argmin(np.abs(stations_mm - last_mm)))
     widest_px = min(WIDEST_PX, TIP_SHARE * float(np.median(width_px[: last + 1])))
     wide = np.flatnonzero(width_px[: last + 1] > widest_px)
@@ -78,7 +79,7 @@ def _vanishing_mm(stations_mm: Floats, width_px: Floats, last_mm: float, outward
     if end - begin < 3:
         return last_mm
     s, square = stations_mm[begin:end], width_px[begin:end] ** 2
-    # The error of a square grows with its root.
+    # The error of a square is proportional to its root.
     slope, at_0 = np.polyfit(s - last_mm, square, 1, w=1 / np.maximum(width_px[begin:end], NARROWEST_PX))
     if slope * outward >= 0:
         return last_mm
@@ -94,10 +95,10 @@ class PathEnd:
 
 
 def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float) -> PathEnd:
-    """Classify the end at ``end_px``; ``ahead`` points out of the crack. The photo's edge cuts a crack."""
+    """Classify the end at ``end_px``; ``ahead`` points out of the crack. An end at the photo's edge is cut."""
     reached_px = np.vstack([end_px, _dark_ahead_px(photo, patch, end_px, ahead, width_px, threshold)])
     if photo.face_mm is not None:
-        # The mask stops short of the edge.
+        # The mask ends before the edge.
         edge_px = np.abs(depth_inside(photo.to_mm(reached_px), photo.face_mm)) / photo.mm_per_px
         if edge_px.min() <= 2 * EDGE_PX:
             return PathEnd("open", end_px)
@@ -109,7 +110,7 @@ def judge_end(photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_p
 
 
 def _tip_px(reached_px: Floats, end_px: Floats, ahead: Floats, width_px: float) -> Floats:
-    """The farthest place ahead that is dark, in the middle of a blunt end."""
+    """Return the farthest dark place ahead, or the middle of a blunt end."""
     away_px = reached_px - end_px
     extent_px = away_px @ ahead
     aside = np.array([-ahead[1], ahead[0]])
@@ -120,7 +121,7 @@ def _tip_px(reached_px: Floats, end_px: Floats, ahead: Floats, width_px: float) 
 def _dark_ahead_px(
     photo: Photo, patch: Patch, end_px: Floats, ahead: Floats, width_px: float, threshold: float
 ) -> Floats:
-    """Pixels of crack around and ahead of the end and connected to it, (n, 2)."""
+    """Return the pixels of crack around and ahead of the end that are connected to it, (n, 2)."""
     reach_px = LOOK_AHEAD * width_px
     left, top = np.maximum(np.floor(end_px - reach_px) - patch.offset_px, 0).astype(int)
     right, bottom = (np.ceil(end_px + reach_px) - patch.offset_px).astype(int) + 1
@@ -128,10 +129,10 @@ def _dark_ahead_px(
     y, x = np.nonzero(patch.soft[window] < threshold)
     dark_px = np.column_stack([x + left, y + top]) + np.array(patch.offset_px, dtype=float)
     away_px = dark_px - end_px
-    # A little behind the end counts, so that a bright speck on it does not part the crack from its end.
-    kept = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= reach_px)
-    kept[kept] = patch.on_sample(dark_px[kept], photo.to_mm(dark_px[kept]))
-    x, y, dark_px, away_px = x[kept], y[kept], dark_px[kept], away_px[kept]
+    # A strip behind the end is included, so that a bright speck on the end does not separate it from the crack.
+    near = (away_px @ ahead > -0.5 * width_px) & (np.linalg.norm(away_px, axis=1) <= reach_px)
+    near[near] = patch.on_sample(dark_px[near], photo.to_mm(dark_px[near]))
+    x, y, dark_px, away_px = x[near], y[near], dark_px[near], away_px[near]
     if len(dark_px) == 0:
         return dark_px
     picture = np.zeros(patch.soft[window].shape, dtype=np.uint8)

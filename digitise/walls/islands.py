@@ -1,4 +1,4 @@
-"""Stones in a crack, with crack all round them, found before the walls are followed past them."""
+"""Find stones that are surrounded by crack, before the walls are followed past them."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,21 +21,21 @@ from digitise.walls.straightened import Patch, patch_around
 from sealtwin.core.errors import present
 from sealtwin.core.records import Floats
 
-RetouchedPhoto = NewType("RetouchedPhoto", Photo)  # One with its own scale, but not everywhere its own brightness
+RetouchedPhoto = NewType("RetouchedPhoto", Photo)  # A photo with its own scale and partly changed brightness
 PAINT_DARK, PAINT_BRIGHT = 0.05, 0.8  # Brightness of a deep crack and of light mortar
-CRACK, MORTAR = 0.25, 0.8  # Crack widths from the path: crack within, mortar beyond except in side cracks
+CRACK, MORTAR = 0.25, 0.8  # Crack widths from the path within which is crack, and beyond which mortar or side cracks
 WORK_PX = 8.0  # Width of the crack in the small picture in which the levels are measured
 SPREAD = 2.0  # Gaussian sigma over which a level is averaged, in crack widths
-LEAST_MM2 = 0.3  # Least area of a stone in a photo; smaller bright places are glints or grains on the crack's floor
-LEAST_SIDE = 0.15  # Side of the smallest stone over the crack's width: a smaller one does not part the sealant
+LEAST_MM2 = 0.3  # Least area of a stone in a photo; smaller bright places are glints, or grains on the floor
+LEAST_SIDE = 0.15  # Least side of a stone over the crack's width; a smaller one does not divide the sealant
 LEAST_PX = 30  # Least pixels of a stone; fewer may be noise
-WIDEST = 1.0  # Crack widths above which a bright place parts two cracks, one of which the path follows
+WIDEST = 1.0  # Crack widths above which a bright place is the ground between two cracks
 REACH = 2.5  # Crack widths from the path to either side that are searched
 SKIRT_PX = 3  # Reach of the blur that darkens mortar around a crack and brightens crack around mortar
 
 
 def photo_of_paint(photo: Photo, path: CrackPath) -> RetouchedPhoto:
-    """The painted piece that holds the path, dark on bright, so that the rules for a photographed crack apply to it."""
+    """Return the painted piece under the path as a photo, dark on bright, so that the rules for photos apply to it."""
     piece = holding(present(photo.drawn, "the paint"), path.points_px, connectivity=8)
     paint = np.where(piece, PAINT_DARK, PAINT_BRIGHT).astype(np.float32)
     return RetouchedPhoto(replace(photo, brightness=paint))
@@ -43,7 +43,7 @@ def photo_of_paint(photo: Photo, path: CrackPath) -> RetouchedPhoto:
 
 @dataclass(frozen=True)
 class Contrast:
-    """Brightness levels of a crack and of the mortar around it, everywhere in a patch."""
+    """Brightness levels of a crack and of the mortar around it at each place of a patch."""
 
     patch: Patch
     sample: NDArray[np.bool_]  # Pixels of the sample's face, and of no marker
@@ -64,7 +64,7 @@ class Contrast:
         return self.share_of(self.patch.soft)
 
     def share_of(self, light: Map) -> Map:
-        """The same for a copy of the patch in another size."""
+        """Return the share of the contrast of a copy of the patch in another size."""
         dark, bright = (resized(level, light.shape) for level in (self.coarse_dark, self.coarse_bright))
         return np.asarray((light - dark) / np.maximum(bright - dark, np.float32(1e-6)), dtype=np.float32)
 
@@ -86,13 +86,13 @@ def contrast(photo: Photo, path: CrackPath, patch: Patch) -> Contrast:
     inside, beside = shown & (away < CRACK), shown & (away > MORTAR)
     dark = float(np.median(small[inside])) if inside.any() else 0.0
     usual = float(np.median(small[beside])) if beside.any() else 0.0
-    # Side cracks and pores are no mortar.
+    # Side cracks and pores are not mortar.
     mortar = beside & (small > (2 * dark + usual) / 3)
     return Contrast(patch, sample, continued(small, inside, sigma), continued(small, mortar, sigma))
 
 
 def find_islands(photo: Photo, path: CrackPath, wall_share: float) -> tuple[tuple[Floats, ...], RetouchedPhoto]:
-    """Find stones: clockwise rings in mm at ``wall_share`` of the contrast, and the photo, dark in their places."""
+    """Return the stones, clockwise rings in mm at ``wall_share`` of the contrast, and the photo darkened there."""
     patch = patch_around(photo, path.points_px, REACH * max(path.width_px, LEAST_WIDTH_PX))
     levels = contrast(photo, path, patch)
     share, dark = levels.share, levels.dark
@@ -114,7 +114,7 @@ def find_islands(photo: Photo, path: CrackPath, wall_share: float) -> tuple[tupl
 
 
 def _enclosed(photo: Photo, path: CrackPath, patch: Patch, bright: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
-    """Bright places with the path's crack all round them; one mask each."""
+    """Return the bright places that the path's crack surrounds, one mask each."""
     own = holding(~bright, path.points_px - patch.offset_px)
     if not own.any():
         return []

@@ -1,4 +1,4 @@
-"""Stretches of a wall that a person drew, where the photo misleads the tracing."""
+"""Replace stretches of a wall by lines drawn by hand, for photos that mislead the tracing."""
 
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
@@ -14,14 +14,14 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
-NEAR = 1.0  # Crack widths from its wall within which a drawn line begins and ends
-LEAST_NEAR_PX = 10.0  # The same for thin cracks: what a hand misses on a screen
+NEAR = 1.0  # Crack widths from its wall within which a drawn line must begin and end
+LEAST_NEAR_PX = 10.0  # The least such distance: the error of a click on a screen
 FAR = 1.5  # Crack widths from the wall that it replaces beyond which a drawn line is doubted
 Side = Literal["left", "right"]
 
 
 class Mended(NamedTuple):
-    """Centreline and walls at the same stations as before, (n, 2) each, and what was drawn of them."""
+    """Centreline and walls at the same stations as before, (n, 2) each, and the drawn share."""
 
     centreline_mm: Floats
     left_mm: Floats
@@ -35,14 +35,14 @@ class Mended(NamedTuple):
 def mended(
     photo: Photo, stations: tuple[Floats, Floats, Floats], lines_mm: Sequence[Floats], kinds: tuple[EndKind, EndKind]
 ) -> Mended:
-    """Replace the stretch of a wall beside each line, (k, 2) from the wall along the true one and back to it.
+    """Replace a stretch of a wall by each line, (k, 2), from one place on the wall to another.
 
-    ``stations`` are centreline, left and right wall, (n, 2) each; a later line replaces an earlier one. Raises
+    ``stations`` are centreline, left and right wall, (n, 2) each. A later line replaces an earlier one. Raises
     InputError for a line that does not begin and end at one wall.
     """
     centreline_mm, left_mm, right_mm = (points.copy() for points in stations)
     walls: dict[Side, Floats] = {"left": left_mm, "right": right_mm}
-    # Both walls end in a tip, which is nobody's to move.
+    # Both walls end in a tip, which a line must not move.
     first, last = (int(kind == "closed") for kind in kinds)
     inner = slice(first, len(centreline_mm) - last)
     width_mm = float(np.median(np.linalg.norm(left_mm - right_mm, axis=1)))
@@ -74,14 +74,14 @@ def mended(
 def _stretch(
     walls: dict[Side, Floats], inner: slice, line_mm: Floats, near_mm: float, where: str
 ) -> tuple[Side, int, int]:
-    """The wall beside a line, and the stations nearest to its first and last point."""
-    found: dict[Side, tuple[float, int, int]] = {}
+    """Return the wall near a line, and the stations nearest to the line's first and last point."""
+    nearest: dict[Side, tuple[float, int, int]] = {}
     for side, wall_mm in walls.items():
         away_mm, station = KDTree(wall_mm[inner]).query(line_mm[[0, -1]])
         begin, end = np.asarray(station) + inner.start
-        found[side] = float(np.max(away_mm)), int(begin), int(end)
-    side: Side = "left" if found["left"][0] <= found["right"][0] else "right"
-    away_mm, begin, end = found[side]
+        nearest[side] = float(np.max(away_mm)), int(begin), int(end)
+    side: Side = "left" if nearest["left"][0] <= nearest["right"][0] else "right"
+    away_mm, begin, end = nearest[side]
     if away_mm > near_mm:
         raise InputError(
             f"{where}: it begins or ends {away_mm:.1f} mm from the walls (at most {near_mm:.1f} mm); draw from a place "

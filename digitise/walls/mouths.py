@@ -1,4 +1,4 @@
-"""Mouths of side cracks in a crack, across which its wall is drawn."""
+"""Draw the main crack's wall across the mouths of its side cracks."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,40 +22,40 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats
 
 SideRings = tuple[tuple[Floats, ...], ...]  # Rims of each side crack and its stones; empty without a clear mouth
-STARTS = 3.0  # Half widths from the main crack's wall at which following a side crack's own walls begins
+STARTS = 3.0  # Half widths from the main crack's wall at which a side crack's own walls begin to be followed
 AROUND_MOUTH = 3.0  # Crack widths around a mouth in which the main crack's walls are examined
-ALONG, APPROACH = 0.5, 0.3  # Crack widths over which the main walls approach each other by less than that share
+ALONG, APPROACH = 0.5, 0.3  # Crack widths, and the share of them by which the main walls approach each other at most
 WIDE = 1.3  # Most crack widths between the main crack's walls
-ASTRAY = 1.2  # Crack widths by which a corner may miss the place found so, as side cracks bend and main ones narrow
-CLEAR = 0.6  # Share of the sharpest turn that a corner, the last turn of a side crack's rim, has at least
-BEYOND, BEYOND_PX = 0.1, 2.0  # Crack widths plus px beyond a corner where blur no longer rounds the main wall
-SMOOTHING = 0.5  # Gaussian sigma of the opposite wall, whose roughness is its own, in crack widths
-SWELLING = 2.0  # Most that a side crack reaches sideways, in its half widths: beyond lies a pore or a stain beside it
-LIP_PX = 2  # Radius around a lip in which a pixel may belong to either crack, and neither is filled
+ASTRAY = 1.2  # Crack widths from that place to the corner at most: side cracks bend, and main ones narrow
+CLEAR = 0.6  # Least turn of a corner over the sharpest turn of the side crack's rim; the corner is the last
+BEYOND, BEYOND_PX = 0.1, 2.0  # Crack widths, plus px, beyond a corner at which blur no longer rounds the main wall
+SMOOTHING = 0.5  # Gaussian sigma in crack widths of the opposite wall, so that its roughness is not copied
+SWELLING = 2.0  # Largest reach of a side crack sideways in its half widths; beyond is a pore or a stain
+LIP_PX = 2  # Radius around a lip in which a pixel may belong to either crack, so that neither is filled
 
 
 def trace_past_mouths(photo: RetouchedPhoto, path: CrackPath, sides: SideCracks) -> tuple[Traced, SideRings]:
-    """Follow the walls of the main crack as if mortar filled its side cracks; also return the rims of these."""
-    if not sides.found:
+    """Follow the main crack's walls as if mortar filled its side cracks; also return the rims of the side cracks."""
+    if not sides.lines:
         return trace(photo, path, sides.wall_share), ()
     share = np.where(widened(sides.crack, 1), sides.levels.share, 1)
-    # No wall runs along the edge of the face.
+    # The edge of the face is not a wall.
     share[~sides.levels.sample] = np.nan
-    ways = [(line_px, it) for it in sides.found for line_px in (it.line_px, it.line_px[::-1])[: 1 + it.comes_back]]
-    found = (_lips(sides, share, line_px, side.half_px) for line_px, side in ways)
-    lips_px = [lips for lips in found if lips is not None]
+    ways = [(line_px, it) for it in sides.lines for line_px in (it.line_px, it.line_px[::-1])[: 1 + it.comes_back]]
+    pairs = (_lips(sides, share, line_px, side.half_px) for line_px, side in ways)
+    lips_px = [lips for lips in pairs if lips is not None]
     if not lips_px:
-        return trace(photo, path, sides.wall_share), ((),) * len(sides.found)
+        return trace(photo, path, sides.wall_share), ((),) * len(sides.lines)
     traced, parted = _with_walls_across(photo, path, sides, lips_px)
     walls_px = [_across(photo, sides, traced, lips) for lips in lips_px]
     traced, parted = _with_walls_across(photo, path, sides, walls_px)
-    return traced, tuple(_rings_px(sides, side, parted) for side in sides.found)
+    return traced, tuple(_rings_px(sides, side, parted) for side in sides.lines)
 
 
 def _with_walls_across(
     photo: RetouchedPhoto, path: CrackPath, sides: SideCracks, walls_px: Sequence[Floats]
 ) -> tuple[Traced, NDArray[np.bool_]]:
-    """The main crack with given walls across its mouths, and the pixels of crack beyond them."""
+    """Return the main crack with given walls across its mouths, and the pixels of side cracks beyond them."""
     open_to = (sides.crack & ~_drawn(sides.crack.shape, walls_px)).astype(np.uint8)
     for x, y in np.concatenate([wall_px[[0, -1]] for wall_px in walls_px]):
         cv2.circle(open_to, (round(x), round(y)), LIP_PX, 0, -1)
@@ -64,7 +64,7 @@ def _with_walls_across(
 
 
 def _lips(sides: SideCracks, share: NDArray[np.floating], line_px: Floats, half_px: float) -> Floats | None:
-    """Both places where a side crack's rim becomes the main crack's wall, (2, 2); None where that is not clear."""
+    """Return both places at which a side crack's rim becomes the main crack's wall, (2, 2); None if not clear."""
     width_px, inward_px = sides.width_px, line_px[::-1]
     back = round(min(STARTS * half_px + ALONG * width_px, 0.6 * len(inward_px)))
     start_px = inward_px[-1 - back]
@@ -101,7 +101,7 @@ def _left_of(sides: SideCracks, places: Floats) -> NDArray[np.bool_]:
 
 
 def _walk(ring: Floats, at: int, inward: Floats, half_px: float) -> Floats:
-    """The contour from one of its points on, in the direction that begins inward."""
+    """Return the contour from its point number ``at``, in the direction that begins inward."""
     if np.array_equal(ring[0], ring[-1]):
         ring = np.roll(ring[:-1], -at, axis=0)
         ways = ring, np.concatenate([ring[:1], ring[:0:-1]])
@@ -112,7 +112,7 @@ def _walk(ring: Floats, at: int, inward: Floats, half_px: float) -> Floats:
 
 
 def _lip(rim: Floats, from_opposite: Floats, width_px: float, turns: int) -> Floats | None:
-    """The place just beyond the corner of a side crack's rim with the main crack's wall."""
+    """Return the place just beyond the corner between a side crack's rim and the main wall; None without a corner."""
     if len(rim) < 2:
         return None
     s, window = arc_length(rim), ALONG * width_px
@@ -134,14 +134,14 @@ def _lip(rim: Floats, from_opposite: Floats, width_px: float, turns: int) -> Flo
 
 
 def _heading(line: Floats, first: Floats, last: Floats) -> Floats:
-    """Direction in radians from one arc length on a line to another."""
+    """Return the direction in radians from one arc length on a line to another."""
     s = arc_length(line)
     step = at_arc_length(line, s, last) - at_arc_length(line, s, first)
     return np.arctan2(step[:, 1], step[:, 0])
 
 
 def _across(photo: Photo, sides: SideCracks, traced: Traced, lips_px: Floats) -> Floats:
-    """The main crack's wall from lip to lip: halfway between a straight one and the course of the opposite one."""
+    """Return the main crack's wall from lip to lip: midway between a straight line and the course of the other wall."""
     offset = sides.levels.patch.offset_px
     lips_mm = photo.to_mm(lips_px + offset)
     walls_mm = traced.left_mm, traced.right_mm
@@ -159,7 +159,7 @@ def _across(photo: Photo, sides: SideCracks, traced: Traced, lips_px: Floats) ->
 
 
 def _drawn(shape: tuple[int, ...], walls_px: Sequence[Floats]) -> NDArray[np.bool_]:
-    """Pixels of some lines."""
+    """Return a mask of some lines."""
     picture = np.zeros(shape, dtype=np.uint8)
     for wall_px in walls_px:
         cv2.polylines(picture, [np.rint(wall_px * 16).astype(np.int32)], False, 1, 1, cv2.LINE_8, 4)
@@ -169,20 +169,20 @@ def _drawn(shape: tuple[int, ...], walls_px: Sequence[Floats]) -> NDArray[np.boo
 def _without_side_cracks(
     photo: Photo, sides: SideCracks, parted: NDArray[np.bool_], walls_px: Sequence[Floats]
 ) -> RetouchedPhoto:
-    """The photo with mortar in place of its side cracks."""
+    """Return the photo with mortar in place of its side cracks."""
     dark, bright, (left, top) = sides.levels.dark, sides.levels.bright, sides.levels.patch.offset_px
     light = photo.brightness.copy()
     window = light[top : top + dark.shape[0], left : left + dark.shape[1]]
     mortar = widened(parted, SKIRT_PX) & (parted | ~sides.crack)
     window[mortar] = np.maximum(window, bright)[mortar]
-    # A pixel on the wall itself is half of either.
+    # A pixel on the wall itself is half crack, half mortar.
     wall = _drawn(sides.crack.shape, walls_px) & sides.crack
     window[wall] = ((dark + bright) / 2)[wall]
     return RetouchedPhoto(replace(photo, brightness=light))
 
 
 def _rings_px(sides: SideCracks, side: FoundSideCrack, parted: NDArray[np.bool_]) -> tuple[Floats, ...]:
-    """Rings of a side crack in the photo, counter-clockwise in mm, and of stones in it, clockwise."""
+    """Return the rings of a side crack in px, counter-clockwise in mm, and of stones in it, clockwise."""
     own = holding(
         parted & (distance_outside(_drawn(parted.shape, [side.line_px])) < SWELLING * side.half_px), side.line_px
     )

@@ -1,4 +1,4 @@
-"""Draw a traced crack over its photo for a check by eye."""
+"""Draw a traced crack over its photo for a visual check."""
 
 from collections.abc import Sequence
 
@@ -28,7 +28,7 @@ MOST_ENLARGED = 4.0
 ROUND_LENGTHS_MM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SUBPIXEL_BITS = 4
 DASH = 5.0  # Length of a dash and of the gap after it, in thousandths of the picture's longer side
-KEPT = 0.9  # Least share of a kept side crack's line in the outline; one left out only begins there
+JOINED = 0.9  # Least share of a joined side crack's line in the outline; others only begin there
 FOUND: dict[PathSource, str] = {
     "ends": "between the given ends",
     "via": "between the given ends, by the given points",
@@ -87,16 +87,16 @@ class Canvas:
 
 
 def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None = None) -> Picture:
-    """The photo with walls, centreline, ends, legend, scale bar and nozzle path, (height, width, 3) RGB."""
+    """Return the photo with walls, centreline, ends, legend, scale bar and nozzle path, (height, width, 3) RGB."""
     canvas = Canvas(photo)
     if photo.face_ring_px is not None:
         canvas.line(canvas.at(photo.face_ring_px), PAPER, closed=True)
-    # The ring comes first: where no wall covers it, it shows how the crack was closed at its ends.
+    # The ring comes first. Walls cover it except at the ends, where it shows how the crack was closed.
     for ring_px in (outline.outline_px, *map(photo.to_px, outline.islands_mm)):
         canvas.line(canvas.at(ring_px), ENDS, closed=True)
     for line_mm in outline.branches_mm:
-        kept = np.mean(points_in_poly(line_mm, outline.outline_mm)) > KEPT
-        (canvas.line if kept else canvas.dashed)(canvas.at(photo.to_px(line_mm)), CENTRE)
+        joined = np.mean(points_in_poly(line_mm, outline.outline_mm)) > JOINED
+        (canvas.line if joined else canvas.dashed)(canvas.at(photo.to_px(line_mm)), CENTRE)
     for wall_px, colour in ((outline.left_wall_px, LEFT), (outline.right_wall_px, RIGHT)):
         canvas.line(canvas.at(_on_face(photo, wall_px)), colour)
     centreline = canvas.at(outline.centreline_px)
@@ -113,7 +113,7 @@ def draw_overlay(photo: Photo, outline: Outline, trajectory: Trajectory | None =
 
 
 def draw_way(photo: Photo, path: CrackPath) -> Picture:
-    """The photo, as large as the overlay, with a path along which no walls could be measured."""
+    """Return the photo, as large as the overlay, with a path without walls."""
     canvas = Canvas(photo)
     way = canvas.at(path.points_px)
     canvas.line(way, CENTRE, 1.5)
@@ -123,7 +123,7 @@ def draw_way(photo: Photo, path: CrackPath) -> Picture:
 
 
 def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Picture:
-    """The photo, as large as the overlay, with the cracks among which a choice is due, outlined and numbered."""
+    """Return the photo, as large as the overlay, with the competing cracks outlined and numbered."""
     canvas = Canvas(photo)
     for crack in cracks:
         canvas.line(canvas.at(crack.outline_px), ENDS, 1.5, closed=True)
@@ -135,7 +135,7 @@ def draw_cracks(photo: Photo, cracks: Sequence[FoundCrack]) -> Picture:
 
 
 def _on_face(photo: Photo, wall_px: Floats) -> Floats:
-    """The part of a wall that lies on the face: stations at an open end may reach past it."""
+    """Return the part of a wall on the face; stations at an open end may be off it."""
     if photo.face_mm is None:
         return wall_px
     return wall_px[depth_inside(photo.to_mm(wall_px), photo.face_mm) >= 0]
@@ -158,7 +158,7 @@ def _mark_ends(canvas: Canvas, centreline: Floats, outline: Outline) -> None:
 
 
 def _beads(canvas: Canvas, given: Floats) -> None:
-    """Draw beads small enough to show the centreline between them, the first and the last one larger."""
+    """Draw beads, small enough to show the centreline between them; the first and last are larger."""
     if len(given) < 2:
         return
     beads = resampled(given, BEADS * canvas.unit)
@@ -179,7 +179,7 @@ def _arrow(canvas: Canvas, nozzle: Floats, width_px: float) -> None:
 
 
 def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, taken: Floats, shown: Floats) -> None:
-    """Draw the legend in the corner that hides least of the crack."""
+    """Draw the legend in the corner in which it hides least of the crack."""
     lines: list[tuple[Colour | None, str]] = [
         (None, f"{outline.length_mm:.1f} mm long, {_width(outline)}"),
         (None, f"scale: {outline.scale_source}"),
@@ -208,12 +208,12 @@ def _legend(canvas: Canvas, outline: Outline, trajectory: Trajectory | None, tak
 
 
 def _width(outline: Outline) -> str:
-    """The mean width and where it is from."""
+    """Return the mean width and its source as text."""
     if outline.width_source == "none":
         return "a path alone, without walls"
-    said = {"walls": "on average", "fit": "by a fit of its profile", "gauge": "as given"}[outline.width_source]
+    source = {"walls": "on average", "fit": "by a fit of its profile", "gauge": "as given"}[outline.width_source]
     interval = "" if outline.width_95_mm is None else " (95 %: {:.2f} to {:.2f})".format(*outline.width_95_mm)
-    return f"{outline.mean_width_mm:.2f} mm wide {said}{interval}"
+    return f"{outline.mean_width_mm:.2f} mm wide {source}{interval}"
 
 
 def _scale_bar(canvas: Canvas, mm_per_px: float, taken: Floats, shown: Floats) -> None:
@@ -234,9 +234,9 @@ def _scale_bar(canvas: Canvas, mm_per_px: float, taken: Floats, shown: Floats) -
 def _free_corner(
     extent: Integers, size: Floats, taken: Floats, shown: Floats, corners: Sequence[tuple[int, int]]
 ) -> Floats:
-    """Upper left point of a box of that size in the corner of the picture that covers the fewest points.
+    """Return the upper left point of a box in the corner of the picture in which it hides fewest points.
 
-    A report cuts the part ``shown`` out of the picture. A box of which it would show a piece moves into that part.
+    A report shows only the part ``shown`` of the picture. A box that it would cut is placed inside that part.
     """
     low, high = np.clip(shown, 0, extent)
 

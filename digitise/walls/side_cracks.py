@@ -1,4 +1,4 @@
-"""Side cracks of a crack: found in the dark connected to it, measured, and joined to its ring where they are kept."""
+"""Find side cracks in the dark region connected to a crack, measure them, and join them to its ring."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,19 +21,19 @@ from digitise.walls.straightened import patch_around
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats, Integers, Outline
 
-WORK_PX = 30.0  # Width of the crack in the searched copy: a side crack of a tenth of it is three pixels wide
-AROUND = 0.5  # Lengths of the path, to either side of it, within which side cracks are searched for
-AS_DARK = 0.6  # Share of ``wall_share`` above which side lines are scratches, stains or shadows
-AS_WIDE = 1.5  # Crack widths above which a dark region is no side crack
+WORK_PX = 30.0  # Width of the crack in the searched copy: a side crack a tenth as wide is three pixels wide
+AROUND = 0.5  # Distance from the path within which side cracks are searched for, as a share of its length
+AS_DARK = 0.6  # Largest share of ``wall_share`` in a side crack; lighter lines are scratches, stains or shadows
+AS_WIDE = 1.5  # Largest width of a side crack in widths of the main crack
 SLENDER = 3.0  # Least length of a side crack over its own width: shorter ones are pores, stains and broken edges
-EDGE = 0.9  # Share of a line with unlike sides from which it is an edge, as of a sample of unknown size
-STRAIGHT = (1.0, 4.0)  # Half widths from the main wall that give a side crack's direction: nearer it turns square to it
+EDGE = 0.9  # Share of a line with unlike sides from which the line is an edge, as of a sample of unknown size
+STRAIGHT = (1.0, 4.0)  # Half widths from the main wall that give a side crack's direction; nearer it turns square
 STEP_PX = 0.5  # Spacing at which a line that goes straight back is compared with the centreline
 
 
 @dataclass(frozen=True)
 class FoundSideCrack:
-    """A side crack as found, in pixels of the patch."""
+    """A side crack before it is measured, in pixels of the patch."""
 
     line_px: Floats  # Along its middle, from the main crack's wall to its tip, or to the wall again: (n, 2), 1 px apart
     half_px: float  # Median half width
@@ -42,18 +42,18 @@ class FoundSideCrack:
 
 @dataclass(frozen=True)
 class SideCracks:
-    """All side cracks of a path, and the levels and the region in which they were found."""
+    """All side cracks of a path, and the levels and the region that gave them."""
 
-    found: tuple[FoundSideCrack, ...]
+    lines: tuple[FoundSideCrack, ...]
     levels: Contrast
-    crack: NDArray[np.bool_]  # Pixels of the patch in the main crack and all connected to it
+    crack: NDArray[np.bool_]  # Pixels of the patch in the main crack and all that is connected to it
     way_px: Floats  # The path in the patch
     width_px: float
     wall_share: float
 
 
 def find_side_cracks(photo: Photo, path: CrackPath, wall_share: float) -> SideCracks:
-    """Find side cracks where light has risen by less than ``wall_share`` of the contrast."""
+    """Find the side cracks of a path: side lines darker than ``wall_share`` of the contrast."""
     width_px = max(path.width_px, LEAST_WIDTH_PX)
     patch = patch_around(photo, path.points_px, AROUND * float(arc_length(path.points_px)[-1]))
     levels = contrast(photo, path, patch)
@@ -68,7 +68,7 @@ def find_side_cracks(photo: Photo, path: CrackPath, wall_share: float) -> SideCr
     least = max(LEAST_BRANCH * width_px, LEAST_BRANCH_PX) * scale
     lines = side_lines(region, way, least) if len(way) > 1 else []
     to_rim = radius(region)
-    found = []
+    side_cracks = []
     for cells, comes_back in lines:
         half = float(np.median(to_rim[tuple(cells.T)]))
         dark = np.median(small[tuple(cells.T)]) < AS_DARK * wall_share
@@ -79,21 +79,21 @@ def find_side_cracks(photo: Photo, path: CrackPath, wall_share: float) -> SideCr
                 continue
             unlike_px = unlike_length_px(photo, line_px + patch.offset_px, 2 * half_px)
             if unlike_px < EDGE * len(line_px):
-                found.append(FoundSideCrack(line_px, half_px, comes_back))
+                side_cracks.append(FoundSideCrack(line_px, half_px, comes_back))
     crack = np.zeros_like(levels.sample)
-    if found:
+    if side_cracks:
         crack = holding((levels.share < wall_share) & levels.sample, way_px)
-    return SideCracks(tuple(found), levels, crack, way_px, width_px, wall_share)
+    return SideCracks(tuple(side_cracks), levels, crack, way_px, width_px, wall_share)
 
 
 def _to_the_tip(cells: Integers, to_rim: Floats, comes_back: bool) -> Floats:
-    """Places along cells, extended to the tip, before which a skeleton stops where the rim rounds off."""
+    """Return the places of cells, extended to the tip; a skeleton ends before a round tip."""
     places = cells[:, ::-1].astype(float)
-    left = float(to_rim[tuple(cells[-1])])
-    behind = places[-1] - places[max(0, len(places) - 3 - round(2 * left))]
+    rest = float(to_rim[tuple(cells[-1])])
+    behind = places[-1] - places[max(0, len(places) - 3 - round(2 * rest))]
     if comes_back or not behind.any():
         return places
-    return np.vstack([places, places[-1] + left * behind / np.linalg.norm(behind)])
+    return np.vstack([places, places[-1] + rest * behind / np.linalg.norm(behind)])
 
 
 def with_branches(
@@ -104,13 +104,13 @@ def with_branches(
     keep: bool,
     least_width_px: float,
 ) -> Outline:
-    """Return the main crack's outline with its side cracks; those wide enough are joined to its ring if they are kept.
+    """Return the main crack's outline with its side cracks; with ``keep`` those wide enough are joined to its ring.
 
-    Ground that kept side cracks close in is an island.
+    Ground that joined side cracks enclose is an island.
     """
     main = CrossSection([outline.outline_mm], FillRule.Positive)
     lines_mm, measured, warnings = [], [], []
-    for side, rings_px in zip(sides.found, side_rings_px, strict=True):
+    for side, rings_px in zip(sides.lines, side_rings_px, strict=True):
         line_mm = _from_centreline(photo, outline.centreline_px, sides, side)
         lines_mm.append(line_mm)
         rings_mm = _turned([photo.to_mm(ring) for ring in rings_px])
@@ -118,7 +118,7 @@ def with_branches(
         area_mm2 = (CrossSection(rings_mm, FillRule.Positive) - main).area() if rings_mm else 0.0
         width_px = area_mm2 / float(arc_length(own_mm)[-1]) / photo.mm_per_px
         if not rings_mm:
-            warnings.append(f"{_count([line_mm])} is left out: where it leaves the crack is not clear")
+            warnings.append(f"{_count([line_mm])} is left out: the photo does not show where it leaves the crack")
         elif width_px < least_width_px:
             warnings.append(
                 f"{_count([line_mm])} is left out: it is {width_px:.1f} px wide; need {least_width_px:g} px to measure "
@@ -144,7 +144,7 @@ def with_branches(
 
 
 def _from_centreline(photo: Photo, centreline_px: Floats, sides: SideCracks, side: FoundSideCrack) -> Floats:
-    """A side crack's line from the main centreline, to which it goes straight back."""
+    """Return a side crack's line from the main centreline, with a straight piece up to its first point."""
     offset_px = sides.levels.patch.offset_px
     centreline = KDTree(resampled(centreline_px - offset_px, STEP_PX))
     line_px = side.line_px
@@ -165,13 +165,13 @@ def _straight_back(line_px: Floats, half_px: float, centreline: KDTree, width_px
 
 
 def _turned(rings: list[Floats]) -> list[Floats]:
-    """The outer ring counter-clockwise, those in it clockwise."""
+    """Turn the rings so that the outer one is counter-clockwise and those in it are clockwise."""
     outer_area = max((signed_area(ring) for ring in rings), key=abs, default=0.0)
     return [ring[::-1] for ring in rings] if outer_area < 0 else rings
 
 
 def _united(rings_mm: Sequence[Floats]) -> tuple[Floats, tuple[Floats, ...]]:
-    """One ring around all of the rings that hang together, and the rings of ground that they close in."""
+    """Return one ring around the connected rings, and the rings of ground that they enclose."""
     pieces = CrossSection(rings_mm, FillRule.Positive).decompose()
     main = max(pieces, key=lambda piece: piece.area())
     rings = [np.asarray(ring, dtype=float) for ring in main.to_polygons()]
@@ -179,7 +179,7 @@ def _united(rings_mm: Sequence[Floats]) -> tuple[Floats, tuple[Floats, ...]]:
 
 
 def _count(lines_mm: Sequence[Floats]) -> str:
-    """The number and lengths in words: "2 side cracks (12 and 7 mm)"."""
+    """Return number and lengths as text: "2 side cracks (12 and 7 mm)"."""
     *others, last = [f"{arc_length(line)[-1]:.0f}" for line in lines_mm]
     lengths = f"{', '.join(others)} and {last}" if others else last
     return f"{len(lines_mm)} side crack{'s' if others else ''} ({lengths} mm)"

@@ -1,4 +1,4 @@
-"""Straighten the photo along a line: brightness on its rays."""
+"""Straighten the photo along a line: sample the brightness on rays across it."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from digitise.photo import Photo
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.records import Floats
 
-SPREAD = 0.6  # Crack widths to each side of the line within which no two rays meet
+SPREAD = 0.6  # Crack widths to each side of the line within which rays do not meet
 MOST_OBLIQUE = 8.0  # Greatest cotangent of the angle to the edge, 7 degrees, at which rays follow it
 BLUR_PX = 0.8  # Gaussian sigma of the brightness before it is sampled, which quiets grain and keeps a straight edge
 RIM_PX = 8  # Margin of a patch: the softening reaches four of its sigmas
@@ -34,7 +34,7 @@ Crossings = tuple[Crossing | None, Crossing | None]  # Crossings at the first en
 
 
 def edge_crossing(line_mm: Floats, face_mm: Box, at_start: bool) -> Crossing | None:
-    """Crossing nearest to the line's middle before it or after it; None where there is none."""
+    """Return the crossing nearest to the line's middle, before or after it; None without a crossing."""
     s_mm, depth_mm = arc_length(line_mm), depth_inside(line_mm, face_mm)
     outside = np.flatnonzero(depth_mm < 0)
     middle = len(line_mm) // 2
@@ -50,7 +50,7 @@ def edge_crossing(line_mm: Floats, face_mm: Box, at_start: bool) -> Crossing | N
 
 
 def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Floats:
-    """Rays left of a line, (n, 2), as long as reaches 1 mm square to it; at open ends they turn along the edge."""
+    """Return rays to the left of a line, (n, 2), that reach 1 mm square to it; at open ends they follow the edge."""
     s_mm, along, normal = arc_length(line_mm), tangents(line_mm), left_normals(line_mm)
     shear, turned = np.zeros((2, len(line_mm)))
     for crossing in crossings:
@@ -60,8 +60,8 @@ def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Float
         sine = np.copysign(np.maximum(np.abs(sine), 1e-6), sine)
         to_edge = np.clip(-(normal @ crossing.inward) / sine, -MOST_OBLIQUE, MOST_OBLIQUE)
         oblique = abs(float(np.interp(crossing.s_mm, s_mm, to_edge)))
-        # The edge cuts off a normal's wall within half a width times the cotangent; turned over as much again and
-        # more, rays do not meet within the crack.
+        # The edge cuts off a normal's wall within half a width times the cotangent. The rays turn back over more than
+        # as much again, so that they do not meet within the crack.
         reaches = np.abs(s_mm - crossing.s_mm) / max(SPREAD * width_mm * oblique, 1e-9)
         share = np.clip(2 - reaches, 0, 1)
         shear, turned = shear + share * to_edge, turned + share
@@ -83,7 +83,7 @@ class Patch:
         return sampled(self.soft, places_px - self.offset_px, cv2.INTER_CUBIC).astype(float)
 
     def on_sample(self, places_px: Floats, places_mm: Floats) -> NDArray[np.bool_]:
-        """True for each place, given in both units, that shows the sample and nothing else."""
+        """Return True for places, given in both units, that show the sample and nothing else."""
         shown = sampled(self.clear, places_px - self.offset_px, beyond=cv2.BORDER_CONSTANT) >= 254
         if self.face_mm is None:
             return shown
@@ -91,7 +91,7 @@ class Patch:
 
 
 def patch_around(photo: Photo, points_px: Floats, reach_px: float) -> Patch:
-    """The box of some points, ``reach_px`` larger on every side, within the photo."""
+    """Return the part of the photo around some points, ``reach_px`` larger than their box on every side."""
     margin = reach_px + RIM_PX
     left, top = np.maximum(np.floor(points_px.min(axis=0) - margin), 0).astype(int)
     right, bottom = np.minimum(np.ceil(points_px.max(axis=0) + margin) + 1, photo.size_px).astype(int)
@@ -107,7 +107,7 @@ class Strip:
     """Brightness on both sides of a line, (stations, offsets)."""
 
     line_mm: Floats
-    ray: Floats  # Rays to the left, (stations, 2), as long as reaches 1 mm square to the line
+    ray: Floats  # Rays to the left, (stations, 2), that reach 1 mm square to the line
     offset_mm: Floats  # Evenly spaced distances square to the line, positive to the left, 0 in the middle
     light: Floats
     valid: NDArray[np.bool_]  # Samples on the face and in the photo
@@ -129,7 +129,7 @@ class Strip:
         return len(self.offset_mm) // 2
 
     def places_mm(self, offset_mm: Floats) -> Floats:
-        """The place on each ray, (stations, 2)."""
+        """Return the place at a distance on each ray, (stations, 2)."""
         return self.line_mm + offset_mm[:, None] * self.ray
 
 

@@ -1,4 +1,4 @@
-"""Stretches of a crack that the mean of its width would hide: too narrow to measure, or clicked and not found."""
+"""Check for stretches that a mean width hides: too narrow to measure, or clicked but without walls."""
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -11,21 +11,21 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 from sealtwin.core.solid_figures import EndKind
 
-MIN_WIDTH_PX = 8.0  # Least width between walls: below, blur and threshold decide it more than the crack does
-UNKNOWN = 0.75  # Share of that width below which a stretch is a hairline: of a line of 4 px, blur makes 5.4
+MIN_WIDTH_PX = 8.0  # Least width between walls; blur and threshold decide a smaller one more than the crack does
+UNKNOWN = 0.75  # Share of that width below which a stretch is a hairline: blur makes 5.4 px of a line of 4 px
 MOST_MISSING = 0.2  # Share of the path on which a wall may be missing or outside the photo
 WORTH_SAYING = 0.05  # Share of the crack from which a warning reports a doubt
-STEADY, LEAST = 3.0, 5.0  # Least widths along the crack that one width is the median of, and that a stretch is long
+STEADY, LEAST = 3.0, 5.0  # Least lengths of a median and of a stretch along the crack, in ``MIN_WIDTH_PX``
 
 
 def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> list[str]:
-    """Warnings about stretches too narrow to measure; raises InputError where much of the crack is a hairline."""
+    """Return a warning about stretches too narrow to measure; raise InputError if much of the crack is a hairline."""
     least_px = UNKNOWN * MIN_WIDTH_PX
     share, places = _narrow(photo, centreline_mm, width_mm, least_px)
     if share > MOST_MISSING:
         raise InputError(
             f"{photo.file}: {share:.0%} of the crack (at most {MOST_MISSING:.0%}) is too narrow to measure, under "
-            f"{least_px:g} px: {places}; give ends_px of the wide part alone, or move the camera closer."
+            f"{least_px:g} px: {places}; give ends_px of only the wide part, or move the camera closer."
         )
     share, places = _narrow(photo, centreline_mm, width_mm, MIN_WIDTH_PX)
     if share <= WORTH_SAYING:
@@ -37,9 +37,9 @@ def judge_stretches(photo: Photo, centreline_mm: Floats, width_mm: Floats) -> li
 
 
 def _narrow(photo: Photo, centreline_mm: Floats, width_mm: Floats, limit_px: float) -> tuple[float, str]:
-    """Share of the crack in stretches narrower than ``limit_px``, and a list of these.
+    """Return the share of the crack in stretches narrower than ``limit_px``, and a list of them as text.
 
-    A stretch is several times as long as ``MIN_WIDTH_PX``, so that a tip that tapers is none.
+    A stretch is ``LEAST`` times as long as ``MIN_WIDTH_PX``, so that a tapering tip does not count.
     """
     s_mm, width_px = arc_length(centreline_mm), width_mm / photo.mm_per_px
     least_mm = MIN_WIDTH_PX * photo.mm_per_px
@@ -57,7 +57,7 @@ def _narrow(photo: Photo, centreline_mm: Floats, width_mm: Floats, limit_px: flo
 
 
 def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tuple[EndKind, EndKind]) -> list[str]:
-    """Warnings about ends of a path before which the crack closes; raises InputError where much of the path is lost."""
+    """Return warnings if the crack closes before an end of the path; raise InputError if much of the path is lost."""
     s_mm, warnings = arc_length(photo.to_mm(path_px)), []
     tips_px = centreline_px[[0, -1]]
     first, last = np.asarray(KDTree(path_px).query(tips_px)[1])
@@ -65,14 +65,14 @@ def judge_reach(photo: Photo, path_px: Floats, centreline_px: Floats, kinds: tup
     for kind, end_px, tip_px, lost in zip(kinds, path_px[[0, -1]], tips_px, losses_mm, strict=True):
         if kind != "closed" or lost <= snap_px(photo) * photo.mm_per_px:
             continue
-        said = (
+        fault = (
             f"the end {listed(end_px[None])} px is not reached: no walls were found on the last {lost:.1f} mm "
             f"({lost / photo.mm_per_px:.0f} px) before it, up to {listed(tip_px[None])} px"
         )
         if lost > MOST_MISSING * s_mm[-1]:
             raise InputError(
-                f"{photo.file}: {said}, {lost / s_mm[-1]:.0%} of the path (at most {MOST_MISSING:.0%}); give that "
+                f"{photo.file}: {fault}, {lost / s_mm[-1]:.0%} of the path (at most {MOST_MISSING:.0%}); give that "
                 "place as the end, or a photo that shows the crack more clearly."
             )
-        warnings.append(f"{said}: that part of the path is left out")
+        warnings.append(f"{fault}: that part of the path is left out")
     return warnings

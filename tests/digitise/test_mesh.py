@@ -49,7 +49,7 @@ def test_one_turned_face_is_told(box):
     turned = faces.copy()
     turned[4] = turned[4][::-1]
     (fault,) = check_mesh(vertices, turned)
-    assert "3 edges whose two faces point to opposite sides" in fault
+    assert "3 edges with two faces that point to opposite sides" in fault
 
 
 def test_a_third_face_on_an_edge_is_told(box):
@@ -87,7 +87,7 @@ def test_a_tiny_edge_and_vertices_that_a_file_would_merge_are_told(box):
     mended = np.vstack([rest, [new, b, c], [a, b, new], [a, new, c]])
     faults = check_mesh(moved + np.array([0.0, 0.0, 100.0]), mended)
     assert any("edge of 1e-06 mm" in fault for fault in faults)
-    assert any("1 vertices that fall together in a float32 file" in fault for fault in faults)
+    assert any("1 vertices that coincide in a float32 file" in fault for fault in faults)
 
 
 def test_bodies_that_overlap_are_told(box):
@@ -104,7 +104,7 @@ def test_bodies_that_stand_apart_are_not(box):
     ("vertices", "faces", "says"),
     [
         (np.zeros((3, 3)), np.empty((0, 3), dtype=np.int64), "no faces"),
-        (np.full((3, 3), np.nan), np.array([[0, 1, 2]]), "3 vertices that are no finite numbers"),
+        (np.full((3, 3), np.nan), np.array([[0, 1, 2]]), "3 vertices that are not finite numbers"),
         (np.zeros((3, 3)), np.array([[0, 1, 3]]), "names vertices 0 to 3, but has 3"),
     ],
 )

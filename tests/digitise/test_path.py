@@ -62,8 +62,8 @@ def test_a_thin_branch_does_not_lead_away(tmp_path):
 @pytest.mark.parametrize(
     ("ends_px", "says"),
     [
-        (((-5.0, 100.0), (400.0, 100.0)), r"end \(-5, 100\) lies outside the photo of 500 x 300 px"),
-        (((5.0, 100.0), (400.0, 300.0)), r"end \(400, 300\) lies outside the photo"),
+        (((-5.0, 100.0), (400.0, 100.0)), r"end \(-5, 100\) is outside the photo of 500 x 300 px"),
+        (((5.0, 100.0), (400.0, 300.0)), r"end \(400, 300\) is outside the photo"),
         (((100.0, 100.0), (100.0, 100.0)), "same place"),
         (((100.0, 100.0), (111.0, 100.0)), r"only 11 px apart; .* 15 px beside its crack, .* farther apart than that"),
         (((50.0, 60.0), (450.0, 250.0)), "no crack between the ends"),
@@ -76,13 +76,13 @@ def test_ends_that_no_crack_can_have_are_refused(plain, ends_px, says):
 
 def test_an_end_outside_the_face_is_refused_with_its_distance(specimen, photo):
     x, y = specimen.ends_px[0]
-    with pytest.raises(InputError, match=r"lies 5\.\d mm outside the face"):
+    with pytest.raises(InputError, match=r"is 5\.\d mm outside the face"):
         find_path(photo, ((x, y + 55), specimen.ends_px[1]))
 
 
 def test_an_end_beside_the_crack_is_refused_with_its_distance(specimen, photo):
     x, y = specimen.ends_px[0]
-    with pytest.raises(InputError, match="is on no crack: the nearest one is"):
+    with pytest.raises(InputError, match="is not on a crack: the nearest one is"):
         find_path(photo, ((x - 100, y - 60), specimen.ends_px[1]))
 
 

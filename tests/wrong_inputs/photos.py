@@ -234,7 +234,7 @@ CASES: list[WrongInput] = [
         "mask shifted by half a width",
         partial(_masked, lambda: np.roll(_paint(), 8, 0)),
         MASKED,
-        ("photo.mask", "8 px beside"),
+        ("photo.mask", "8 px away"),
         0,
     ),
     WrongInput(
@@ -256,7 +256,7 @@ CASES: list[WrongInput] = [
         "a warning with --quiet",
         partial(_masked, lambda: np.roll(_paint(), 8, 0)),
         f"{MASKED} --quiet",
-        ("note: photo.mask", "8 px beside"),
+        ("note: photo.mask", "8 px away"),
         0,
         ("Digitising",),
     ),
@@ -267,7 +267,7 @@ CASES: list[WrongInput] = [
         ("--depth-mm", "2 times"),
         2,
     ),
-    WrongInput("mask across the crack", partial(_masked, _across), MASKED, ("photo.mask", "beside", "turned"), 0),
+    WrongInput("mask across the crack", partial(_masked, _across), MASKED, ("photo.mask", "px away", "turned"), 0),
     WrongInput("negative", lambda at: write_png(at / "photo.png", 1 - _crack()), CLICKED, ("bright", "photo.mask")),
     WrongInput("mask of a bright crack", partial(_masked, _paint, light=_bright), MASKED, ("photo.mask", "ends_px")),
     WrongInput(
@@ -327,7 +327,7 @@ CASES: list[WrongInput] = [
         ("photo.via_px", "px from ("),
         0,
     ),
-    WrongInput("hairline with a gap", _interrupted, CLICKED, ("no crack is seen", "photo.via_px"), 0),
+    WrongInput("hairline with a gap", _interrupted, CLICKED, ("shows no crack", "photo.via_px"), 0),
     WrongInput(
         "wide crack at the border, clicked",
         _wedge,

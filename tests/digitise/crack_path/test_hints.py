@@ -55,7 +55,7 @@ def test_a_region_that_crosses_itself_is_refused(photo, corners, side):
     ],
 )
 def test_a_region_without_photo_is_refused(photo, corners):
-    with pytest.raises(InputError, match="roi_px holds"):
+    with pytest.raises(InputError, match="roi_px covers"):
         region_px(photo, corners)
 
 

@@ -50,8 +50,8 @@ def test_points_on_the_way_change_nothing(wire):
     [
         (((380.0, 150.0), (120.0, 150.0)), r"behind the via point \(\d+, 150\) the path comes back \d+ px on itself"),
         (((260.0, 280.0),), r"behind the via point \(260, 280\) .* none on a branch"),
-        (((250.0, 120.0),), r"via point \(250, 120\) is on no crack: the nearest one is \d+ px away \(at most 15\)"),
-        (((250.0, 301.0),), r"via point \(250, 301\) lies outside the photo of 500 x 300 px"),
+        (((250.0, 120.0),), r"via point \(250, 120\) is not on a crack: the nearest one is \d+ px away \(at most 15\)"),
+        (((250.0, 301.0),), r"via point \(250, 301\) is outside the photo of 500 x 300 px"),
     ],
     ids=["in the wrong order", "on a branch", "beside the crack", "outside the photo"],
 )
@@ -95,5 +95,5 @@ def test_a_region_chooses_between_two_cracks(two, roi_px):
 
 
 def test_ends_outside_the_region_are_refused(two):
-    with pytest.raises(InputError, match=r"point \(470, 55\) lies 115 px outside what is searched"):
+    with pytest.raises(InputError, match=r"point \(470, 55\) is 115 px outside the searched area"):
         find_path(two, (UPPER[0], UPPER[-1]), roi_px=((0.0, 170.0), (499.0, 290.0)))

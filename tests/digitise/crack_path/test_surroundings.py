@@ -31,7 +31,7 @@ def test_shadows_and_holes_are_part_of_it(shown):
 
 @pytest.mark.parametrize("ends", [(0, 500), (60, 500)], ids=["right through", "to one edge"])
 def test_a_wide_crack_that_leaves_the_photo_is_part_of_the_sample(ends):
-    """It was taken for the cloth around the sample: clicks in it lay "outside what is searched"."""
+    """It was taken for the cloth around the sample: clicks in it were "outside the searched area"."""
     assert not surroundings(picture(0.15, slice(120, 170), slice(*ends))).any()
 
 

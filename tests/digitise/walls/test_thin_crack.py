@@ -101,7 +101,7 @@ def test_a_thin_path_along_an_edge_is_no_crack(tmp_path):
     picture = mortar()
     picture[150:] *= 0.1
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
-    with pytest.raises(InputError, match="far brighter than on the other"):
+    with pytest.raises(InputError, match="far brighter than the other"):
         trace_outline(photo, CrackPath(np.array([[40.0, 150.0], [460.0, 150.0]]), 4.0, "ends"))
 
 

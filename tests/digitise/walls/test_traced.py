@@ -124,7 +124,7 @@ def test_no_wall_is_drawn_outside_the_photo(tmp_path):
 
 
 def test_a_crack_along_the_photo_s_border_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"a wall lies outside the photo on \d\d% of the path \(at most 20%\)"):
+    with pytest.raises(InputError, match=r"a wall is outside the photo on \d\d% of the path \(at most 20%\)"):
         along_the_border(tmp_path, to_y=20.0)
 
 
