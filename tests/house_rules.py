@@ -1,6 +1,7 @@
 """Checks of ``make lint`` that no linter has.
 
-Docstrings that are fragments, type names that are defined twice, and files that are opened past the one reader.
+Docstrings that are fragments, locals that do not say what they are, type names that are defined twice, and files that
+are opened past the one reader.
 """
 
 import ast
@@ -17,6 +18,8 @@ FRAGMENT_OPENER = re.compile(
     r"|Since|So|Than|That|Then|Till|To|Under|Until|Up|What|When|Where|Whether|Which|Who|Whom|Whose|Why|With|Without)\b"
 )
 """First words of docstrings that neither are a sentence with a verb nor name the thing."""
+PARTICIPLES = frozenset({"found", "told", "said", "held", "known"})
+"""Names that say how a value came about and not what it is: figures, sentences, runs."""
 READER = "sealtwin/core/plain_files.py"
 PAST_THE_READER = {
     READER: "is the reader",
@@ -60,6 +63,14 @@ def fragments(path: Path, tree: ast.Module) -> Iterator[str]:
                 yield f"{path}:{node.lineno}: the docstring is a fragment: {' '.join(text.split()[:8])} ..."
 
 
+def participles(path: Path, tree: ast.Module) -> Iterator[str]:
+    """Yield a line for each local or argument that is called by a participle."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store()) | ast.arg(arg=name) if name in PARTICIPLES:
+                yield f"{path}:{node.lineno}: {name} is no name of a value: call it by its kind"
+
+
 def past_the_reader(path: Path, tree: ast.Module) -> Iterator[str]:
     """Yield a line for each call that opens a file by its path: it may be a device, a pipe or too large."""
     if path.as_posix() in PAST_THE_READER:
@@ -76,17 +87,21 @@ def past_the_reader(path: Path, tree: ast.Module) -> Iterator[str]:
 
 def main() -> int:
     """Print every finding; return 1 if there is one."""
-    found: list[str] = []
+    findings: list[str] = []
     places: defaultdict[str, list[str]] = defaultdict(list)
     for path, tree in modules():
-        found.extend(fragments(path, tree))
-        found.extend(past_the_reader(path, tree))
+        findings.extend(fragments(path, tree))
+        findings.extend(participles(path, tree))
+        findings.extend(past_the_reader(path, tree))
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places[node.name].append(f"{path}:{node.lineno}")
-    found.extend(f"{', '.join(at)}: {name} is defined {len(at)} times" for name, at in places.items() if len(at) > 1)
-    print("\n".join(found) or "No fragment, no type name is defined twice, and all files are opened by the one reader.")  # noqa: T201
-    return bool(found)
+    findings.extend(f"{', '.join(at)}: {name} is defined {len(at)} times" for name, at in places.items() if len(at) > 1)
+    print(
+        "\n".join(findings)
+        or "No fragment, no participle as a name, no type twice; all files are opened by the one reader."
+    )  # noqa: T201
+    return bool(findings)
 
 
 if __name__ == "__main__":
