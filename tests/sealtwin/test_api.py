@@ -105,7 +105,7 @@ def test_every_name_is_documented_and_takes_few_arguments_by_place(name):
         (st.inject, "crossfall_deg : number from -45 to 45; default: 0.0\n    Slope of the face along y"),
         (st.read_readings, '"undeclared"; default: "undeclared"\n    Origin of the readings'),
         (st.Fluid, "flow_index : number from 0.2 to 2\n    Power n of the shear"),
-        (st.Solver, "sleep : true or false; default: True\n    Paste"),
+        (st.Solver, "sleep : true or false; default: True\n    Stop computing paste"),
     ],
 )
 def test_a_keyword_is_documented_by_the_setting_that_it_is(documented, entry):

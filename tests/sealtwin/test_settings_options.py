@@ -195,14 +195,14 @@ def test_a_study_starts_from_the_trial_with_what_is_set(lab):
     for name in ("fluid.U", "fluid.viscosity_pa_s"):
         twice = _sealtwin(*line, f"{name}=1")
         assert twice.exit_code == 3
-        assert f"--set {name} beside" in twice.stderr
+        assert f"--set {name}: " in twice.stderr
 
 
 def test_what_a_calibration_finds_removes_nothing_that_is_set(lab):
     line = ("calibrate", lab / "trial.toml", "--out", lab / "out", "--device", "cpu", "--free", "fluid.U=3:30", "--set")
     refused = _sealtwin(*line, "fluid.viscosity_pa_s=1")
     assert refused.exit_code == 3
-    assert "--set fluid.viscosity_pa_s beside --free" in refused.stderr
+    assert "--set fluid.viscosity_pa_s: a --free setting" in refused.stderr
 
 
 def test_every_option_of_a_setting_takes_its_help_from_the_field():

@@ -166,7 +166,7 @@ CASES: list[WrongInput] = [
         "a text before anybody calls it a note names what it would leave open",
         _files(N3__txt="depth = 9 mm. Am 3.5.2026 bei 21 °C, links 12 mm"),
         INGEST,
-        ("N3.txt", "crack.depth_mm = 9.0", "3.5.2026; 21 °C; 12 mm", "role note"),
+        ("N3.txt", "crack.depth_mm = 9.0", "3.5.2026; 21 °C; 12 mm", "set its role to note"),
         0,
     ),
     WrongInput(

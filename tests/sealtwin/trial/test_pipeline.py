@@ -85,7 +85,7 @@ def test_a_run_leaves_every_file_and_answers_with_the_headline(unbroken):
     assert (fluid.escaped_particles, fluid.particles) == (0, 170)
     assert list(fluid.warnings) == json.loads((run / "report.json").read_text(encoding="utf-8"))["cautions"][:-1]
     assert Path(answer["report"]).name == "report.html"
-    for said, sentence in zip(("Gate kept: ", "etter", "Calibrated on"), compared.headline, strict=True):
+    for said, sentence in zip(("Gate kept: ", "A flat line is ", "Calibrated on"), compared.headline, strict=True):
         assert said in sentence
     assert (compared.role, compared.fitted) == ("calibrated-on", ("fluid.U",))
     assert compared.beats_flat_level is (compared.mean_error_mm < compared.flat_level_error_mm)
