@@ -37,7 +37,6 @@ COMMANDS = {
     "solids": "benchmarks/solids.py",
     "digitise_speed": "benchmarks/digitise_speed.py",
     "ingest": "benchmarks/ingest.py",
-    "public_reports": "-m benchmarks.public_reports",
     "fuzz": "-m benchmarks.fuzz",
     "time_left": "-m benchmarks.time_left",
     "least_of_many": "-m benchmarks.least_of_many",

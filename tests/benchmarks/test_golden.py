@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 
 import pytest
-import trimesh
 
 from benchmarks import golden
 from benchmarks.golden_inputs import slotted_block, write_mesh
@@ -142,27 +141,3 @@ def test_a_waypoint_of_a_program_is_reported_and_a_comment_is_not(tmp_path: Path
     new = "' made by\n' 0.2.0\nP0 = XY(243.768, -26.104, 105.000, 0.000) /R\n"
     found = _compare(tmp_path, "path.prg", old, new)
     assert [(it.key, it.old, it.new) for it in found.differing] == [("1/3", -26.103, -26.104)]
-
-
-def test_paths_of_the_call_are_recorded_as_words(tmp_path: Path):
-    scratch = tmp_path / "scratch"
-    _write(scratch / "out", "run.json", {"folder": str(scratch / "out" / "run"), "from": str(golden.ROOT / "fixtures")})
-    _write(scratch / "out", "run/.lock", "")
-    golden.store(scratch / "out", tmp_path / "stored", scratch)
-    assert golden.values_of(tmp_path / "stored" / "run.json") == {"folder": "SCRATCH/out/run", "from": "ROOT/fixtures"}
-    assert not (tmp_path / "stored" / "run").exists()
-
-
-def test_the_block_is_closed_and_lacks_its_slot():
-    vertices, faces = slotted_block(wander_mm=3.0)
-    mesh = trimesh.Trimesh(vertices, faces)
-    assert mesh.is_watertight
-    # The slot is sheared sideways, which keeps its volume.
-    assert mesh.volume == pytest.approx(100 * 40 * 20 - 60 * 4 * 10, rel=1e-12)
-
-
-def test_every_case_needs_only_cases_before_it():
-    names = [case.name for case in golden.CASES]
-    assert len(set(names)) == len(names)
-    for number, case in enumerate(golden.CASES):
-        assert set(case.needs) <= set(names[:number])

@@ -3,9 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from benchmarks.stated_intervals import CASES, NUMERICS, WIDER, coverage_of, numerics_rows, rows_of
+from benchmarks.stated_intervals import CASES, NUMERICS, coverage_of, numerics_rows, rows_of
 from validate.uncertainty.budget import Component
 
 DRAWS = 60
@@ -14,14 +13,6 @@ CHANCE = 3 * np.sqrt(0.92 * 0.08 / DRAWS)
 JUDGED, BEYOND = "numerics off by 0.3 mm, order 0.5", "numerics off by 1 mm, order 0.5"
 NOTHING = Component("none", "computed", np.zeros((10, 21)))
 BY_NAME = {case.name: case for case in CASES}
-
-
-@pytest.mark.parametrize("name", ["no passes", "operator 0.2 mm", "all stations 1 mm declared"])
-def test_intervals_hold_the_truth_and_are_no_wider_than_they_must_be(name):
-    found = coverage_of(BY_NAME[name], DRAWS)
-    for share in (found.bias, found.mean_error, found.station, found.profile):
-        assert share > 0.92 - CHANCE
-    assert found.straight_mm < WIDER * (BY_NAME[name].prototype_mm or 0.0)
 
 
 def test_what_is_left_out_of_a_budget_is_missed():
