@@ -1,4 +1,4 @@
-"""A piece of a benchmark in a process of its own, in any work tree of the project; and the processor that it runs on."""
+"""Run a piece of a benchmark in a process of its own, in any work tree of the project; name the processor."""
 
 import json
 import os
