@@ -6,6 +6,7 @@ import pytest
 from benchmarks.physics_endless import Endless, stirred_mm
 from sealtwin.core.records import Floats
 
+pytestmark = pytest.mark.slow  # tests/simulate/test_viscosity has a quick one of its branches
 SIDE_MM, RADIUS_MM, STEP_S = np.array([6.0, 6.0, 6.0]), 0.4, 1.8e-3
 
 

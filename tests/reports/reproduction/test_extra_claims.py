@@ -1,6 +1,7 @@
 """Claims on damping, freezing and time, on runs whose verdict is known."""
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 import pytest
@@ -68,7 +69,8 @@ def pace(run_s: float, others_cores: float = 0.0, power: float = 1.0) -> Pace:
     return Pace(run_s, run_s, others_cores, moving, frame_ms)
 
 
-def timed(run_s: Sequence[float], scatter: float, others_cores: float = 0.0, power: float = 1.0) -> list[Finding]:
+@cache
+def timed(run_s: tuple[float, ...], scatter: float, others_cores: float = 0.0, power: float = 1.0) -> list[Finding]:
     """Three runs of each D, those in passes with these times, and those that are solved at once all with the first."""
     by = (1 - scatter, 1.0, 1 + scatter)
     passes = {d: [pace(s * each, others_cores, power) for each in by] for d, s in zip(D_CM, run_s, strict=True)}

@@ -88,7 +88,7 @@ def test_draws_scatter_as_the_other_seeds_do():
 
     Six runs know a standard deviation to 30 %, and tell less by it: 5 degrees of freedom widen it by 1.29.
     """
-    chart, sets = make_chart(), redraw()
+    chart, sets = make_chart(), redraw()[:100]
     pairs = join(chart, again(chart, 0.2))
     assert isinstance(pairs, Replicates)
     assert len(pairs.of(BEST)) == 1 + len(SEEDS)

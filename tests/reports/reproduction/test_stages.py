@@ -100,6 +100,7 @@ def test_a_stage_computed_anew_replaces_its_own_and_the_page_keeps_all_else(tmp_
     assert any("(2 times; paper: 9 times)" in line for line in changed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["flare", "lean"])
 def test_pairs_computed_anew_replace_their_part_alone(tmp_path, monkeypatch, name):
     """Runs whose errors are known stand for the pairs: no checkout holds 132 of them."""
