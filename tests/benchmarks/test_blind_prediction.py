@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.blind_cases import STATIONS_MM
+from benchmarks.blind_measured import LENGTH_MM, measured
 from benchmarks.blind_prediction import judge, over_trials, read, rows
 
 pytestmark = pytest.mark.usefixtures("kept_of_any_number")
@@ -40,3 +41,14 @@ def test_a_caliper_errs_by_what_is_declared():
     off_mm = np.array([read(number, level_mm).level_mm for number in range(200)])
     # A mean of three passes and three readings.
     assert off_mm.std() == pytest.approx(np.hypot(0.1, 0.1) / np.sqrt(3), rel=0.15)
+
+
+def test_what_a_lab_finds_lies_about_the_truth(tmp_path):
+    """The one quick test of a viscosity by early photos of a spread."""
+    one = measured(7, 0, tmp_path)
+    found, real = one.base.sample, one.real
+    assert found.outline.length_mm == pytest.approx(LENGTH_MM, rel=0.05)
+    assert found.trajectory.dispensed_mm3 != real.trajectory.dispensed_mm3
+    assert found.trajectory.dispensed_mm3 == pytest.approx(real.trajectory.dispensed_mm3, rel=0.1)
+    assert found.outline.mean_width_mm == pytest.approx(real.outline.mean_width_mm, abs=0.5)
+    assert {"width_mm", "depth_mm", "wall_angle_deg", "volume_ml", "yield_stress_pa"} < set(one.base.inputs)
