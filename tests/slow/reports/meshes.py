@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 
 from tests.meshes import Mesh, box, mesh_of, slotted
-from tests.slow.reports.table import LONG_SLOT_MM3, MM3, SLOT, TO, refused, report, right, warned
+from tests.slow.reports.table import LONG_SLOT_MM3, MESH, MM3, SLOT, TO, refused, report, right, warned
 
 
 def obj_of_polygons(folder: Path) -> None:
@@ -82,18 +82,13 @@ def _write_obj(path: Path, mesh: Mesh, *parts: str) -> None:
 # Concave polygons of an OBJ are cut into a fan that covers their notches.
 report(
     "mikedh/trimesh/pull/2560",
-    f"import-mesh block.obj --units mm {TO}",
+    MESH("obj"),
     SLOT,
     refused("block.obj", "polygon|concave|more than three corners|triangles"),
 )(obj_of_polygons)
 
 
-@report(
-    "assimp/assimp/issues/4976",
-    f"import-mesh block.glb --units mm {TO}",
-    SLOT,
-    refused("block.glb", "inside out|mirror|negative"),
-)
+@report("assimp/assimp/issues/4976", MESH("glb"), SLOT, refused("block.glb", "inside out|mirror|negative"))
 def glb_mirrored(folder: Path) -> None:
     """A node scaled by -1 turns the mesh inside out."""
     scene = trimesh.Scene()
@@ -103,7 +98,7 @@ def glb_mirrored(folder: Path) -> None:
 
 @report(
     "prusa3d/PrusaSlicer/issues/15842",
-    f"import-mesh block.3mf --units mm {TO}",
+    MESH("3mf"),
     refused("block.3mf", "centimeter|unit is cm"),
     warned("centimeter|unit is cm"),
     SLOT,
@@ -115,7 +110,7 @@ def three_mf_in_cm(folder: Path) -> None:
 
 @report(
     "mrdoob/three.js/issues/14937",
-    f"import-mesh block.ply --units mm {TO}",
+    MESH("ply"),
     refused("block.ply", "cut short|ends early|ends before|truncated|fewer|shorter|header|length"),
     right(MM3, LONG_SLOT_MM3, 24, "repair|filled|closed|missing"),
 )
@@ -146,12 +141,7 @@ def glb_y_up(folder: Path) -> None:
     mesh.export(folder / "block.glb")
 
 
-@report(
-    "openscad/openscad/issues/945",
-    f"import-mesh block.stl --units mm {TO}",
-    SLOT,
-    refused("block.stl", "area|degenerate|flat"),
-)
+@report("openscad/openscad/issues/945", MESH("stl"), SLOT, refused("block.stl", "area|degenerate|flat"))
 def stl_with_flat_triangles(folder: Path) -> None:
     """Triangles without area, on an edge that is cut in two, make a sound solid unreadable."""
     mesh = slotted_mesh()
@@ -162,9 +152,7 @@ def stl_with_flat_triangles(folder: Path) -> None:
     trimesh.Trimesh(vertices, faces, process=False).export(folder / "block.stl")
 
 
-@report(
-    "lemgandi/3mf2stl/issues/3", f"import-mesh block.3mf --units mm {TO}", SLOT, refused("block.3mf", "transform|build")
-)
+@report("lemgandi/3mf2stl/issues/3", MESH("3mf"), SLOT, refused("block.3mf", "transform|build"))
 def three_mf_scaled_by_its_build(folder: Path) -> None:
     """The transform that a 3MF's build has for its object is not applied."""
     write_three_mf(folder, "millimeter", '<item objectid="1" transform="10 0 0 0 10 0 0 0 10 0 0 0"/>')
@@ -213,7 +201,7 @@ def glb_quantized(folder: Path) -> None:
     (folder / "block.glb").write_bytes(b"".join([*parts, struct.pack("<I4s", len(content), b"BIN\0"), content]))
 
 
-@report("tinyobjloader/tinyobjloader/pull/235", f"import-mesh block.obj --units mm {TO}", SLOT)
+@report("tinyobjloader/tinyobjloader/pull/235", MESH("obj"), SLOT)
 def obj_of_two_objects(folder: Path) -> None:
     """Of two objects one is skipped where a material is named before the object."""
     mesh = slotted_mesh()
@@ -223,7 +211,7 @@ def obj_of_two_objects(folder: Path) -> None:
 
 @report(
     "andymai/gridfinity-layout-tool/pull/1493",
-    f"import-mesh block.stl --units mm {TO}",
+    MESH("stl"),
     SLOT,
     refused("block.stl", "wind|orient|inside out|turned|direction"),
 )
@@ -237,7 +225,7 @@ def stl_of_mixed_winding(folder: Path) -> None:
 
 @report(
     "openscad/openscad/issues/1107",
-    f"import-mesh block.stl --units mm {TO}",
+    MESH("stl"),
     SLOT,
     refused("block.stl", "overlap|intersect|bodies|shells|parts|pieces"),
 )
@@ -249,7 +237,7 @@ def stl_of_overlapping_bodies(folder: Path) -> None:
     trimesh.util.concatenate(bodies).export(folder / "block.stl")
 
 
-@report("Twinklebear/tobj/issues/15", f"import-mesh block.obj --units mm {TO}", SLOT)
+@report("Twinklebear/tobj/issues/15", MESH("obj"), SLOT)
 def obj_of_groups_named_twice(folder: Path) -> None:
     """A group whose name comes twice is taken for two. Faces of one block in the groups a, b and a again."""
     mesh = slotted_mesh()
@@ -259,12 +247,7 @@ def obj_of_groups_named_twice(folder: Path) -> None:
     (folder / "block.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-@report(
-    "bambulab/BambuStudio/issues/11745",
-    f"import-mesh block.3mf --units mm {TO}",
-    SLOT,
-    refused("block.3mf", "component|transform"),
-)
+@report("bambulab/BambuStudio/issues/11745", MESH("3mf"), SLOT, refused("block.3mf", "component|transform"))
 def three_mf_of_a_component(folder: Path) -> None:
     """Transforms of a 3MF's components and items are not those of its unit."""
     transform = 'transform="10 0 0 0 10 0 0 0 10 0 0 0"'
@@ -273,12 +256,7 @@ def three_mf_of_a_component(folder: Path) -> None:
     write_three_mf(folder, "millimeter", '<item objectid="2"/>', further)
 
 
-@report(
-    "cnr-isti-vclab/meshlab/issues/1281",
-    f"import-mesh block.stl --units mm {TO}",
-    SLOT,
-    refused("block.stl", "triangles|faces|header|length"),
-)
+@report("cnr-isti-vclab/meshlab/issues/1281", MESH("stl"), SLOT, refused("block.stl", "triangles|faces|header|length"))
 def stl_without_its_count(folder: Path) -> None:
     """A binary STL whose writer left the number of triangles at 0."""
     path = folder / "block.stl"
@@ -287,12 +265,7 @@ def stl_without_its_count(folder: Path) -> None:
     path.write_bytes(content[:80] + struct.pack("<I", 0) + content[84:])
 
 
-@report(
-    "cnr-isti-vclab/corto/issues/32",
-    f"import-mesh block.ply --units mm {TO}",
-    SLOT,
-    refused("block.ply", "polygon|corners|triangles|concave"),
-)
+@report("cnr-isti-vclab/corto/issues/32", MESH("ply"), SLOT, refused("block.ply", "polygon|corners|triangles|concave"))
 def ply_of_polygons(folder: Path) -> None:
     """A PLY of quads is not read as one."""
     obj_of_polygons(folder)
@@ -308,12 +281,7 @@ def ply_of_polygons(folder: Path) -> None:
     (folder / "block.ply").write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
 
 
-@report(
-    "mikedh/trimesh/issues/542",
-    f"import-mesh block.off --units mm {TO}",
-    SLOT,
-    refused("block.off", "readable|line|remark"),
-)
+@report("mikedh/trimesh/issues/542", MESH("off"), SLOT, refused("block.off", "readable|line|remark"))
 def off_with_remarks(folder: Path) -> None:
     """Remarks in an OFF stop its import. Remarks and empty lines between the parts of the file."""
     mesh = slotted_mesh()
@@ -323,12 +291,7 @@ def off_with_remarks(folder: Path) -> None:
     (folder / "block.off").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-@report(
-    "mikedh/trimesh/pull/753",
-    f"import-mesh block.off --units mm {TO}",
-    SLOT,
-    refused("block.off", "readable|header|count"),
-)
+@report("mikedh/trimesh/pull/753", MESH("off"), SLOT, refused("block.off", "readable|header|count"))
 def off_of_one_head(folder: Path) -> None:
     """The counts of an OFF stand directly behind its first word."""
     mesh = slotted_mesh()

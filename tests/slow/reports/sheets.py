@@ -10,11 +10,12 @@ from tests.lab_folder import DEFAULTS, ENDS, S_MM, levels_mm
 from tests.sheet_writers import rewritten
 from tests.slow.reports.files import ENDS_ROW, lab, text
 from tests.slow.reports.table import (
+    CSV,
     LAB,
-    LEVELS,
     PASTE,
     THREE,
     TWELVE,
+    XLSX,
     Check,
     Ended,
     Maker,
@@ -62,10 +63,7 @@ SATURATED = [f"{rate},{min(12 + 1.5 * rate, 60):g}" for rate in RATES]
 
 # The minus U+2212 beside decimal commas makes text of a column.
 report(
-    "pola-rs/polars/issues/28163",
-    LEVELS("a.csv"),
-    right(numbers, (-2.15, -2.25, -2.05), 0.001),
-    refused("a.csv", "line 2|row 2"),
+    "pola-rs/polars/issues/28163", CSV, right(numbers, (-2.15, -2.25, -2.05), 0.001), refused("a.csv", "line 2|row 2")
 )(text("a.csv", "s_mm;level_mm", "5,0;\u22122,15", "10,0;\u22122,25", "15,0;\u22122,05"))
 
 # After a narrow blank as thousands' mark the rest of a number is dropped: 29 000 is 29.
@@ -77,17 +75,14 @@ report(
 )(text("a.csv", "s_mm;level_mm", "990,5;-2,15", "1\u202f010,5;-2,25", "1\u202f030,5;-2,05"))
 
 # Of two columns of one name the last one's values replace the first one's.
-report(
-    "pandas-dev/pandas/issues/9424",
-    LEVELS("a.csv"),
-    right(numbers, (-2.2, -2.3, -2.4), 0.001),
-    refused("a.csv", "level_mm"),
-)(text("a.csv", "s_mm,level_mm,level_mm", "5,-2.0,-2.4", "10,-2.1,-2.5", "15,-2.2,-2.6"))
+report("pandas-dev/pandas/issues/9424", CSV, right(numbers, (-2.2, -2.3, -2.4), 0.001), refused("a.csv", "level_mm"))(
+    text("a.csv", "s_mm,level_mm,level_mm", "5,-2.0,-2.4", "10,-2.1,-2.5", "15,-2.2,-2.6")
+)
 
 # A header in the middle, of files that were joined, becomes missing values.
 report(
     "manybabies/mb2-analysis/issues/89",
-    LEVELS("a.csv"),
+    CSV,
     right(numbers, (-2.0, -2.1, -2.2, -2.3), 0.001),
     refused("a.csv", "line 4|row 4|header"),
 )(text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-2.1", "s_mm,level_mm", "15,-2.2", "20,-2.3"))
@@ -165,18 +160,18 @@ report("mholt/PapaParse/issues/1070", PASTE, TWELVE, refused("curve.csv", "line 
 # Of several values of one place all but one are dropped, without a word.
 report(
     "Deltares/ddlpy/issues/24",
-    LEVELS("a.csv"),
+    CSV,
     has_levels((-2.0, -2.1, -2.2, -2.6, -2.5, -2.4), (-2.2, -2.3, -2.4)),
     refused("a.csv", "line|row"),
 )(text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-2.1", "15,-2.2", "15,-2.6", "10,-2.5", "5,-2.4"))
 
 # Decimal commas and decimal points in one file, separated by semicolons: some numbers are texts.
-report("vizabi/vizabi/issues/2547", LEVELS("a.csv"), has_levels((-2.15, -2.25, -2.05)), refused("a.csv", "line|row"))(
+report("vizabi/vizabi/issues/2547", CSV, has_levels((-2.15, -2.25, -2.05)), refused("a.csv", "line|row"))(
     text("a.csv", "s_mm;level_mm", "5,5;-2,15", "10.5;-2.25", "15,5;-2,05")
 )
 
 
-@report("tidyverse/readxl/issues/533", LEVELS("a.xlsx"), THREE, refused("a.xlsx", "hidden|former|today|worksheet"))
+@report("tidyverse/readxl/issues/533", XLSX, THREE, refused("a.xlsx", "hidden|former|today|worksheet"))
 def hidden_first_sheet(folder: Path) -> None:
     """The first worksheet is read, though it is hidden."""
     book = openpyxl.Workbook()
@@ -207,14 +202,14 @@ def struck_out(folder: Path) -> None:
 
 
 # Digits joined by an underscore are read as one number.
-report("pyexcel/pyexcel/issues/138", LEVELS("a.csv"), refused("a.csv", "2_1"))(
+report("pyexcel/pyexcel/issues/138", CSV, refused("a.csv", "2_1"))(
     text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-2_1", "15,-2.2")
 )
 
 # Decimal commas in a file that commas separate: columns fall apart.
 report(
     "SheetJS/sheetjs/issues/2236",
-    LEVELS("a.csv"),
+    CSV,
     has_levels((-2.15, -2.25, -2.05)),
     refused("a.csv", "comma|line 2|row 2|cells|columns|separat"),
 )(text("a.csv", "s_mm,level_mm", "5,0,-2,15", "10,0,-2,25", "15,0,-2,05"))
@@ -231,7 +226,7 @@ report(
 )(flow_curve(*(f"{-rate},{-12 - 1.5 * rate:g}" for rate in RATES)))
 
 
-@report("yfedoseev/office_oxide/issues/146", LEVELS("a.xlsx"), THREE, refused("a.xlsx", "order|cell|column"))
+@report("yfedoseev/office_oxide/issues/146", XLSX, THREE, refused("a.xlsx", "order|cell|column"))
 def cells_out_of_order(folder: Path) -> None:
     """Cells that stand in another order in the file land in each other's columns."""
 
@@ -245,23 +240,19 @@ def cells_out_of_order(folder: Path) -> None:
 
 
 # -999, which stands for a missing value, is a value.
-report(
-    "dankelley/oce/issues/983",
-    LEVELS("a.csv"),
-    refused("a.csv", "999"),
-    has_levels((-2.0, -2.2)),
-    warned("a.csv", "999"),
-)(text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-999", "15,-2.2"))
+report("dankelley/oce/issues/983", CSV, refused("a.csv", "999"), has_levels((-2.0, -2.2)), warned("a.csv", "999"))(
+    text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-999", "15,-2.2")
+)
 
 # Numbers with a no-break space behind them are texts, and left out.
-report("ONLYOFFICE/DocumentServer/issues/2741", LEVELS("a.csv"), THREE, refused("a.csv", "line 2|row 2"))(
+report("ONLYOFFICE/DocumentServer/issues/2741", CSV, THREE, refused("a.csv", "line 2|row 2"))(
     text("a.csv", "s_mm;level_mm", "5;-2,0\u00a0", "10;-2,1\u00a0", "15;-2,2")
 )
 
 
 @report(
     "tidyverse/readxl/pull/220",
-    LEVELS("a.xlsx"),
+    XLSX,
     has_levels((-2.0, -2.1, -2.2, -2.3, -2.4, -2.5), (-2.1, -2.4)),
     refused("a.xlsx", "merged|row 3"),
 )
@@ -277,12 +268,12 @@ def merged_stations(folder: Path) -> None:
 
 
 # Marks of inches are unbalanced quotation marks.
-report("tilo/smarter_csv/issues/283", LEVELS("a.csv"), THREE, refused("a.csv", "quot|line 2|row 2"))(
+report("tilo/smarter_csv/issues/283", CSV, THREE, refused("a.csv", "quot|line 2|row 2"))(
     text("a.csv", "s_mm\tlevel_mm\tnote", '5\t-2.0\tgauge 3/4"', "10\t-2.1\t", '15\t-2.2\t20" board')
 )
 
 
-@report("tidyverse/readxl/issues/648", LEVELS("a.xlsx"), THREE, refused("a.xlsx", "place|cell|column|row"))
+@report("tidyverse/readxl/issues/648", XLSX, THREE, refused("a.xlsx", "place|cell|column|row"))
 def cells_without_places(folder: Path) -> None:
     """Cells without their places get into the wrong columns."""
 
@@ -296,19 +287,19 @@ def cells_without_places(folder: Path) -> None:
 
 
 # An apostrophe that sets thousands apart makes no number.
-report("adobe/react-spectrum/issues/8545", LEVELS("a.csv"), THREE, refused("a.csv", "1'000"))(
+report("adobe/react-spectrum/issues/8545", CSV, THREE, refused("a.csv", "1'000"))(
     text("a.csv", "s_mm;level_mm", "995;-2,0", "1'000;-2,1", "1'005;-2,2")
 )
 
 # Of 1.2.3.4 the start, 1.2, is read.
-report("dumbmatter/csv-sql-live/pull/1", LEVELS("a.csv"), refused("a.csv", "-2.1.5"))(
+report("dumbmatter/csv-sql-live/pull/1", CSV, refused("a.csv", "-2.1.5"))(
     text("a.csv", "s_mm,level_mm", "5,-2.0", "10,-2.1.5", "15,-2.2")
 )
 
 # Rows with an empty cell in the column that groups them are dropped.
 report(
     "PEtab-dev/PEtab/pull/298",
-    LEVELS("a.csv"),
+    CSV,
     has_levels((-2.1, -2.2), (-2.0, -2.2, -2.1, -2.3)),
     refused("a.csv", "line 3|row 3"),
 )(text("a.csv", "s_mm,run,level_mm", "5,1,-2.0", "5,,-2.2", "10,1,-2.1", "10,2,-2.3"))
@@ -322,12 +313,12 @@ report("DC-analysis/DCscope/issues/104", PASTE, refused("curve.csv", "stress_mpa
 )
 
 # One comma more in the first row shifts all columns.
-report("pandas-dev/pandas/issues/9295", LEVELS("a.csv"), THREE, refused("a.csv", "line 2|row 2"))(
+report("pandas-dev/pandas/issues/9295", CSV, THREE, refused("a.csv", "line 2|row 2"))(
     text("a.csv", "s_mm,level_mm,note", "5,-2.0,a,", "10,-2.1,b", "15,-2.2,c")
 )
 
 
-@report("PHPOffice/PHPExcel/issues/722", LEVELS("a.xlsx"), THREE, refused("a.xlsx", "text|number"))
+@report("PHPOffice/PHPExcel/issues/722", XLSX, THREE, refused("a.xlsx", "text|number"))
 def numbers_behind_apostrophes(folder: Path) -> None:
     """Numbers are texts behind an apostrophe."""
     book = openpyxl.Workbook()
@@ -341,7 +332,7 @@ def numbers_behind_apostrophes(folder: Path) -> None:
 
 
 # A remark of two lines is one cell, and the lines of a file are more than its rows.
-report("dbro/csvquote/issues/10", LEVELS("a.csv"), THREE)(
+report("dbro/csvquote/issues/10", CSV, THREE)(
     text("a.csv", "s_mm,level_mm,note", '5,-2.0,"left', 'edge, 2 of 3"', "10,-2.1,", "15,-2.2,")
 )
 

@@ -15,9 +15,9 @@ from PIL import Image
 from tests import labs
 from tests.slow.reports.files import ENDS_ROW, WIDTH_PX, grey, lab, photo, small_crack, text
 from tests.slow.reports.table import (
+    CSV,
     LAB,
     LENGTH,
-    LEVELS,
     ROBOT,
     THREE,
     TO,
@@ -424,6 +424,6 @@ def path_of_near_twins(folder: Path) -> None:
 
 
 # A number with a comma that sets thousands apart is two cells.
-report("SheetJS/sheetjs/issues/1852", LEVELS("a.csv"), THREE, refused("a.csv", "line 3|row 3"))(
+report("SheetJS/sheetjs/issues/1852", CSV, THREE, refused("a.csv", "line 3|row 3"))(
     text("a.csv", "s_mm,level_mm", "995,-2.0", "1,005,-2.1", "1,015,-2.2")
 )
