@@ -10,7 +10,6 @@ lists; renamed keys and files stand in ``RENAMED``, numbers that moved on purpos
 reports are not compared number by number: those that differ are named, and ``--look`` lays old beside new.
 """
 
-import argparse
 import csv
 import fnmatch
 import io
@@ -30,11 +29,13 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import trimesh
+from typer import Argument, BadParameter, Option
 
 from benchmarks.golden_cases import CASES, ROOT, Bench, Case
+from benchmarks.table import run_benchmark
 
 OF_RUN: dict[str, str] = {
     **{name: f"sample/{name}" for name in (
@@ -254,22 +255,21 @@ class Findings:
         self.clocked |= other.clocked
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("verb", choices=["record", "compare"])
-    parser.add_argument("folder", type=Path, metavar="DIR", help="the record: a folder for each case")
-    parser.add_argument("--only", action="append", metavar="CASE", help="cases by name or pattern; may be repeated")
-    parser.add_argument("--look", type=Path, metavar="DIR", help="gets old and new copies of what is to be looked at")
-    asked = parser.parse_args()
-    patterns = asked.only or ["*"]
+def main(
+    verb: Annotated[str, Argument(help="record or compare", metavar="VERB")],
+    folder: Annotated[Path, Argument(help="the record: a folder for each case", metavar="DIR")],
+    only: Annotated[list[str] | None, Option(help="cases by name or pattern; may be given again")] = None,
+    look: Annotated[Path | None, Option(help="gets old and new copies of what is to be looked at")] = None,
+) -> None:
+    patterns = only or ["*"]
     chosen = [case for case in CASES if any(fnmatch.fnmatchcase(case.name, pattern) for pattern in patterns)]
     if not chosen:
-        parser.error(f"--only {' '.join(patterns)}: no such case; there are {', '.join(case.name for case in CASES)}")
-    if asked.verb == "record":
-        sys.exit(_record(chosen, asked.folder))
-    if not asked.folder.is_dir():
-        parser.error(f"{asked.folder}: no such folder; make it with: python -m benchmarks.golden record {asked.folder}")
-    sys.exit(_compare(chosen, asked.folder, asked.look))
+        raise BadParameter(f"--only {' '.join(patterns)}: no such case; there are {', '.join(it.name for it in CASES)}")
+    if verb == "record":
+        sys.exit(_record(chosen, folder))
+    if verb != "compare" or not folder.is_dir():
+        raise BadParameter(f"{verb} {folder}: no such record; make it: python -m benchmarks.golden record {folder}")
+    sys.exit(_compare(chosen, folder, look))
 
 
 def _record(chosen: Sequence[Case], folder: Path) -> int:
@@ -557,4 +557,4 @@ def _lay_out(files: Iterable[str], old: Path, new: Path, look: Path) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

@@ -1,13 +1,12 @@
 """Every benchmark in turn, and what each printed, in reports/results.json and on a page of the documentation.
 
-    python -m benchmarks.results [--only NAME ...]     (make results)
+    python -m benchmarks.results [--only NAME]...     (make results)
 
 A benchmark is run again where a module that it imports, at any depth, or its data changed since, or where it failed; a
 run that is stopped, or killed, goes on by the same command. The page shows each figure beside that of the results
 before. Exits with 1 unless all targets are met.
 """
 
-import argparse
 import hashlib
 import json
 import os
@@ -20,12 +19,12 @@ from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Annotated, Any
 
 import grimp
 
 from benchmarks.against import HERE, processor
-from benchmarks.table import ROWS_TO
+from benchmarks.table import ROWS_TO, one_of, run_benchmark
 from sealtwin.core.files import write_json, write_text
 from sealtwin.core.progress import in_words
 from sealtwin.core.stage_keys import UNNUMBERED, number_words, other_numbers
@@ -37,7 +36,6 @@ COMMANDS = {
     "solids": "benchmarks/solids.py",
     "digitise_speed": "benchmarks/digitise_speed.py",
     "ingest": "benchmarks/ingest.py",
-    "public_reports": "-m benchmarks.public_reports",
     "fuzz": "-m benchmarks.fuzz",
     "time_left": "-m benchmarks.time_left",
     "least_of_many": "-m benchmarks.least_of_many",
@@ -78,10 +76,8 @@ _UNKNOWN = dict.fromkeys(NUMBERS, UNNUMBERED)
 Content = dict[str, dict[str, Any]]  # By the name of a benchmark: its rows and where, when and of which code they are
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="+", choices=COMMANDS, default=list(COMMANDS), metavar="NAME")
-    asked: list[str] = parser.parse_args().only
+def main(only: Annotated[list[str] | None, one_of(COMMANDS)] = None) -> None:
+    asked = only or list(COMMANDS)
     found = read(RESULTS)
     code = {name: code_sha256(HERE, COMMANDS[name]) for name in {*asked, *found} & COMMANDS.keys()}
     waiting = [name for name in asked if not (name in found and _stands(found[name], code[name]))]
@@ -255,4 +251,4 @@ def _section(name: str, one: dict[str, Any], code: str) -> list[str]:
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(main)

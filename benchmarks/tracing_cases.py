@@ -41,19 +41,28 @@ class Case:
 
 def clean_case(seed: int) -> Case:
     """In turn closed and open, every fourth through a lens that bends; every other number by chance."""
-    ends = _ends(seed)
-    bent = seed % 4 in (2, 3)
-    for attempt in range(100):
-        rng = np.random.default_rng([seed, 8, attempt])
-        recipe = _sound_recipe(rng, ends, least_px=16.0, most_px=80.0)
-        recipe = replace(
-            recipe,
+    ends, bent = _ends(seed), seed % 4 in (2, 3)
+
+    def draw(rng: np.random.Generator) -> Recipe:
+        return replace(
+            _sound_recipe(rng, ends, least_px=16.0, most_px=80.0),
             tilt_deg=rng.uniform(0, 10),
             lens_k1=rng.uniform(-0.2, -0.03) if bent else 0.0,
             camera_mm=rng.uniform(262, 450),
         )
-        if _fits(seed, recipe):
-            return Case("clean", f"{ends}{', bent' if bent else ''}", seed, recipe)
+
+    return Case("clean", f"{ends}{', bent' if bent else ''}", seed, _fitting(seed, (8,), draw))
+
+
+def _fitting(seed: int, kind: tuple[int, ...], draw: Callable[[np.random.Generator], Recipe]) -> Recipe:
+    """Return the first recipe whose crack fits its face."""
+    for attempt in range(100):
+        recipe = draw(np.random.default_rng([seed, *kind, attempt]))
+        try:
+            fracture(recipe, np.random.default_rng([seed, 1]), np.random.default_rng([seed, 3]))
+        except ValueError:
+            continue
+        return recipe
     raise RuntimeError(f"no crack of seed {seed} fits its face")
 
 
@@ -72,19 +81,18 @@ HARD: dict[str, Callable[[Recipe, np.random.Generator], Recipe]] = {
 
 def hard_case(group: str, seed: int) -> Case:
     """A clean crack with one difficulty, of a size that a user would meet it in."""
-    for attempt in range(100):
-        rng = np.random.default_rng([seed, 9, list(HARD).index(group), attempt])
-        recipe = _sound_recipe(rng, _ends(seed), least_px=16.0, most_px=50.0)
-        recipe = HARD[group](recipe, rng)
-        if _fits(seed, recipe):
-            return Case("hard", group, seed, recipe, 0.7 if "fraction" in group else 0.5)
-    raise RuntimeError(f"no crack of seed {seed} fits its face")
+
+    def draw(rng: np.random.Generator) -> Recipe:
+        return HARD[group](_sound_recipe(rng, _ends(seed), least_px=16.0, most_px=50.0), rng)
+
+    recipe = _fitting(seed, (9, list(HARD).index(group)), draw)
+    return Case("hard", group, seed, recipe, 0.7 if "fraction" in group else 0.5)
 
 
 def branched_case(keep: bool, seed: int) -> Case:
     """A clean crack that a side crack leaves, which is to be dropped or kept: the same one, whichever is asked for."""
-    for attempt in range(100):
-        rng = np.random.default_rng([seed, 10, attempt])
+
+    def draw(rng: np.random.Generator) -> Recipe:
         recipe = _sound_recipe(rng, _ends(seed), least_px=16.0, most_px=50.0)
         width_mm, angle_deg = max(rng.uniform(0.3, 1.2) * recipe.width_mm, 10 * recipe.mm_per_px), rng.uniform(25, 90)
         # So long that what is seen of it beside the main crack is five times as long as wide: its tip takes four.
@@ -96,10 +104,10 @@ def branched_case(keep: bool, seed: int) -> Case:
             length_mm=hidden_mm + max(5 * width_mm, 4.0),
             width_mm=width_mm,
         )
-        recipe = replace(recipe, side_cracks=(side,))
-        if _fits(seed, recipe):
-            return Case("branched", "kept" if keep else "dropped", seed, recipe, keep_branches=keep)
-    raise RuntimeError(f"no crack of seed {seed} fits its face")
+        return replace(recipe, side_cracks=(side,))
+
+    recipe = _fitting(seed, (10,), draw)
+    return Case("branched", "kept" if keep else "dropped", seed, recipe, keep_branches=keep)
 
 
 def _ends(seed: int) -> Literal["closed", "open"]:
@@ -150,11 +158,3 @@ def _lit(recipe: Recipe, rng: np.random.Generator, lamp: SideLamp) -> Recipe:
         run_deg = 180 - run_deg
     from_deg = run_deg + rng.choice([-90, 90]) + rng.uniform(-30, 30)
     return _looking(recipe, light=0.4, lamp=replace(lamp, from_deg=float(from_deg)))
-
-
-def _fits(seed: int, recipe: Recipe) -> bool:
-    try:
-        fracture(recipe, np.random.default_rng([seed, 1]), np.random.default_rng([seed, 3]))
-    except ValueError:
-        return False
-    return True

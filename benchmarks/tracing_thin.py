@@ -125,10 +125,10 @@ def thin_crack(seed: int, width_px: float) -> ThinCrack:
     first, last = rng.uniform(40, 90), width - rng.uniform(40, 90)
     share = np.clip((x - first) / (last - first), 0, 1)
     slope = rng.uniform(-0.25, 0.25)
-    middle = height / 2 + slope * (x - width / 2) + 0.6 * _waves(rng, share, 12, 18.0)
+    middle = height / 2 + slope * (x - width / 2) + 0.6 * waves(rng, share, 12, 18.0)
     ahead = np.gradient(middle, x)
     stretch = np.hypot(1, ahead)
-    across = np.exp(_waves(rng, share, 16, 0.25))
+    across = np.exp(waves(rng, share, 16, 0.25))
     rough = cv2.GaussianBlur(rng.standard_normal((2, len(x))), (0, 0), FINE * rng.uniform(1.0, 4.0), sigmaY=1e-6)
     across = np.clip(across * (1 + rng.uniform(0.05, 0.2) * rough / rough.std()), 0.1, None)
     inside = (x >= first) & (x <= last)
@@ -198,7 +198,7 @@ def _spot(rng: np.random.Generator, light: NDArray[np.float32], radius_px: float
     cv2.ellipse(light, (round(x), round(y)), axes, rng.uniform(0, 180), 0, 360, [value], -1, cv2.LINE_AA)
 
 
-def _waves(rng: np.random.Generator, share: Floats, most: int, size: float) -> Floats:
+def waves(rng: np.random.Generator, share: Floats, most: int, size: float) -> Floats:
     """Sines that begin and end at 0."""
     return sum(
         (rng.normal(0, size / wave**0.5) * np.sin(np.pi * wave * share) for wave in range(1, most + 1)),

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from benchmarks.table import Row
+from benchmarks.tracing_thin import waves
 from digitise.crack_path.find_path import CrackSearch, find_path
 from digitise.geometry.polyline import depth_inside, left_normals, signed_area
 from digitise.outline import trace_outline
@@ -205,11 +206,11 @@ def _shape(rng: np.random.Generator, size_px: tuple[int, int]) -> _Shape:
     usual_px = min(float(np.exp(rng.uniform(*np.log(WIDTHS_PX)))), length_px / slender)
     beyond = max(0.12, BEYOND_WIDTHS * usual_px / length_px) if goes_on else 0.0
     share = np.linspace(0, 1, round(length_px))
-    aside = _waves(rng, share, 5, 0.022 * length_px) + 0.08 * usual_px * _rough(rng, len(share), 2 * usual_px)
+    aside = waves(rng, share, 5, 0.022 * length_px) + 0.08 * usual_px * _rough(rng, len(share), 2 * usual_px)
     along = np.array(size_px) / 2 + (share[:, None] - 0.5) * length_px * ahead
     centre = along + aside[:, None] * np.array([-ahead[1], ahead[0]])
     taper = np.clip(np.minimum(share, 1 - share) / 0.06, 0, 1) ** 0.5
-    width = usual_px * np.clip(1 + _waves(rng, share, 6, 0.25), 0.55, 1.5) * taper
+    width = usual_px * np.clip(1 + waves(rng, share, 6, 0.25), 0.55, 1.5) * taper
     rough = rng.uniform(0.02, 0.07)
     left, right = (
         centre
@@ -279,11 +280,3 @@ def _rough(rng: np.random.Generator, count: int, along_px: float) -> Floats:
     """Noise of standard deviation 1 along a line, as smooth as a length."""
     noise = np.asarray(cv2.GaussianBlur(rng.standard_normal((count, 1)), (0, 0), along_px)[:, 0], dtype=float)
     return noise / max(float(noise.std()), 1e-9)
-
-
-def _waves(rng: np.random.Generator, share: Floats, most: int, size: float) -> Floats:
-    """Sines that begin and end at 0."""
-    return sum(
-        (rng.normal(0, size / wave**0.5) * np.sin(np.pi * wave * share) for wave in range(1, most + 1)),
-        start=np.zeros_like(share),
-    )

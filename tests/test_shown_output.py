@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests import shown_output
-from tests.shown_output import PAGES, agree, blocks_of, differences_of, faults_of, is_slow, main, read_page, rewritten
+from tests.shown_output import PAGES, agree, blocks_of, differences_of, faults_of, is_slow, read_page, rewritten
 
 BLOCKS = {page: list(blocks_of(read_page(page))) for page in PAGES}
 RUN = [page for page, blocks in BLOCKS.items() if any(block.is_run for block in blocks)]
@@ -70,21 +70,7 @@ def test_another_word_or_number_is_found(old, new):
     assert shown != PRINTED
     assert rewritten(shown, PRINTED) == PRINTED
     assert rewritten(["...", *shown[:1], "...", *shown[2:]], PRINTED) == ["...", PRINTED[0], "...", *PRINTED[2:]]
-
-
-@pytest.mark.parametrize(
-    "shown",
-    [
-        PRINTED[1:],
-        PRINTED[:-1],
-        [*PRINTED[:2], PRINTED[3]],
-        [*PRINTED, "Report: report.html"],
-        [PRINTED[1], PRINTED[0], *PRINTED[2:]],
-    ],
-    ids=["first missing", "last missing", "one missing", "one too many", "another order"],
-)
-def test_a_line_that_is_missing_or_elsewhere_is_found(shown):
-    assert rewritten(shown, PRINTED) == PRINTED
+    assert rewritten(shown[1:], PRINTED) == rewritten([*shown, "one too many"], PRINTED) == PRINTED
 
 
 @pytest.mark.parametrize(
@@ -106,30 +92,8 @@ def test_a_line_that_is_missing_or_elsewhere_is_found(shown):
 def test_times_machines_and_one_percent_are_no_difference(one, other):
     assert agree(one, other)
     assert rewritten([one], [other]) == [one]
-
-
-@pytest.mark.parametrize(
-    ("one", "other"),
-    [("4 mm/s", "5 mm/s"), ("2 samples", "3 samples"), ("0.2 MPa", "0.4 MPa"), ("50 mm³/s", "60 mm³/s")],
-)
-def test_speeds_counts_and_pressures_are_no_facts_of_a_machine(one, other):
-    assert not agree(one, other)
-
-
-def test_the_command_shows_the_difference_and_rewrites_the_block(tmp_path, monkeypatch, capsys):
-    page = tmp_path / "page.md"
-    before = '# A page\n\n```python\nprint("wide: 3.12 mm")\nprint("4 ml")\n```\n\n```text\nwide: 3.30 mm\n```\n\n'
-    between = '<!-- python\nprint("by hand")\n-->\n\n```sh\nsealtwin --version\n```\n\n'
-    after = "```text of sealtwin --version\n0.2.0\n```\n\n```text not-output\nanything\n```\n"
-    page.write_text(before + between + after, encoding="utf-8")
-    monkeypatch.setattr(shown_output, "ROOT", tmp_path)
-    monkeypatch.setattr(shown_output, "PAGES", ("page.md",))
-    assert main([]) == 1
-    assert "-wide: 3.30 mm\n+wide: 3.12 mm\n+4 ml" in capsys.readouterr().out
-    assert page.read_text(encoding="utf-8") == before + between + after
-    assert main(["--rewrite"]) == 1
-    assert page.read_text(encoding="utf-8") == before.replace("3.30 mm", "3.12 mm\n4 ml") + between + after
-    assert main(["--only", "page.md"]) == 0
+    assert not agree("4 mm/s", "5 mm/s"), "a speed is no fact of the machine"
+    assert not agree("2 samples", "3 samples")
 
 
 @pytest.mark.parametrize(
@@ -148,19 +112,6 @@ def test_a_block_without_a_kind_or_a_source_is_found(page, fault):
     found = list(faults_of(list(blocks_of(page.splitlines()))))
     assert len(found) == 1
     assert fault in found[0]
-
-
-def test_a_slow_block_ends_the_quick_part(tmp_path):
-    page = "```python\nprint(1)\n```\n```text\n2\n```\n```python slow\nprint(1)\n```\n```text\n3\n```".splitlines()
-    (tmp_path / "quick").mkdir()
-    (tmp_path / "all").mkdir()
-    assert len(list(differences_of("page.md", page, tmp_path / "quick", quick=True))) == 1
-    assert len(list(differences_of("page.md", page, tmp_path / "all"))) == 2
-
-
-def test_output_of_a_command_that_no_block_runs_is_a_fault(tmp_path: Path):
-    with pytest.raises(shown_output.NoAnswerError, match="no block above runs sealtwin doctor"):
-        list(differences_of("page.md", ["```text of sealtwin doctor", "ok", "```"], tmp_path))
 
 
 def test_another_exit_code_is_a_fault(tmp_path: Path):

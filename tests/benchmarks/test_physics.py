@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from benchmarks.physics import CASES
 from benchmarks.physics_findings import Finding, reported, within
 from benchmarks.physics_flow import REFINED, _worst, convergence_index
 from benchmarks.physics_rest import pressure_at
-from benchmarks.physics_tanks import Pit, Tank, block_mm
+from benchmarks.physics_tanks import Pit, Tank
 from benchmarks.physics_yield import WIDTH_MM, _crept_mm
 from simulate.fluid.solver import SLOWEST_SHEAR
 from simulate.settings import particle_volume
@@ -38,15 +37,6 @@ def test_what_does_not_converge_gets_no_index(three, said):
     assert said in convergence_index(*three).goal
 
 
-def test_a_block_holds_the_volume_of_its_box():
-    """To half a layer of its height."""
-    fluid = block_mm((0.0, -2.0, 0.0), (9.0, 2.0, 20.0), 0.4, factor=1.0)
-    volume_mm3 = len(fluid) * particle_volume(0.4)
-    layer_mm3 = volume_mm3 * 0.7 / 20
-    assert abs(volume_mm3 - 9 * 4 * 20) < layer_mm3 / 2
-    assert fluid.min(axis=0) == pytest.approx([0.344, -1.656, 0.344], abs=0.04)
-
-
 def test_an_awake_bank_creeps_by_its_law():
     """Its place by small steps of dy / dt, from just under the limit; seen to fail with the root left out of it."""
     length_mm, creep_mm_s, step_s = 20.0, SLOWEST_SHEAR * WIDTH_MM / 2, 1e-3
@@ -71,8 +61,3 @@ def test_the_law_of_local_pressure_has_the_squares_of_its_kernel():
 def test_a_dam_is_off_a_table_by_its_share_of_the_place():
     front = np.column_stack([np.linspace(0, 4, 41), 1 + np.linspace(0, 4, 41)])
     assert _worst(front, np.array([[1.0, 2.0], [2.0, 2.5]])) == pytest.approx(20.0)
-
-
-def test_every_case_says_what_it_is():
-    for case in CASES.values():
-        assert len((case.__doc__ or "").splitlines()[0]) > 30

@@ -24,6 +24,7 @@ def test_a_harmonic_function_has_its_own_flux(power):
     assert flux(surface, harmonic) == pytest.approx(power * harmonic, abs=0.005 * power)
 
 
+@pytest.mark.slow
 def test_a_collapse_keeps_volume_and_energy():
     """Up to where its front has run 1.9 a. Nodes are spread anew in each step, which costs the rest.
 

@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import sys
 
 import pytest
 
@@ -32,26 +31,25 @@ def benchmarks(tmp_path, monkeypatch):
     return tmp_path
 
 
-def run(monkeypatch, *arguments):
-    monkeypatch.setattr(sys, "argv", ["results", *arguments])
+def run(*names):
     with pytest.raises(SystemExit) as left:
-        results.main()
+        results.main(list(names) or list(results.COMMANDS))
     return left.value.code
 
 
 def test_what_ran_on_this_very_code_is_not_run_again(benchmarks, monkeypatch):
     monkeypatch.setattr(results, "code_sha256", lambda *_: "one")
-    assert run(monkeypatch, "--only", "good") == 1, "a target is missed"
-    assert run(monkeypatch, "--only", "good") == 1
+    assert run("good") == 1, "a target is missed"
+    assert run("good") == 1
     assert (benchmarks / "ran").read_text() == "x"
     monkeypatch.setattr(results, "code_sha256", lambda *_: "two")
-    run(monkeypatch, "--only", "good")
+    run("good")
     assert (benchmarks / "ran").read_text() == "xx"
     assert json.loads((benchmarks / "results.json").read_text())["good"]["before"] == {"kept | width": 1.5, "slow": 3.0}
 
 
-def test_a_benchmark_without_a_table_has_no_result(benchmarks, monkeypatch, capsys):
-    assert run(monkeypatch) == 1
+def test_a_benchmark_without_a_table_has_no_result(benchmarks, capsys):
+    assert run() == 1
     told = json.loads((benchmarks / "results.json").read_text())
     assert (told["good"]["exit_code"], told["bad"]["exit_code"]) == (1, 2)
     assert "no result: bad" in capsys.readouterr().out
@@ -60,9 +58,9 @@ def test_a_benchmark_without_a_table_has_no_result(benchmarks, monkeypatch, caps
 
 def test_what_failed_is_run_again_on_the_same_code(benchmarks, monkeypatch):
     monkeypatch.setattr(results, "code_sha256", lambda *_: "one")
-    run(monkeypatch)
+    run()
     (benchmarks / "bad.py").write_text((benchmarks / "good.py").read_text())
-    run(monkeypatch)
+    run()
     assert json.loads((benchmarks / "results.json").read_text())["bad"]["exit_code"] == 1
     assert (benchmarks / "ran").read_text() == "xx", "once each: what ended with a table is not run again"
 
@@ -140,7 +138,7 @@ def test_data_of_a_benchmarks_own_name_are_its(checkout):
 
 @pytest.mark.parametrize(
     ("name", "follows"),
-    [("sealtwin/lab/ingest.py", True), ("benchmarks/first_reports.py", False), ("tests/lab/test_ingest.py", False)],
+    [("sealtwin/lab/ingest.py", True), ("benchmarks/ordinary_sheets.py", False), ("tests/lab/test_ingest.py", False)],
 )
 def test_a_benchmark_that_starts_programs_follows_all_that_is_installed(checkout, name, follows):
     root = checkout(name)

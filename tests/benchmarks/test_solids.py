@@ -5,11 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.outlines import KINDS, odd_outline
 from benchmarks.solids import (
     TILTS,
     Built,
-    build,
     faults_of_the_cavity,
     faults_of_the_file,
     rows,
@@ -22,37 +20,6 @@ from digitise.solid.footprint import lay_out
 from digitise.solid.tilt_variants import Slicer
 from digitise.solid.wedges import wall_shifts_mm
 from tests.shapes import CLOSED, CUT, straight_slot
-
-
-@pytest.mark.parametrize("tilt", TILTS)
-@pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_of_crack_becomes_a_sound_solid(kind, tilt):
-    """A short one of each; the benchmark builds a hundred of all lengths. Its targets, but for the time."""
-    built = build(odd_outline(kind, 2, length_mm=50.0, points=240), kind, 2, tilt)
-    assert built.faults == ()
-    assert built.volume_percent < 0.1
-    assert built.wall_off_percent < 0.1
-    assert built.angle_deg < 0.01
-    assert built.shortest_mm > 1e-3
-
-
-def test_outlines_are_what_their_kind_says():
-    for seed in range(4):
-        plain, pinched, touching, tapered, branched, stony = (odd_outline(kind, seed) for kind in KINDS)
-        assert all(
-            200 <= len(o.centreline_mm) * 2 <= 2000 for o in (plain, pinched, touching, tapered, branched, stony)
-        )
-        assert all(50 <= o.length_mm <= 400 for o in (plain, pinched, touching, tapered, branched, stony))
-        assert plain.width_mm[len(plain.width_mm) // 4 : -len(plain.width_mm) // 4].min() > 0.5
-        assert 0.001 < pinched.width_mm[5:-5].min() < 0.35
-        assert touching.width_mm[5:-5].min() == pytest.approx(0.0, abs=1e-9)
-        assert np.all(tapered.width_mm[[0, -1]] == 0)
-        assert branched.branches_kept
-        assert 1 <= len(branched.branches_mm) <= 3
-        assert 1 <= len(stony.islands_mm) <= 4
-        again = odd_outline("islands", seed)
-        assert np.array_equal(again.outline_mm, stony.outline_mm)
-        assert np.array_equal(again.islands_mm[0], stony.islands_mm[0])
 
 
 def test_the_judge_sees_a_hole_a_moved_corner_and_a_missing_island():

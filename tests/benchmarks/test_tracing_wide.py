@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.tracing_wide import CLICK_PX, WideFigures, obvious_crack, trace_wide, wide_rows
+from benchmarks.tracing_wide import WideFigures, obvious_crack, trace_wide, wide_rows
 
 SEEDS = (7, 19, 24)
 """Photos of fewer than 1.5 Mpx."""
@@ -15,12 +15,6 @@ def pair(request):
     return obvious_crack(request.param), obvious_crack(request.param, drawn=False)
 
 
-def test_the_ground_without_the_crack_is_the_same(pair):
-    crack, ground = pair
-    assert np.array_equal(crack.ends_px, ground.ends_px)
-    assert np.mean(crack.picture == ground.picture) > 0.85
-
-
 def test_the_truth_is_what_is_drawn(pair):
     """Counted at half the contrast, 2 % apart; of a crack that goes on, more is drawn than lies between the clicks."""
     crack, ground = pair
@@ -30,15 +24,6 @@ def test_the_truth_is_what_is_drawn(pair):
     assert drawn_px2 > 0.98 * crack.area_px2
     assert inside ** (1 / 2.2) < 0.6
     assert 10 < crack.width_px < 160
-
-
-def test_clicks_are_in_the_photo_and_near_the_crack(pair):
-    crack, ground = pair
-    rows, columns = np.nonzero(np.abs(crack.picture.astype(float) - ground.picture) > 15)
-    for x, y in crack.ends_px:
-        assert np.hypot(columns - x, rows - y).min() < CLICK_PX + 2
-        assert 0 <= x <= crack.picture.shape[1] - 1
-        assert 0 <= y <= crack.picture.shape[0] - 1
 
 
 def figures(count, width=0.5, area=-0.5, refusal="", true_px=20.0):

@@ -298,6 +298,7 @@ def imported(name: str) -> str:
     return f"import-mesh {{given}}/{name} --units mm --out {{out}}"
 
 
+POCKET = box((0.0, 0.0, -16.0), (60.0, 40.0, 0.0)) - box((24.0, 16.0, -8.0), (36.0, 24.0, 1.0))
 SIDE_ARM = box((60.0, 22.0, -10.0), (62.0, 32.0, 1.0))
 OF_A_LIBRARY = ("charset_normalizer", "unmatched data", "codec")
 MESHES = [
@@ -371,6 +372,13 @@ MESHES = [
         imported("m.stl"),
         ("2 separate bodies", "8 x 40 x 20 mm round (106, 20, -10)"),
         0,
+    ),
+    WrongInput(
+        "a pocket in place of a crack",
+        mesh("m.stl", lambda _: as_stl(trimesh.Trimesh(*mesh_of(POCKET), process=False))),
+        imported("m.stl"),
+        ("m.stl", "long"),
+        lacks=("px", "--ends", "photo", "mask", "walls not found"),
     ),
     WrongInput(
         "mesh with a side arm",

@@ -1,13 +1,12 @@
 """The paper's claims, measured on a study whose errors are known."""
 
-import csv
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from reports.reproduction.claims import CLAIMS, MAP_CLAIMS
-from reports.reproduction.influence import reach_of_drag, stages, three_stages
+from reports.reproduction.claims import CLAIMS
+from reports.reproduction.influence import reach_of_drag, stages
 from reports.reproduction.judging import Finding, judge
 from reports.reproduction.redrawn import (
     FIRST_READINGS_MM,
@@ -17,10 +16,9 @@ from reports.reproduction.redrawn import (
     first_readings,
     redraw,
 )
-from reports.reproduction.surface import Along, Surface, planes, surface_of, surfaces_of
+from reports.reproduction.surface import Along, Surface, surface_of, surfaces_of
 from reports.reproduction.unequal import by_sampling, careless_error_mm
 from tests.charts import BEST, make_chart
-from tests.places import ROOT
 from validate.metrics.curve_distances import Difference
 
 U, D_CM = (np.ravel(each) for each in np.meshgrid([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0], [1e-4, 1e-3, 0.3, 3.0]))
@@ -149,23 +147,6 @@ def test_redrawn_readings_scatter_as_prose_leaves_open():
     assert around.std() == pytest.approx(np.sqrt(6) * 0.15 / np.sqrt(3), rel=0.1)
 
 
-def test_redrawing_frees_the_first_reading_in_level_and_along_the_crack():
-    """Any level from -16 to -5 mm is as likely: a mean of -10.5, and a standard deviation of 11 / sqrt(12).
-
-    Where the corner moves right the line is level before it, where it moves left the first reading lies on the rise
-    that follows: at most 3 of 23 of the way up for one standard deviation, which lifts the mean by some tenths.
-    """
-    sets = redraw()
-    first_mm = np.array([readings.level_mm[0] for readings in sets])
-    assert first_mm.mean() == pytest.approx(-10.3, abs=0.4)
-    assert first_mm.std() == pytest.approx(11 / np.sqrt(12), rel=0.1)
-    assert (first_mm < -15).sum() > 20
-    assert (first_mm > -6).sum() > 20
-    rise_mm = np.array([readings.level_mm[1] for readings in sets]) - first_mm
-    is_level = np.abs(rise_mm) < 0.3
-    assert 0.05 < is_level.mean() < 0.5
-
-
 def test_what_hangs_on_the_first_reading_is_open():
     """A bed that follows the line but begins at -10 mm is worst at the start as the readings are: 6 mm off."""
     chart = make_chart()
@@ -174,7 +155,7 @@ def test_what_hangs_on_the_first_reading_is_open():
         chart.best.profile, level_mm=np.interp(s_mm, (0, 20, 30, 40, 50, 60, 80), (-10, -4, -4, 1, 3, 1, 1))
     )
     runs = tuple(replace(run, profile=profile) if run.at == BEST else run for run in chart.runs)
-    chart, sets = replace(chart, runs=runs), redraw()
+    chart, sets = replace(chart, runs=runs), redraw()[:100]
     draws = surfaces_of(chart, errors_against(chart.runs, chart.readings, sets), sets)
     assert surface_of(chart).chosen.worst_mm == pytest.approx(6.0, abs=0.01)
     for name in ("largest error along the crack", "where the chosen pair is worst", "drop of the error"):
@@ -206,39 +187,9 @@ def test_errors_against_redrawn_readings_are_exact():
             assert value_mm == pytest.approx(np.trapezoid(np.abs(error.value), error.x) / error.length_mm, abs=1e-9)
 
 
-def test_the_chosen_pair_is_measured_against_each_set():
-    chart = make_chart()
-    assert surface_of(chart).chosen.mean_mm == pytest.approx(0.5, abs=1e-9)
-    assert surface_of(chart).pair(surface_of(chart).best) == BEST
-    sets = redraw()[:3]
-    for surface, row in zip(
-        surfaces_of(chart, errors_against(chart.runs, chart.readings, sets), sets),
-        errors_against(chart.runs, chart.readings, sets),
-        strict=True,
-    ):
-        chosen = int(np.flatnonzero((surface.u == BEST[0]) & (surface.d_cm == BEST[1]))[0])
-        assert surface.chosen.mean_mm == pytest.approx(row[chosen], abs=1e-9)
-
-
 def test_the_library_is_right_on_one_grid_and_wrong_on_two():
     """A level that is 0.5 mm too high everywhere: 17 against 17 points say so, more points of the profile do not."""
     chart = make_chart()
     profile, readings = chart.best.profile, chart.readings
     assert careless_error_mm(profile, readings, 17) == pytest.approx(0.5, abs=1e-9)
     assert max(abs(each.error_mm - 0.5) for each in by_sampling(chart.best, readings)[1:3]) > 0.1
-
-
-def test_claims_of_the_map_are_read_off_the_committed_runs():
-    """Of 132 pairs, each value of U with each of D: no claim of the map asks for more."""
-    columns = ("fluid.U", "fluid.D_cm", "mean_error_mm")
-    with (ROOT / "reports" / "reproduction" / "figures" / "flare-runs.csv").open(encoding="utf-8") as file:
-        rows = np.array([[float(row[name]) for name in columns] for row in csv.DictReader(file)])
-    u, d_cm, error_mm = rows.T
-    surface = Surface(u, d_cm, error_mm, error_mm, CHOSEN, planes(u, d_cm) @ error_mm)
-    assert not np.isnan(surface.on_grid()).any()
-    assert surface.least_mm == error_mm.min()
-    assert surface.given_away_mm == pytest.approx(error_mm[surface.index((30.0, 0.3))] - error_mm.min())
-    found = {claim.name.split(",")[0]: judge(claim, surface, [surface]) for claim in MAP_CLAIMS}
-    assert len(found) == len(MAP_CLAIMS)
-    stages_of_u = found["three stages of U"]
-    assert stages_of_u.ours.split(";")[0] == f"so at {sum(three_stages(surface))} of {len(np.unique(d_cm))} D"

@@ -1,6 +1,7 @@
 """Claims on damping, freezing and time, on runs whose verdict is known."""
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 import pytest
@@ -68,7 +69,8 @@ def pace(run_s: float, others_cores: float = 0.0, power: float = 1.0) -> Pace:
     return Pace(run_s, run_s, others_cores, moving, frame_ms)
 
 
-def timed(run_s: Sequence[float], scatter: float, others_cores: float = 0.0, power: float = 1.0) -> list[Finding]:
+@cache
+def timed(run_s: tuple[float, ...], scatter: float, others_cores: float = 0.0, power: float = 1.0) -> list[Finding]:
     """Three runs of each D, those in passes with these times, and those that are solved at once all with the first."""
     by = (1 - scatter, 1.0, 1 + scatter)
     passes = {d: [pace(s * each, others_cores, power) for each in by] for d, s in zip(D_CM, run_s, strict=True)}
@@ -82,21 +84,6 @@ def test_times_of_a_quiet_machine_are_judged():
     assert (at_once.judgement, at_once.ours) == ("disagrees", "1.00 times the time")
     assert (linear.judgement, linear.ours) == ("agrees", "R² = 1.00")
     assert timed((10.0, 10.0, 10.0), 0.01)[0].judgement == "disagrees"
-
-
-def test_times_that_scatter_about_the_limit_are_open():
-    assert timed((10.0, 10.0, 15.5), 0.1)[0].judgement == "open"
-
-
-def test_frames_that_grow_otherwise_are_no_straight_line():
-    assert timed((10.0, 10.0, 30.0), 0.01, power=12.0)[2].judgement == "disagrees"
-
-
-def test_frames_of_which_some_runs_have_a_straight_line_are_open():
-    """Of nine runs six are crooked: of as many drawn from them, some have few of those."""
-    passes = {d: [pace(10.0 + by) for by in (0.0, 0.1, 0.2)] for d in D_CM}
-    solved = {d: [pace(10.0), pace(10.1, power=4.0), pace(10.2, power=4.0)] for d in D_CM}
-    assert judge_times(passes, solved)[2].judgement == "open"
 
 
 def test_no_time_is_judged_that_was_taken_beside_other_processes():

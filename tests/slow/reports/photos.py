@@ -1,0 +1,321 @@
+"""Photos and masks."""
+
+import io
+import struct
+import zlib
+from pathlib import Path
+
+import cv2
+import numpy as np
+import tifffile
+from PIL import Image, ImageCms
+
+from tests.pictures import mortar, with_crack
+from tests.slow.reports.files import CRACK_PX, WIDTH_PX, grey, photo, small_crack
+from tests.slow.reports.table import CLICKED, LENGTH, SCALED, WIDE, WIDTH, refused, report, right, warned
+
+CRACK_MM = 44.12
+"""Length of the crack at 0.1 mm per pixel, with its round ends."""
+MASKED = f"digitise photo.png --mask mask.png {SCALED}"
+LENGTH_RIGHT = right(LENGTH, CRACK_MM, 1.5)
+
+
+def painted() -> np.ndarray:
+    """Return the mask of the crack, 255 on 0."""
+    mask = np.zeros((300, 500), dtype=np.uint8)
+    cv2.polylines(mask, [np.array(CRACK_PX, dtype=np.int32)], False, 255, WIDTH_PX)
+    return mask
+
+
+ADAM7 = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
+"""First column and row, and steps, of each pass."""
+
+
+def _grey_png(path: Path, values: np.ndarray, bits: int, interlaced: bool = False) -> None:
+    """Write a grey PNG of any depth, by its specification."""
+
+    def rows_of(part: np.ndarray) -> bytes:
+        if bits == 16:
+            packed = part.astype(">u2").view(np.uint8).reshape(len(part), -1)
+        else:
+            of_value = np.unpackbits(part.astype(np.uint8)[..., None], axis=-1)[..., 8 - bits :]
+            packed = np.packbits(of_value.reshape(len(part), -1), axis=1)
+        return b"".join(b"\0" + row.tobytes() for row in packed)
+
+    def chunk(name: bytes, body: bytes) -> bytes:
+        return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+
+    passes = ADAM7 if interlaced else ((0, 0, 1, 1),)
+    content = b"".join(rows_of(values[y::down, x::right]) for x, y, right, down in passes)
+    height, width = values.shape
+    head = struct.pack(">IIBBBBB", width, height, bits, 0, 0, 0, int(interlaced))
+    chunks = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(content)) + chunk(b"IEND", b"")
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunks)
+
+
+def _srgb() -> bytes:
+    return ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+
+
+def square_photo(folder: Path) -> None:
+    small_crack(folder / "crack.png")
+
+
+@report(
+    "divamgupta/image-segmentation-keras/issues/11",
+    MASKED,
+    right(WIDTH, 2.1, 0.3),
+    refused("mask.png", "grey|values|between"),
+)
+def mask_enlarged(folder: Path) -> None:
+    """Masks resized bilinearly hold values between the labels."""
+    photo(folder)
+    small = (cv2.resize(painted(), (125, 75), interpolation=cv2.INTER_AREA) > 127).astype(np.uint8) * 255
+    cv2.imwrite(str(folder / "mask.png"), cv2.resize(small, (500, 300), interpolation=cv2.INTER_LINEAR))
+
+
+@report("jimp-dev/jimp/issues/816", f"digitise photo.tif {CLICKED}", refused("photo.tif", "page"), warned("page"))
+def two_pages(folder: Path) -> None:
+    """Of a TIFF with several pages the first is taken, without a word."""
+    first, second = Image.fromarray(grey(WIDTH_PX // 2)), Image.fromarray(grey())
+    first.save(folder / "photo.tif", save_all=True, append_images=[second])
+
+
+@report(
+    "d2phap/ImageGlass/issues/1077",
+    f"digitise photo.tif {CLICKED}",
+    LENGTH_RIGHT,
+    refused("photo.tif", "orientation|turned|rotat|tag 274"),
+)
+def turned_tiff(folder: Path) -> None:
+    """A TIFF's tag of orientation is not respected."""
+    upright = Image.fromarray(grey())
+    upright.transpose(Image.Transpose.ROTATE_90).save(folder / "photo.tif", tiffinfo={274: 6})
+
+
+@report(
+    "haraldk/TwelveMonkeys/issues/184",
+    f"digitise photo.tif {CLICKED}",
+    LENGTH_RIGHT,
+    refused("photo.tif", "planar|plane"),
+)
+def planar_tiff(folder: Path) -> None:
+    """A TIFF whose colours lie in planes is taken for one with interleaved colours."""
+    planes = np.stack([grey(), 0.9 * grey(), 0.75 * grey()]).astype(np.uint8)
+    tifffile.imwrite(folder / "photo.tif", planes, photometric="rgb", planarconfig="separate")
+
+
+@report("image-rs/image-tiff/issues/400", f"digitise photo.tif {CLICKED}", LENGTH_RIGHT, refused("photo.tif", "tile"))
+def tiled_tiff(folder: Path) -> None:
+    """A tiled TIFF whose width is not a multiple of the tiles' has black columns."""
+    tifffile.imwrite(folder / "photo.tif", np.stack([grey()] * 3, axis=-1), photometric="rgb", tile=(128, 128))
+
+
+@report(
+    "darktable-org/darktable/pull/18815",
+    f"digitise photo.png --mask mask.tif {SCALED}",
+    WIDE,
+    refused("mask.tif", "white|inverted"),
+)
+def mask_of_white_zero(folder: Path) -> None:
+    """A grey TIFF whose 0 is white is read inverted. A mask in a TIFF whose 0 is white, by its tag 262."""
+    photo(folder)
+    tifffile.imwrite(folder / "mask.tif", 255 - painted(), photometric="miniswhite")
+
+
+@report(
+    "pnggroup/libpng/issues/853",
+    f"digitise photo.png {CLICKED}",
+    LENGTH_RIGHT,
+    refused("photo.png", "16|interlac|more than 8 bits"),
+)
+def interlaced_of_16_bits(folder: Path) -> None:
+    """An interlaced PNG of 16 bits, brought to 8, has wrong values in half of its pixels."""
+    _grey_png(folder / "photo.png", grey().astype(np.uint16) * 257, 16, interlaced=True)
+
+
+@report("michaelrsweet/pappl/issues/267", MASKED, WIDE, refused("mask.png", "bit"))
+def mask_of_2_bits(folder: Path) -> None:
+    """A grey PNG of few bits is all black."""
+    photo(folder)
+    _grey_png(folder / "mask.png", painted() // 85, 2)
+
+
+@report(
+    "sumatrapdfreader/sumatrapdf/issues/1544",
+    f"digitise photo.webp {CLICKED}",
+    LENGTH_RIGHT,
+    refused("photo.webp", "webp|orientation"),
+)
+def turned_webp(folder: Path) -> None:
+    """The orientation that a WebP states is ignored."""
+    tags = Image.Exif()
+    tags[274] = 6
+    stored = Image.fromarray(grey()).convert("RGB").transpose(Image.Transpose.ROTATE_90)
+    stored.save(folder / "photo.webp", lossless=True, exif=tags.tobytes())
+
+
+@report("openMVG/openMVG/issues/217", f"digitise photo.jpg {CLICKED}", LENGTH_RIGHT, refused("photo.jpg", "exif|size"))
+def size_of_before(folder: Path) -> None:
+    """The size in the EXIF is not that of the picture, which was made smaller."""
+    tags = Image.Exif()
+    tags[274] = 1
+    tags.get_ifd(34665).update({40962: 4000, 40963: 2400, 41989: 26})
+    Image.fromarray(grey()).convert("RGB").save(folder / "photo.jpg", quality=95, exif=tags.tobytes())
+
+
+@report("haraldk/TwelveMonkeys/issues/147", f"digitise photo.jpg {CLICKED}", LENGTH_RIGHT, refused("photo.jpg", "cmyk"))
+def cmyk_by_adobe(folder: Path) -> None:
+    """A JPEG in CMYK by Adobe is read inverted."""
+    Image.fromarray(grey()).convert("RGB").convert("CMYK").save(folder / "photo.jpg", quality=95)
+
+
+@report("RodDalBen/SHINE_color/issues/11", MASKED, WIDE, refused("mask.png", "transparen|alpha|white|whole|all of"))
+def mask_by_transparency(folder: Path) -> None:
+    """What is transparent in a PNG becomes as coloured as the rest."""
+    photo(folder)
+    white = np.full((*painted().shape, 3), 255, dtype=np.uint8)
+    Image.fromarray(np.dstack([white, painted()])).save(folder / "mask.png")
+
+
+@report(
+    "opencv/opencv/issues/6468",
+    f"digitise photo.jpg --ends 150,40 160,460 {SCALED}",
+    refused("photo.jpg", "cut short|truncat|ends early|ends before|incomplete|damaged|missing"),
+)
+def jpeg_cut_short(folder: Path) -> None:
+    """A JPEG that ends early is read, what is missing being grey."""
+    light = with_crack(mortar((300, 500)), [(150, 40), (140, 250), (160, 460)], WIDTH_PX)
+    values = np.rint(255 * np.clip(light, 0, 1) ** (1 / 2.2)).astype(np.uint8)
+    path = folder / "photo.jpg"
+    Image.fromarray(values).convert("RGB").save(path, quality=92)
+    content = path.read_bytes()
+    path.write_bytes(content[: int(0.55 * len(content))])
+
+
+@report(
+    "ilastik/ilastik/issues/1068",
+    f"digitise photo.png --mask mask.tif {SCALED}",
+    WIDE,
+    refused("mask.tif", "float|32|8 bits"),
+)
+def mask_of_probabilities(folder: Path) -> None:
+    """Probabilities from 0 to 1 in floats become zeros."""
+    photo(folder)
+    Image.fromarray((painted() / 255).astype(np.float32), mode="F").save(folder / "mask.tif")
+
+
+# Points are given as row and column where column and row are meant.
+report(
+    "scikit-image/scikit-image/issues/2523",
+    'st.trace_crack(st.read_photo("crack.png", mm_per_px=0.1), ends_px=[(101, 40), (98, 160)])',
+    refused("crack.png"),
+    refused("dark|no crack|bare|ground|not on"),
+)(square_photo)
+
+
+@report(
+    "karlch/vimiv-qt/issues/51",
+    f"digitise photo.jpg --mask mask.png {SCALED}",
+    refused("mask"),
+    warned("photo.mask", "turned"),
+)
+def stale_orientation(folder: Path) -> None:
+    """A picture is turned twice, since an editor turned it and left the tag."""
+    tags = Image.Exif()
+    tags[274] = 3
+    Image.fromarray(grey()).convert("RGB").save(folder / "photo.jpg", quality=95, exif=tags.tobytes())
+    Image.fromarray(painted()).save(folder / "mask.png")
+
+
+@report(
+    "arahusky/Tensorflow-Segmentation/issues/11",
+    f"digitise photo.png --mask mask.jpg {SCALED}",
+    WIDE,
+    refused("mask.jpg", "jpeg|between|brightness"),
+)
+def mask_as_jpeg(folder: Path) -> None:
+    """A mask that was saved as JPEG holds all values."""
+    photo(folder)
+    Image.fromarray(painted()).save(folder / "mask.jpg", quality=60)
+
+
+@report("mantasu/glasses-detector/issues/22", MASKED, refused("mask.png", "300 x 500"))
+def mask_of_transposed_shape(folder: Path) -> None:
+    """A mask comes out with width and height exchanged."""
+    photo(folder)
+    Image.fromarray(painted().reshape(painted().shape[::-1])).save(folder / "mask.png")
+
+
+@report("oxipng/oxipng/pull/470", MASKED, WIDE)
+def mask_with_an_unused_clear_grey(folder: Path) -> None:
+    """A transparent grey that no pixel has makes a mask black and transparent."""
+    photo(folder)
+    Image.fromarray(painted()).save(folder / "mask.png", transparency=1)
+
+
+@report("sksamuel/scrimage/issues/93", f"digitise photo.jpg {CLICKED}", LENGTH_RIGHT)
+def two_orientations(folder: Path) -> None:
+    """A picture with a tag of orientation for its thumbnail too is not turned."""
+
+    def directory(orientation: int, following: int) -> bytes:
+        return struct.pack("<HHHIHHI", 1, 274, 3, 1, orientation, 0, following)
+
+    tags = b"Exif\0\0II*\0" + struct.pack("<I", 8) + directory(6, 26) + directory(1, 0)
+    stored = Image.fromarray(grey()).convert("RGB").transpose(Image.Transpose.ROTATE_90)
+    stored.save(folder / "photo.jpg", quality=95, exif=tags)
+
+
+@report(
+    "koral--/android-gif-drawable/issues/286",
+    f"digitise photo.png {CLICKED}",
+    LENGTH_RIGHT,
+    refused("photo.png", "webp|png"),
+)
+def webp_named_png(folder: Path) -> None:
+    """The ending of a file's name is not that of its format."""
+    content = io.BytesIO()
+    Image.fromarray(grey()).convert("RGB").save(content, "WEBP", lossless=True)
+    (folder / "photo.png").write_bytes(content.getvalue())
+
+
+# A picture of floats up to 255 is clipped at 1.
+report(
+    "llSourcell/Object_Detection_demo_LIVE/issues/8",
+    'st.read_photo(__import__("numpy").full((300, 500), 128.0), mm_per_px=0.1)',
+    refused("float64", "uint8"),
+)(photo)
+
+
+@report(
+    "haraldk/TwelveMonkeys/issues/455",
+    f"digitise photo.tif {CLICKED}",
+    LENGTH_RIGHT,
+    refused("photo.tif", "icc|profile|white"),
+)
+def white_zero_with_profile(folder: Path) -> None:
+    """A TIFF whose 0 is white comes out inverted where it has a colour profile."""
+    tifffile.imwrite(folder / "photo.tif", 255 - grey(), photometric="miniswhite", iccprofile=_srgb())
+
+
+@report("wavexx/fgallery/issues/26", f"digitise photo.jpg {CLICKED}", LENGTH_RIGHT, refused("photo.jpg", "icc|profile"))
+def grey_with_colour_profile(folder: Path) -> None:
+    """A grey picture with a profile of colours. A grey JPEG that kept the profile of the colours it had."""
+    Image.fromarray(grey()).save(folder / "photo.jpg", quality=95, icc_profile=_srgb())
+
+
+@report("MouseLand/cellpose/issues/740", MASKED, WIDE, refused("mask.png", "pieces|parts|two|2 "))
+def mask_with_a_speck(folder: Path) -> None:
+    """A mask has one pixel more, far from what it is of. A mask with one more pixel, far from the crack."""
+    photo(folder)
+    mask = painted()
+    mask[280, 20] = 255
+    Image.fromarray(mask).save(folder / "mask.png")
+
+
+# Points are given as a row of x and a row of y, which two points make possible.
+report(
+    "Fusion-Power-Plant-Framework/bluemira/issues/3066",
+    'st.trace_crack(st.read_photo("crack.png", mm_per_px=0.1), ends_px=[(40, 160), (101, 98)])',
+    refused("dark|no crack|bare|ground|not on"),
+)(square_photo)
