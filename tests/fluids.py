@@ -143,6 +143,19 @@ def engine_with(
     return engine
 
 
+def prepared(engine: FluidSolver) -> FluidSolver:
+    """The same, with neighbours listed and densities measured."""
+    engine.find_neighbours()
+    engine.pressure.measure_density(engine.rows)
+    return engine
+
+
+def corrected(engine: FluidSolver) -> FluidSolver:
+    """The same, after one correction of the pressure."""
+    prepared(engine).pressure.correct(engine.rows)
+    return engine
+
+
 def check(engine: FluidSolver) -> dict[int, RunFault]:
     """The faults of the particles as they are now, by run."""
     engine.faults.look(engine.rows)

@@ -20,12 +20,7 @@ PASTES = (
 
 
 def ready(
-    pastes: tuple[Fluid, ...],
-    *,
-    device: str = "cpu",
-    threads: int = 1,
-    replays: bool = False,
-    **solver: Any,
+    pastes: tuple[Fluid, ...], *, device: str = "cpu", threads: int = 1, replays: bool = False, **solver: Any
 ) -> Injection:
     """``replays``: what a GPU does, done on the CPU."""
     solid, outline = slot(12.0)
@@ -34,7 +29,7 @@ def ready(
         outline,
         path(outline, 0.1, speed_mm_s=20.0),
         pastes,
-        Solver.model_validate({"settle_s": 0.3, "substeps": 16, **solver}),
+        Solver.model_validate({"radius_mm": 0.5, "settle_s": 0.3, "substeps": 8, **solver}),
         Nozzle(),
         seed=0,
         device=device,

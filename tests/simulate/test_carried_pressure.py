@@ -1,24 +1,26 @@
 """Pressure that begins with what the last substep's came to, in fluids that are viscous enough (decision 0156)."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks.physics_tanks import Pit, Tank, cube_mm, settled_mm, step_of
+from sealtwin.core.records import Floats
 from simulate.fluid import solver
 from simulate.fluid.pressure import Iterations, iterations_of
 from simulate.settings import Fluid
 from simulate.setup.rheology import Rheology, viscous_weight
-from tests.fluids import engine_with, lay_down, slot
+from tests.fluids import engine_with, lay_down, prepared, slot
 
 RADIUS_MM = 0.4
 STEP_S = step_of(RADIUS_MM)
+PIT = Pit(4.0, 3.1, 24.0)
 
 
 @pytest.mark.parametrize(
-    ("damping", "expected"),
-    [(0.0, (0.0, 4)), (0.99, (0.0, 4)), (1.0, (0.5, 3)), (100.0, (0.5, 3)), (101.0, (0.0, 4))],
+    ("damping", "expected"), [(0.0, (0.0, 4)), (0.99, (0.0, 4)), (1.0, (0.5, 3)), (100.0, (0.5, 3)), (101.0, (0.0, 4))]
 )
 def test_a_fluid_that_carries_pressure_over_has_fewer_iterations(damping, expected):
     assert iterations_of(damping, alone=4) == expected
@@ -34,8 +36,7 @@ def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand(v
     taken = []
     for one in np.flatnonzero((np.abs(place_mm - place_mm.mean(axis=0)) < 1.2).all(axis=1))[:8]:
         engine = engine_with(place_mm, slot(), fluid=fluid, frame_s=STEP_S, substeps=1, radius_mm=RADIUS_MM)
-        engine.find_neighbours()
-        engine.pressure.measure_density(engine.rows)
+        prepared(engine)
         lay_down(engine, np.arange(len(place_mm)) != one)
         engine.find_neighbours()
         engine.viscosity.weigh_pairs(1)
@@ -100,7 +101,10 @@ def _rest(tank: Tank) -> tuple[float, float]:
     return float(tank.engine.state.density.numpy()[low].mean() - 1), float(np.mean(speeds))
 
 
+@cache
+def _settled_mm(height_mm: float) -> Floats:
+    return settled_mm(PIT, RADIUS_MM, STEP_S, height_mm)
+
+
 def _column(fluid: Fluid, height_mm: float, **settings: Any) -> Tank:
-    pit = Pit(4.0, 3.1, 24.0)
-    place_mm = settled_mm(pit, RADIUS_MM, STEP_S, height_mm)
-    return Tank.of(pit, place_mm, radius_mm=RADIUS_MM, step_s=STEP_S, fluid=fluid, **settings)
+    return Tank.of(PIT, _settled_mm(height_mm), radius_mm=RADIUS_MM, step_s=STEP_S, fluid=fluid, **settings)

@@ -1,7 +1,6 @@
 """Flow between plates and free clouds, by the settings of a trial file; ``benchmarks/channels.py`` has all of them."""
 
 import pytest
-from pydantic import ValidationError
 
 from benchmarks.channels import CLOUDS, Channel, drift
 from simulate.injection import Injection, prepare
@@ -42,24 +41,6 @@ def test_paste_stands_between_plates_that_bear_less_than_its_yield_stress():
     assert 0 <= creep_mm_s < 0.01
 
 
-@pytest.mark.parametrize(
-    ("table", "fault"),
-    [
-        (
-            {"viscosity_pa_s": 0.5, "flow_index": 0.5},
-            "flow_index is 0.5 and viscosity_pa_s 0.5: give consistency_pa_s_n",
-        ),
-        ({"U": 30.0, "flow_index": 0.5}, "flow_index is 0.5 and U 30"),
-        ({"flow_index": 0.5}, "flow_index is 0.5: give consistency_pa_s_n"),
-        ({"consistency_pa_s_n": 2.0}, "consistency_pa_s_n is 2 and flow_index 1: give viscosity_pa_s"),
-        ({"consistency_pa_s_n": 2.0, "flow_index": 2.5}, "flow_index"),
-    ],
-)
-def test_a_flow_index_goes_with_a_consistency_and_nothing_else(table, fault):
-    with pytest.raises(ValidationError, match=fault):
-        Fluid.model_validate({"freeze_after_s": "never", **table})
-
-
 def injection_of(settle_s: float = 2.0, **fluid) -> Injection:
     """A run of a fluid of 1,000 kg/m3 between walls 3.1 mm apart, of 0.2 s and ``settle_s``."""
     crack = slot(12.0)
@@ -73,74 +54,78 @@ def remarks_of(settle_s: float = 2.0, **fluid) -> tuple[str, ...]:
     return injection_of(settle_s, **fluid).remarks_on(0)
 
 
-def test_a_fluid_that_its_particles_thicken_is_told_before_the_run():
-    """Water of 1 mm2/s, at particles of 0.6 mm."""
-    water = injection_of(viscosity_pa_s=0.001)
-    (remark,) = water.remarks_on(0)
-    added_mm2_s = 100 * added_viscosity(0.06, water.engine.step_s)
-    assert remark.startswith("fluid.viscosity_pa_s is 0.001: 1 mm2/s")
-    assert f"flows as one of about {1 + added_mm2_s:.3g} mm2/s, but does not come to rest as one" in remark
-    assert not remarks_of(viscosity_pa_s=0.1)
-
-
-def test_a_thin_fluid_of_a_table_is_told_too():
-    """Such a fluid has none of the keys of the others; the remark once ended in StopIteration for it."""
-    (remark,) = remarks_of(curve={"age_s": [0.0, 9.0], "viscosity_pa_s": [0.001, 0.1]})
-    assert remark.startswith("fluid.curve begins thin: 1 mm2/s")
+SINKS = "between walls 3.1 mm apart it sinks by its own weight at"
+LEVELS = "without a yield stress particles move before"
+HOLDS = "hold paste up between walls 3.1 mm apart"
+STANDS = {"age_s": [0.0, 9.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [20.0, 20.0]}
+THICK, THINS = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last in (100.0, 0.5))
 
 
 @pytest.mark.parametrize(
-    ("fluid", "key", "mm_s"),
+    ("fluid", "begins", "says"),
     [
+        ({"viscosity_pa_s": 0.001}, "viscosity_pa_s is 0.001: 1 mm2/s", "but does not come to rest as one"),
+        # It has none of the keys of the others; the remark once ended in StopIteration for it.
+        ({"curve": {"age_s": [0.0, 9.0], "viscosity_pa_s": [0.001, 0.1]}}, "curve begins thin: 1 mm2/s", ""),
         # 9810 * 3.1^2 / 12e5
-        ({"viscosity_pa_s": 100.0}, "viscosity_pa_s is 100", "0.079"),
+        ({"viscosity_pa_s": 100.0}, f"viscosity_pa_s is 100: {SINKS} 0.079 mm/s", ""),
         # tau_w = 15.2 Pa at the wall, m = 1/n: w/2 (tau_w / K)^m / (m + 2)
-        ({"consistency_pa_s_n": 20.0, "flow_index": 0.5}, "consistency_pa_s_n is 20", "0.22"),
+        ({"consistency_pa_s_n": 20.0, "flow_index": 0.5}, f"consistency_pa_s_n is 20: {SINKS} 0.22 mm/s", ""),
         # Bingham: w/2 tau_w/mu (1 - p)^2 (1 - (1 - p)/3) / 2 with p = 10/15.2
-        ({"viscosity_pa_s": 2.0, "yield_stress_pa": 10.0}, "viscosity_pa_s is 2", "0.61"),
+        ({"viscosity_pa_s": 2.0, "yield_stress_pa": 10.0}, f"viscosity_pa_s is 2: {SINKS} 0.61 mm/s", ""),
+        ({"curve": THICK}, "curve is thick", "0.079 mm/s at most"),
+        # U = 30, with or without what freezes, is the paper's own.
+        ({"U": 30.0}, f"U is 30: {LEVELS}", "level like a thin liquid. Viscous"),
+        ({"U": 1e5}, f"U is 100000: {LEVELS}", "level like a thin liquid. Viscous"),
+        (
+            {"U": 30.0, "freeze_after_s": 2.58},
+            f"U is 30: {LEVELS}",
+            "level like a thin liquid until they freeze. Viscous",
+        ),
+        # Its weight overcomes 1000 * 9.81 * 3.1e-3 / 2 = 15.2 Pa.
+        ({"viscosity_pa_s": 1.0, "yield_stress_pa": 15.3}, f"yield_stress_pa: 15.3 Pa {HOLDS}", "15 Pa"),
+        ({"U": 30.0, "yield_stress_pa": 15.3}, f"yield_stress_pa: 15.3 Pa {HOLDS}", "15 Pa"),
+        ({"viscosity_pa_s": 1.0, "D_cm": 0.3, "yield_stress_pa": 15.3}, f"yield_stress_pa: 15.3 Pa {HOLDS}", "15 Pa"),
+        ({"curve": STANDS}, f"curve: 20 Pa {HOLDS}", ""),
     ],
 )
-def test_sealant_too_thick_to_sink_is_told_before_the_run(fluid, key, mm_s):
+def test_what_particles_or_the_crack_make_of_a_fluid_is_remarked_on_before_the_run(fluid, begins, says):
     (remark,) = remarks_of(**fluid)
-    assert remark.startswith(f"fluid.{key}: between walls 3.1 mm apart it sinks by its own weight at {mm_s} mm/s")
-    assert not remarks_of(settle_s=400.0, **fluid)
+    assert remark.startswith(f"fluid.{begins}")
+    assert says in remark
 
 
-@pytest.mark.parametrize(
-    ("fluid", "until"),
-    [({"U": 30.0}, ""), ({"U": 1e5}, ""), ({"U": 30.0, "freeze_after_s": 2.58}, " until they freeze")],
-)
-def test_u_that_makes_nothing_viscous_is_told_before_the_run(fluid, until):
-    """U = 30, with or without what freezes, is the paper's own."""
-    (remark,) = remarks_of(**fluid)
-    assert remark.startswith(f"fluid.U is {fluid['U']:g}: without a yield stress particles move before")
-    assert f"level like a thin liquid{until}. Viscous" in remark
+def test_the_remark_on_a_thin_fluid_has_the_viscosity_that_particles_add():
+    """Water of 1 mm2/s, at particles of 0.6 mm."""
+    water = injection_of(viscosity_pa_s=0.001)
+    added_mm2_s = 100 * added_viscosity(0.06, water.engine.step_s)
+    assert f"flows as one of about {1 + added_mm2_s:.3g} mm2/s" in water.remarks_on(0)[0]
+    # Shorter substeps and larger particles add more.
+    assert added_viscosity(0.04, 1e-3) > added_viscosity(0.04, 2e-3) > added_viscosity(0.025, 2e-3)
 
 
 @pytest.mark.parametrize(
     "fluid",
     [
+        {"viscosity_pa_s": 0.1},
         {"viscosity_pa_s": 0.5},
         {"viscosity_pa_s": 100.0, "D_cm": 0},
         {"U": 300.0, "yield_stress_pa": 3.0},
         {"U": 300.0, "structuration_pa_per_s": 1.0},
+        # At 0.5 Pa s it falls 16 mm in a second.
+        {"curve": THINS},
+        {"viscosity_pa_s": 100.0, "settle_s": 400.0},
+        {"consistency_pa_s_n": 20.0, "flow_index": 0.5, "settle_s": 400.0},
+        {"viscosity_pa_s": 2.0, "yield_stress_pa": 10.0, "settle_s": 400.0},
     ],
 )
-def test_sealant_that_sinks_slips_or_yields_has_no_remark(fluid):
-    """0.5 Pa s sinks 2.2 times the depth; walls that slip, and paste of the paper's U, are another matter."""
+def test_sealant_that_sinks_in_time_slips_or_yields_has_no_remark(fluid):
     assert not remarks_of(**fluid)
 
 
-def test_paste_that_stands_between_the_walls_is_told_before_the_run():
-    """Its weight overcomes 1000 * 9.81 * 3.1e-3 / 2 = 15.2 Pa, with U as well."""
-    for law in ({"viscosity_pa_s": 1.0}, {"U": 30.0}, {"viscosity_pa_s": 1.0, "D_cm": 0.3}):
-        (remark,) = remarks_of(**law, yield_stress_pa=15.3)
-        assert remark.startswith("fluid.yield_stress_pa: 15.3 Pa hold paste up between walls 3.1 mm apart")
-        assert "15 Pa" in remark
-        assert not any("hold paste up" in other for other in remarks_of(**law, yield_stress_pa=15.1))
-    table = {"age_s": [0.0, 9.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [20.0, 20.0]}
-    (remark,) = remarks_of(curve=table)
-    assert remark.startswith("fluid.curve: 20 Pa hold paste up")
+@pytest.mark.parametrize("law", [{"viscosity_pa_s": 1.0}, {"U": 30.0}, {"viscosity_pa_s": 1.0, "D_cm": 0.3}])
+def test_paste_just_weaker_than_its_weight_is_not_said_to_stand(law):
+    assert not any("hold paste up" in remark for remark in remarks_of(**law, yield_stress_pa=15.1))
 
 
 @pytest.mark.parametrize(
@@ -167,15 +152,6 @@ def test_paste_that_stands_before_it_has_sunk_is_told_before_the_run(law, age_s)
         assert not any("settle_s" in remark for remark in remarks_of(**law)), "it sinks no further"
 
 
-def test_a_curve_that_thins_sinks_by_what_it_becomes():
-    """100 Pa s for good sinks by a fraction of a millimetre; at 0.5 Pa s it falls 16 mm in a second."""
-    thick, thins = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last in (100.0, 0.5))
-    (remark,) = remarks_of(curve=thick)
-    assert remark.startswith("fluid.curve is thick")
-    assert "0.079 mm/s at most" in remark
-    assert not remarks_of(curve=thins)
-
-
 @pytest.mark.parametrize(
     ("fluid", "has_viscosity"),
     [
@@ -195,7 +171,3 @@ def test_u_is_recorded_as_a_viscosity_only_where_particles_move_by_it(fluid, has
         assert (recorded[name] is not None) == has_viscosity, name
     assert ("reynolds" in recorded) == has_viscosity
     assert recorded["U"] > 0
-
-
-def test_shorter_substeps_add_more():
-    assert added_viscosity(0.04, 1e-3) > added_viscosity(0.04, 2e-3) > added_viscosity(0.025, 2e-3)

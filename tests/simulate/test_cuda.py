@@ -19,10 +19,7 @@ from tests.launches import (
 
 DEVICE = "cuda:0"
 
-pytestmark = [
-    pytest.mark.gpu,
-    pytest.mark.skipif(not wp.get_cuda_device_count(), reason="no CUDA device is here"),
-]
+pytestmark = [pytest.mark.gpu, pytest.mark.skipif(not wp.get_cuda_device_count(), reason="no CUDA device is here")]
 
 
 def test_the_device_is_one_that_can_record_frames():

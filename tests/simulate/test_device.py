@@ -1,3 +1,5 @@
+"""Devices: which is taken, what runs there, and the doctor's question to it, where the answer is known."""
+
 import importlib
 import subprocess
 import sys
@@ -10,7 +12,7 @@ import warp as wp
 
 import simulate.kernels
 from sealtwin.core.errors import InputError
-from simulate.device import choose_device, describe_device
+from simulate.device import SIDE, choose_device, describe_device, touching_pairs, turns_of_a_recording
 from simulate.kernels import run_module
 from simulate.kernels.lanes import WARP
 from simulate.kernels.pair_kernels import pair_kernels
@@ -116,3 +118,13 @@ def test_a_machine_without_a_gpu_is_no_warning():
     script = "import os; from simulate.device import choose_device; choose_device('cpu'); os.write(2, b'after')"
     said = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, cwd=ROOT)
     assert (said.stdout, said.stderr) == (b"", b"after")
+
+
+def test_this_machine_compiles_runs_and_records():
+    assert touching_pairs("cpu") == 3 * 7 * 8 * 8
+    assert turns_of_a_recording("cpu") == SIDE
+
+
+def test_a_device_that_does_not_run_its_recordings_is_found_out(monkeypatch):
+    monkeypatch.setattr(wp, "capture_launch", lambda _: None)
+    assert turns_of_a_recording("cpu") == 0

@@ -3,7 +3,7 @@ import pytest
 
 from sealtwin.core.records import Floats
 from simulate.settings import particle_volume
-from tests.fluids import engine_with, lattice, lay_down, positions_mm, slot
+from tests.fluids import corrected, engine_with, lattice, lay_down, positions_mm, prepared, slot
 
 SUPPORT = 0.16
 MASS = 1.1 * particle_volume(0.04)
@@ -18,8 +18,7 @@ def weights_by_distance() -> tuple[Floats, Floats, Floats]:
     engine = engine_with(
         np.vstack([first, first + np.outer(apart_mm, [0, 1, 0])]), slot(depth_mm=4.0), volume_factor=1.1
     )
-    engine.find_neighbours()
-    engine.pressure.measure_density(engine.rows)
+    prepared(engine)
     state = engine.state
     place = state.position.numpy().astype(float)
     # As strong on both of a pair, weak enough not to be cut: what they are pushed by is twice that times the gradient.
@@ -56,9 +55,7 @@ def test_the_gradient_kernel_is_the_slope_of_one_that_integrates_to_one():
 
 def test_two_particles_in_one_place_make_no_nan():
     engine = engine_with(np.array([[3.0, 0.0, 40.0], [3.0, 0.0, 40.0]]), slot(depth_mm=4.0))
-    engine.find_neighbours()
-    engine.pressure.measure_density(engine.rows)
-    engine.pressure.correct(engine.rows)
+    corrected(engine)
     assert positions_mm(engine) == pytest.approx(np.array([[3.0, 0.0, 40.0], [3.0, 0.0, 40.0]]), abs=1e-5)
 
 
@@ -69,9 +66,7 @@ def test_corrections_cannot_push_the_liquid_as_a_whole():
     """
     before = crowd()
     engine = engine_with(before, slot(depth_mm=4.0))
-    engine.find_neighbours()
-    engine.pressure.measure_density(engine.rows)
-    engine.pressure.correct(engine.rows)
+    corrected(engine)
     moved = positions_mm(engine) - before
     assert np.abs(moved).max() > 0.05
     # float32 rounding at 3 cm from the origin: 2e-6 mm a particle.
@@ -81,8 +76,7 @@ def test_corrections_cannot_push_the_liquid_as_a_whole():
 def test_density_is_the_sum_of_poly6_over_all_pairs():
     points = crowd()
     engine = engine_with(points, slot(depth_mm=4.0), volume_factor=1.1)
-    engine.find_neighbours()
-    engine.pressure.measure_density(engine.rows)
+    prepared(engine)
     away = np.linalg.norm(points[:, None] - points, axis=2) / 10
     weight = 315 / (64 * np.pi * SUPPORT**9) * np.clip(SUPPORT**2 - away**2, 0, None) ** 3
     assert engine.state.density.numpy() == pytest.approx(MASS * weight.sum(axis=1), rel=1e-4)
@@ -92,9 +86,7 @@ def test_only_compressed_fluid_is_corrected():
     """Lambda = 0 where C < 0: a liquid that pulls itself together would be another material."""
     engine = engine_with(lattice(np.array([0, -3, 20]), np.array([6, 3, 26]), 1.1), slot(depth_mm=4.0))
     before = positions_mm(engine)
-    engine.find_neighbours()
-    engine.pressure.measure_density(engine.rows)
-    engine.pressure.correct(engine.rows)
+    corrected(engine)
     assert engine.state.density.numpy().max() < 1
     assert np.array_equal(positions_mm(engine), before)
 
@@ -106,9 +98,7 @@ def test_a_frozen_neighbour_answers_as_hard_as_the_preset_says():
     for preset in ("accurate", "paper"):
         engine = engine_with(before, slot(depth_mm=4.0), preset=preset, volume_factor=1.1)
         lay_down(engine, np.arange(len(before)) < len(before) - 1)
-        engine.find_neighbours()
-        engine.pressure.measure_density(engine.rows)
-        engine.pressure.correct(engine.rows)
+        corrected(engine)
         moved.append(positions_mm(engine) - before)
     assert np.abs(moved[0][:-1]).max() < 1e-5
     assert np.linalg.norm(moved[1][-1]) > 1e-3

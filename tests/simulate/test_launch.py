@@ -9,7 +9,7 @@ import pytest
 import warp as wp
 
 from simulate.fluid.launcher import LEAST_SLICE, Launcher
-from tests.kernels_rows import copy_row, count_row
+from tests.kernels import copy_row, count_row
 from tests.programs import interruptible
 
 ROWS = 5 * LEAST_SLICE + 7

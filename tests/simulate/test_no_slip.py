@@ -10,7 +10,7 @@ from sealtwin.core.records import Floats
 from simulate.settings import Fluid
 from simulate.setup.rheology import no_slip_weight
 from simulate.setup_checks import effective_d_cm, rheology_of
-from tests.fluids import FRAME_S, engine_with, path, pour, slot
+from tests.fluids import FRAME_S, engine_with, path, pour, prepared, slot
 
 WIDTH_MM, LENGTH_MM, DEPTH_MM, RADIUS_MM = 3.1, 18.0, 14.0, 0.4
 SUPPORT_CM = 4 * RADIUS_MM / 10
@@ -68,8 +68,7 @@ def test_a_viscosity_in_physical_units_flows_between_plates_as_poiseuille_says(p
         radius_mm=RADIUS_MM,
         reach_mm=pit.box_mm,
     )
-    engine.find_neighbours()
-    engine.pressure.measure_density(engine.rows)
+    prepared(engine)
     velocity_mm_s = engine.state.velocity_mm_s()
     for _ in range(substeps):
         velocity_mm_s[:, 0] += DRIVEN_MM_S2 * engine.step_s

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simulate.kernels import pair_sums, pair_sums_cpu
 from tests.fluids import engine_with, lattice, listed_fluid, listed_walls, positions_mm, slot
-from tests.kernels_sums import sum_kernel
+from tests.kernels import sum_kernel
 
 SUPPORT = 0.16
 ROWS, SLOTS, POINTS = 40, 64, 300

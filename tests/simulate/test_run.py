@@ -1,5 +1,6 @@
 import logging
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -15,7 +16,6 @@ from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Run
 from simulate import injection, setup_checks
 from simulate import run as run_module
-from simulate.fluid import viscosity
 from simulate.kernels import status
 from simulate.profile import measure_profile, volume_ratio
 from simulate.settings import PRESETS, Fluid, Nozzle, Solver, particle_volume
@@ -30,30 +30,18 @@ LOWER = np.array([0, 0, 2.0])
 CORNERS = [(1e-2, 1e-4), (1e-2, 3.0), (1e4, 1e-4), (1e4, 3.0), (30.0, 0.03)]
 
 
+WHERE = r"Frame \d+, t = .* s, particle \d+ at \(.*\) mm\. Try"
+
+
 def height_mm(run: Run) -> float:
     """Of the highest twentieth of the particles: the surface without its strays."""
     return float(np.quantile(run.position_mm[:, 2], 0.95))
 
 
-@pytest.mark.parametrize(
-    ("u", "d", "preset"), [(*pair, "accurate") for pair in CORNERS] + [(*CORNERS[0], "paper"), (*CORNERS[3], "paper")]
-)
-def test_nothing_escapes_at_the_corners_and_the_centre_of_the_papers_range(u, d, preset):
+@pytest.fixture(scope="module")
+def short() -> Run:
     crack = slot(12.0)
-    fluid = Fluid(U=u, D_cm=d, freeze_after_s=0.3)
-    run = pour(crack, path(crack[1], 0.12, speed_mm_s=20.0), fluid, preset=preset, settle_s=0.1)
-    assert len(run.position_mm) == 363
-    assert (run.escaped_particles, run.spilled_particles) == (0, 0)
-    assert np.isfinite(run.position_mm).all()
-    assert np.isfinite(run.velocity_mm_s).all()
-    assert run.position_mm[:, 2].min() > -16
-
-
-@pytest.mark.parametrize(("tilt", "angle_deg"), [("funnel", 11.0), ("lean", 11.0), ("flare", 5.5), ("undercut", 5.5)])
-def test_nothing_escapes_where_walls_tilt(tilt, angle_deg):
-    crack = slot(12.0, tilt=tilt, angle_deg=angle_deg)
-    run = pour(crack, path(crack[1], 0.12, speed_mm_s=20.0), settle_s=0.1)
-    assert run.escaped_particles == 0
+    return pour(crack, path(crack[1], 0.05, speed_mm_s=20.0))
 
 
 def test_what_runs_over_the_edge_is_spilled_and_not_escaped():
@@ -73,13 +61,12 @@ def test_what_runs_over_the_edge_is_spilled_and_not_escaped():
     assert ((x < x_min) | (x > x_max) | (y < y_min) | (y > y_max)).all()
 
 
-def test_a_cpu_run_repeats_bit_for_bit_and_a_seed_changes_it():
+def test_a_cpu_run_repeats_bit_for_bit_and_a_seed_changes_it(short):
     crack = slot(12.0)
-    trajectory = path(crack[1], 0.05, speed_mm_s=20.0)
-    first, again, other = (pour(crack, trajectory, seed=seed) for seed in (3, 3, 4))
-    assert np.array_equal(first.position_mm, again.position_mm)
-    assert np.array_equal(first.velocity_mm_s, again.velocity_mm_s)
-    assert not np.array_equal(first.position_mm, other.position_mm)
+    again, other = (pour(crack, path(crack[1], 0.05, speed_mm_s=20.0), seed=seed) for seed in (0, 4))
+    assert np.array_equal(short.position_mm, again.position_mm)
+    assert np.array_equal(short.velocity_mm_s, again.velocity_mm_s)
+    assert not np.array_equal(short.position_mm, other.position_mm)
 
 
 def test_ages_frames_and_freezing_follow_the_clock():
@@ -126,7 +113,7 @@ def test_without_freezing_the_bed_levels_out():
     trajectory = replace(trajectory, position_mm=trajectory.position_mm * [0.2, 1, 1] + [1.0, 0, 0])
     slope = []
     for freeze in (0.3, "never"):
-        run = pour(crack, trajectory, Fluid(U=30.0, D_cm=0.03, freeze_after_s=freeze), radius_mm=0.5, settle_s=1.0)
+        run = pour(crack, trajectory, Fluid(U=30.0, D_cm=0.03, freeze_after_s=freeze), radius_mm=0.7, settle_s=1.0)
         x, _, z = run.position_mm.T
         # A place that nothing reached is as low as the floor.
         near, far = (np.quantile(np.append(z[(x > a) & (x < b)], -10.0), 0.95) for a, b in ((2, 8), (22, 28)))
@@ -170,22 +157,39 @@ def test_sealant_just_thin_enough_to_carry_pressure_over_does_not_collapse():
     assert run.health.recorded()["density_error_max"] < 0.2
 
 
-def test_a_collapse_stops_the_run_and_says_what_when_which_and_where():
-    """One substep of 38 ms: the column falls into itself."""
-    crack = slot(12.0)
-    fluid = Fluid(U=0.0, D_cm=0.0, freeze_after_s="never")
-    with pytest.raises(
-        NumericalError, match=r"(collapsed|density).*Frame \d+, t = .* s, particle \d+ at \(.*\) mm\. Try"
-    ):
-        pour(crack, path(crack[1], 0.3, speed_mm_s=4.0), fluid, substeps=1, iterations=1)
-
-
-@pytest.mark.parametrize(("limit", "value", "what"), [("FASTEST_CM_S", 0.1, "faster"), ("DENSEST", 0.5, "density")])
-def test_speed_and_density_are_watched(monkeypatch, limit, value, what):
-    monkeypatch.setattr(f"simulate.fluid.fault_checks.{limit}", value)
-    crack = slot(12.0)
-    with pytest.raises(NumericalError, match=f"{what}.*particle 0"):
-        pour(crack, path(crack[1], 0.01, speed_mm_s=20.0))
+@pytest.mark.parametrize(
+    ("limit", "value", "fluid", "volume_ml", "solver", "says"),
+    [
+        # One substep of 38 ms: the column falls into itself.
+        (
+            None,
+            0,
+            {"U": 0.0, "D_cm": 0.0},
+            0.3,
+            {"substeps": 1, "iterations": 1},
+            rf"(collapsed|density).*{WHERE}",
+        ),
+        ("fault_checks.FASTEST_CM_S", 0.1, {"U": 30.0}, 0.01, {}, "faster.*particle 0"),
+        ("fault_checks.DENSEST", 0.5, {"U": 30.0}, 0.01, {}, "density.*particle 0"),
+        (
+            "viscosity.ITERATIONS_AT_MOST",
+            1,
+            {"U": 1e4, "D_cm": 3.0},
+            0.02,
+            {},
+            r"converge in \d+ iterations. Frame \d+",
+        ),
+    ],
+    ids=["a collapse", "a speed", "a density", "a solve without end"],
+)
+def test_a_fault_stops_the_run_and_says_what_when_which_and_where(
+    monkeypatch, limit, value, fluid, volume_ml, solver, says
+):
+    if limit:
+        monkeypatch.setattr(f"simulate.fluid.{limit}", value)
+    crack, paste = slot(12.0), Fluid.model_validate(fluid | {"freeze_after_s": "never"})
+    with pytest.raises(NumericalError, match=says):
+        pour(crack, path(crack[1], volume_ml, speed_mm_s=20.0), paste, **solver)
 
 
 def test_a_particle_put_behind_a_wall_is_found_though_it_knows_of_open_room():
@@ -222,29 +226,30 @@ def test_a_position_that_is_no_number_stops_the_run(monkeypatch):
         pour(crack, path(crack[1], 0.02, speed_mm_s=20.0))
 
 
-def test_a_solve_that_does_not_converge_stops_the_run(monkeypatch):
-    monkeypatch.setattr(viscosity, "ITERATIONS_AT_MOST", 1)
-    crack = slot(12.0)
-    with pytest.raises(NumericalError, match=r"did not converge in \d+ iterations. Frame \d+"):
-        pour(crack, path(crack[1], 0.02, speed_mm_s=20.0), Fluid(U=1e4, D_cm=3.0, freeze_after_s="never"))
-
-
-def test_an_escape_is_counted_and_shouted(monkeypatch):
-    """The last word has the mesh itself: here a mesh that moved by 2 mm under the finished run."""
+def test_a_run_is_titled_as_other_stages_are_and_says_remarks_as_it_starts_and_escapes_as_it_ends(monkeypatch):
+    """On escapes the last word has the mesh itself: here a mesh that moved by 2 mm under the finished run."""
 
     class Ear(Progress):
-        heard = ""
+        def __init__(self) -> None:
+            self.titles, self.warnings = [], []
 
-        def note(self, text: str) -> None:
-            Ear.heard += text
+        def start(self, title: str, total: int, done: int = 0) -> None:
+            self.titles.append(title)
 
-    exact = signed_distance.Barrier.exact_mm
+        def warn(self, text: str) -> None:
+            self.warnings.append(text)
+
+    exact, ear = signed_distance.Barrier.exact_mm, Ear()
     monkeypatch.setattr(signed_distance.Barrier, "exact_mm", lambda self, points: exact(self, points - LOWER))
     crack = slot(12.0)
     sample = sample_of(crack, path(crack[1], 0.05, speed_mm_s=20.0))
-    run, _ = run_module.fill(sample, LIKE_THE_PAPER, Solver(settle_s=0.2), Nozzle(), seed=0, progress=Ear())
+    run, _ = run_module.fill(sample, LIKE_THE_PAPER, Solver(settle_s=0.2), Nozzle(), seed=0, progress=ear)
+    assert ear.titles == ["Simulating"]
+    assert run.remarks
+    *remarks, fault = ear.warnings
+    assert remarks == [f"note: {remark}" for remark in run.remarks]
     assert run.escaped_particles > 10
-    assert f"{run.escaped_particles} particles went through a wall" in Ear.heard
+    assert f"{run.escaped_particles} particles went through a wall" in fault
 
 
 @pytest.mark.parametrize(
@@ -276,26 +281,27 @@ def test_a_radius_is_proposed_only_where_its_distance_grid_fits(monkeypatch, sha
         check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=0.9), Nozzle())
 
 
-def test_a_crack_too_thin_for_any_radius_is_told_what_does(monkeypatch):
-    """A larger radius was once the advice for "auto", and for the larger one that it does not fit."""
-    solid, outline = slot()
-    solid = replace(solid, figures=replace(solid.figures, sealant_mm3=2000.0))
-    for most, says in ((800, "No radius does: at most 0.775"), (2_000, "Take 0.767")):
-        monkeypatch.setattr(setup_checks, "PARTICLES_AT_MOST", most)
-        with pytest.raises(InputError, match=f"needs more particles.*{says}"):
-            check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm="auto"), Nozzle())
+LEAST_MM = math.ceil(1000 * (2000.0 / 20_000 / particle_volume(1.0)) ** (1 / 3)) / 1000
+"""Of 20,000 particles that make 2 ml."""
 
 
-def test_a_radius_that_is_too_fine_is_answered_with_the_least(monkeypatch):
+@pytest.mark.parametrize(
+    ("radius_mm", "most", "says"),
+    [
+        # A larger radius was once the advice for "auto", and for the larger one that it does not fit.
+        ("auto", 800, "needs more particles.*No radius does: at most 0.775"),
+        ("auto", 2_000, "needs more particles.*Take 0.767"),
+        (0.01, 20_000, rf"radius_mm is 0.01: .*Allowed is {LEAST_MM:.3f} to 0.775"),
+        (LEAST_MM - 0.001, 20_000, rf"radius_mm is {LEAST_MM - 0.001:g}: .*Allowed is {LEAST_MM:.3f} to 0.775"),
+        (LEAST_MM, 20_000, None),
+    ],
+)
+def test_a_radius_of_too_many_particles_is_answered_with_one_that_does(monkeypatch, radius_mm, most, says):
     solid, outline = slot()
     solid = replace(solid, figures=replace(solid.figures, sealant_mm3=2000.0))
-    most = 20_000
     monkeypatch.setattr(setup_checks, "PARTICLES_AT_MOST", most)
-    least_mm = math.ceil(1000 * (2000.0 / most / particle_volume(1.0)) ** (1 / 3)) / 1000
-    for radius_mm in (0.01, least_mm - 0.001):
-        with pytest.raises(InputError, match=rf"radius_mm is {radius_mm:g}: .*Allowed is {least_mm:.3f} to 0.775"):
-            check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=radius_mm), Nozzle())
-    check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=least_mm), Nozzle())
+    with pytest.raises(InputError, match=says) if says else nullcontext():
+        check_fit(outline, solid, LIKE_THE_PAPER, Solver(radius_mm=radius_mm), Nozzle())
 
 
 @pytest.mark.parametrize(
@@ -365,19 +371,6 @@ def test_what_a_substep_cannot_carry_is_refused(fluid, solver, fault):
         )
 
 
-def test_the_progress_is_titled_as_that_of_the_other_stages():
-    titles = []
-
-    class Ear(Progress):
-        def start(self, title: str, total: int, done: int = 0) -> None:
-            titles.append(title)
-
-    crack = slot(12.0)
-    trajectory = path(crack[1], 0.01, speed_mm_s=20.0)
-    run_module.fill(sample_of(crack, trajectory), LIKE_THE_PAPER, Solver(), Nozzle(), seed=0, progress=Ear())
-    assert titles == ["Simulating"]
-
-
 @pytest.mark.parametrize(("yield_stress_pa", "last_over_first"), [(0.0, 3.0), (50.0, 0.5)])
 def test_a_late_frame_of_a_liquid_is_more_work_and_that_of_a_sleeping_paste_is_not(yield_stress_pa, last_over_first):
     """250 for the launches and one for each particle: by frames alone a liquid's time left is told as far too short.
@@ -394,9 +387,8 @@ def test_a_late_frame_of_a_liquid_is_more_work_and_that_of_a_sleeping_paste_is_n
     assert each[-1] / each[0] >= last_over_first
 
 
-def test_health_says_whether_the_run_can_be_trusted():
-    crack = slot(12.0)
-    health = pour(crack, path(crack[1], 0.05, speed_mm_s=20.0)).health.recorded()
+def test_health_says_whether_the_run_can_be_trusted(short):
+    health = short.health.recorded()
     assert 0 <= health["density_error_mean"] <= health["density_error_p95"] <= health["density_error_max"] < 0.5
     assert 10 < health["most_neighbours"] <= 128
     assert health["viscosity_iterations_most"] >= health["viscosity_iterations_mean"] > 0

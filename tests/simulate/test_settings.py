@@ -13,17 +13,20 @@ from simulate.setup_checks import rheology_of
         ({"U": 1.0, "freeze_after_s": 0.0}, "freeze_after_s is 0"),
         ({"U": 1.0, "freeze_after_s": "no"}, "never"),
         ({"U": 1.0, "freeze_after_s": float("nan")}, "finite"),
-        ({"U": -1.0, "freeze_after_s": "never"}, "U"),
-        ({"U": "30", "freeze_after_s": "never"}, "U"),
-        (
-            {"U": 1.0, "freeze_after_s": "never", "yield_stress_pa": 12.0, "yield_stress_most_pa": 5.0},
-            "yield_stress_most_pa is 5, below yield_stress_pa, which is 12",
-        ),
+        ({"U": -1.0}, "U"),
+        ({"U": "30"}, "U"),
+        ({"U": 1.0, "yield_stress_pa": 12.0, "yield_stress_most_pa": 5.0}, "yield_stress_most_pa is 5, .* which is 12"),
+        # A flow index goes with a consistency and nothing else.
+        ({"viscosity_pa_s": 0.5, "flow_index": 0.5}, "index is 0.5 and viscosity_pa_s 0.5: give consistency_pa_s_n"),
+        ({"U": 30.0, "flow_index": 0.5}, "flow_index is 0.5 and U 30"),
+        ({"flow_index": 0.5}, "flow_index is 0.5: give consistency_pa_s_n"),
+        ({"consistency_pa_s_n": 2.0}, "consistency_pa_s_n is 2 and flow_index 1: give viscosity_pa_s"),
+        ({"consistency_pa_s_n": 2.0, "flow_index": 2.5}, "flow_index"),
     ],
 )
 def test_an_impossible_fluid_is_refused_with_its_reason(table, fault):
     with pytest.raises(ValidationError, match=fault):
-        Fluid.model_validate(table)
+        Fluid.model_validate({"freeze_after_s": "never"} | table)
 
 
 def test_the_walls_drag_is_the_papers_beside_u_and_follows_from_a_viscosity_unless_it_is_given():
@@ -36,18 +39,15 @@ def test_the_walls_drag_is_the_papers_beside_u_and_follows_from_a_viscosity_unle
         assert Fluid(viscosity_pa_s=0.05, D_cm=d_cm, freeze_after_s="never").D_cm == d_cm
 
 
-def test_presets_differ_where_the_issue_says_and_nowhere_else():
+def test_presets_differ_where_the_issue_says_and_what_the_user_sets_replaces_theirs():
     accurate, paper = (Solver(preset=name).scheme for name in ("accurate", "paper"))
     assert accurate.iterations == paper.iterations == 4
     assert (accurate.wall, paper.wall) == ("calibrated", "source")
     assert (accurate.frozen_answer, paper.frozen_answer) == (1.0, 0.0)
+    mine = Solver(preset="paper", iterations=7, volume_factor=1.0).scheme
+    assert (mine.iterations, mine.volume_factor, mine.wall) == (7, 1.0, "source")
     # 4/3 pi R^3 over 4 sqrt(2) 0.97^3 R^3.
     assert paper.volume_factor == pytest.approx(0.8113, abs=1e-4)
-
-
-def test_what_the_user_sets_replaces_the_presets_value():
-    scheme = Solver(preset="paper", iterations=7, volume_factor=1.0).scheme
-    assert (scheme.iterations, scheme.volume_factor, scheme.wall) == (7, 1.0, "source")
 
 
 @pytest.mark.parametrize(

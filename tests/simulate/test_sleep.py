@@ -45,11 +45,7 @@ def test_a_sleeper_wakes_beside_what_is_fast_or_goes_on_flowing(speed, flowed_s,
 def test_a_moment_of_quiet_forgets_the_flow_and_one_of_flow_the_quiet():
     engine = engine_with(np.array([[3.0, 0.0, -8.0]]), slot(), fluid=PASTE)
     quiet_s = engine.lasting()["quiet_s"]
-    for speed, before, after in (
-        (0.0, -5.0, FRAME_S),
-        (1.0, 0.2, -FRAME_S),
-        (1.0, -0.2, -0.2 - FRAME_S),
-    ):
+    for speed, before, after in ((0.0, -5.0, FRAME_S), (1.0, 0.2, -FRAME_S), (1.0, -0.2, -0.2 - FRAME_S)):
         engine.state.velocity.assign(np.array([[speed, 0.0, 0.0]], dtype=np.float32))
         quiet_s.fill_(before)
         engine._fall_asleep(engine.rows)

@@ -16,8 +16,6 @@ from tests.fluids import FRAME_S, engine_with, path, positions_mm, pour, slot
 
 FALLS_BACK = SampleSlope(gradient_deg=10.0)
 STEEP = SampleSlope(gradient_deg=-30.0, crossfall_deg=20.0)
-THIN, THICK = Fluid(U=0.01, D_cm=1e-4, freeze_after_s="never"), Fluid(U=1e4, D_cm=3.0, freeze_after_s="never")
-PASTE = Fluid(U=30.0, D_cm=0.3, yield_stress_pa=12.0, freeze_after_s="never")
 
 
 @pytest.mark.parametrize(
@@ -61,17 +59,6 @@ def test_the_surface_of_a_settled_liquid_is_square_to_gravity(pressure):
     assert found == pytest.approx((-6.0, 4.0), abs=0.8)
 
 
-@pytest.mark.parametrize("fluid", [THIN, THICK, PASTE], ids=["thin", "thick", "paste"])
-@pytest.mark.parametrize("pressure", ["local", "two-level"])
-def test_nothing_escapes_on_a_steep_slope(fluid, pressure):
-    crack = slot(12.0)
-    way = path(crack[1], 0.12, speed_mm_s=20.0)
-    run = pour(crack, way, fluid, slope=STEEP, pressure=pressure, settle_s=0.1)
-    assert run.escaped_particles == 0
-    assert np.isfinite(run.position_mm).all()
-    assert run.settings["sample"] == {"crossfall_deg": 20.0, "gradient_deg": -30.0}
-
-
 def test_sealant_runs_to_the_low_end_and_over_it():
     """Level, a crack keeps what it is given and lies even; on a gradient the low end runs over, the high one empties.
 
@@ -80,10 +67,11 @@ def test_sealant_runs_to_the_low_end_and_over_it():
     crack = slot(30.0, depth_mm=8.0)
     way = path(crack[1], 0.5, speed_mm_s=30.0)
     level, sloping = (
-        pour(crack, way, Fluid(U=3.0, D_cm=0.03, freeze_after_s="never"), slope=slope, radius_mm=0.5, settle_s=2.0)
+        pour(crack, way, Fluid(U=3.0, D_cm=0.03, freeze_after_s="never"), slope=slope, radius_mm=0.7, settle_s=1.5)
         for slope in (LEVEL, FALLS_BACK)
     )
     assert "sample" not in level.settings
+    assert sloping.settings["sample"] == {"crossfall_deg": 0.0, "gradient_deg": 10.0}
     profile = measure_profile(sloping, crack[1], crack[0])
     inner = (profile.s_mm > 4) & (profile.s_mm < 26)
     across = np.diff(crack[1].centreline_mm[[0, -1], 0])[0]

@@ -14,7 +14,7 @@ from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import FaceLabel, Outline, Solid
 from simulate.setup.signed_distance import CM, MARGIN_MM, build_barrier
 from simulate.setup.wall_particles import WallParticles, calibrated_wall_mass, place_walls, source_wall_mass
-from tests.fluids import engine_with, lattice, slot
+from tests.fluids import engine_with, lattice, prepared, slot
 from tests.meshes import sheet
 from tests.shapes import cut_crack, straight_slot
 
@@ -61,7 +61,7 @@ def crack(shape: str) -> tuple[Solid, Outline]:
 @pytest.mark.parametrize(
     "shape",
     [
-        *[f"{tilt}{odd}" for tilt in ("lean", "flare", "funnel", "undercut") for odd in ("", " hills", " stone")],
+        *["lean", "flare", "lean hills", "flare stone", "funnel hills", "undercut stone"],
         "wandering",
         pytest.param("scanned", marks=pytest.mark.slow),
     ],
@@ -150,23 +150,14 @@ def test_the_layer_is_the_same_in_four_and_sixteen_times_the_triangles(shape):
         assert np.quantile(np.abs(finer_share[which] - share), 0.99) < 1e-6
 
 
-def test_shares_add_up_to_the_surface_whatever_its_triangles():
-    """Drag (Eq. 5) and density count wall particles: ten times the triangles must not change either."""
-    coarse, outline = slot(20.0, depth_mm=7.0)
-    fine = refined(coarse, 1.0)
-    assert len(fine.faces) > 10 * len(coarse.faces)
-    place = np.random.default_rng(0).uniform([3, -1.2, -6], [17, 1.2, -2], (500, 3))
-    drag = []
-    for solid in (coarse, fine):
-        _, point, share = walls_of(solid, outline)
-        away = np.linalg.norm(place[:, None] - point, axis=2)
-        drag.append((share * np.exp(-(away**2) / 1.6**2) * (away < 1.6)).sum(axis=1))
-        inside = (np.abs(point[:, 1]) < 2.5) & (point[:, 2] < -0.8) & (np.abs(point[:, 0] - 10) < 9)
-        # Two walls from the floor up to 0.8 mm below the face, 18 mm long; the floor's layer apart.
-        upright = inside & (point[:, 2] > -6.6)
-        assert share[upright].sum() * (2 * RADIUS_MM) ** 2 == pytest.approx(2 * 18 * (7 - 0.8 - 0.4), rel=0.03)
-    assert drag[1].mean() == pytest.approx(drag[0].mean(), rel=1e-3)
-    assert np.abs(drag[1] - drag[0]).mean() < 0.01 * drag[0].mean()
+@pytest.mark.parametrize("edge_mm", [None, 1.0])
+def test_shares_add_up_to_the_surface_whatever_its_triangles(edge_mm):
+    """Two walls from the floor up to 0.8 mm below the face, 18 mm long; the floor's layer apart."""
+    solid, outline = slot(20.0, depth_mm=7.0)
+    solid = refined(solid, edge_mm) if edge_mm else solid
+    _, point, share = walls_of(solid, outline)
+    upright = (np.abs(point[:, 1]) < 2.5) & (np.abs(point[:, 0] - 10) < 9) & (point[:, 2] < -0.8) & (point[:, 2] > -6.6)
+    assert share[upright].sum() * (2 * RADIUS_MM) ** 2 == pytest.approx(2 * 18 * (7 - 0.8 - 0.4), rel=0.03)
 
 
 def test_the_fluid_is_dragged_alike_however_the_walls_are_triangulated():
@@ -188,8 +179,7 @@ def test_the_fluid_is_dragged_alike_however_the_walls_are_triangulated():
     left_over = []
     for solid in (whole, fine, mixed):
         engine = engine_with(points, (solid, outline), weights=(0.0, 0.3))
-        engine.find_neighbours()
-        engine.pressure.measure_density(engine.rows)
+        prepared(engine)
         engine.state.velocity.assign(np.asarray(np.tile([10.0, 0.0, 0.0], (len(points), 1)), dtype=np.float32))
         engine.viscosity.solve_implicit(engine.rows)
         left_over.append(engine.state.velocity.numpy()[:, 0])
@@ -224,8 +214,3 @@ def test_a_flat_wall_completes_the_density():
     beyond = np.trapezoid(315 / (256 * support**9) * (support**2 - z**2) ** 4, z)
     assert from_walls.mean() == pytest.approx(beyond, rel=0.03)
     assert from_walls.std() < 0.1 * beyond
-
-
-def test_the_layer_is_the_same_every_time():
-    crack = slot()
-    assert np.array_equal(walls_of(*crack)[1], walls_of(*crack)[1])

@@ -19,15 +19,15 @@ import numpy as np
 
 from sealtwin.core.files import write_text
 from sealtwin.core.records import Floats
-from tests.stage_record import digitised, simulated, validated
-from tests.stage_record.sampled import Nudge, Outputs
+from tests.stage_record import outputs
+from tests.stage_record.outputs import Nudge, Outputs
 
 RECORD = Path(__file__).with_name("record.json")
 STAGES: dict[str, Callable[[Nudge], Outputs]] = {
-    "tracing": digitised.traced,
-    "solids": digitised.solids,
-    "simulate": simulated.outputs,
-    "validate": validated.outputs,
+    "tracing": outputs.traced,
+    "solids": outputs.solids,
+    "simulate": outputs.simulated,
+    "validate": outputs.validated,
 }
 ROUNDING, NUDGES = 1e-7, 4
 MARGIN = 20.0

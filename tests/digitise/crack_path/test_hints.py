@@ -47,12 +47,7 @@ def test_a_region_that_crosses_itself_is_refused(photo, corners, side):
 
 @pytest.mark.parametrize(
     "corners",
-    [
-        ((600.0, 600.0), (900.0, 900.0)),
-        ((-1e6, -1e6), (0.0, 0.0)),
-        ((10.0, 10.0), (20.0, 290.0)),
-        ((0.0, 0.0),) * 3,
-    ],
+    [((600.0, 600.0), (900.0, 900.0)), ((-1e6, -1e6), (0.0, 0.0)), ((10.0, 10.0), (20.0, 290.0)), ((0.0, 0.0),) * 3],
 )
 def test_a_region_without_photo_is_refused(photo, corners):
     with pytest.raises(InputError, match="roi_px covers"):

@@ -46,11 +46,7 @@ def test_a_photo_that_is_not_read_is_named_with_the_remedy(tmp_path, content, na
 
 @pytest.mark.parametrize(
     ("name", "tags"),
-    [
-        ("photo.NEF", {}),
-        ("photo.tif", {"t50706": 1025}),
-        ("photo.tif", {"t254": 1, "t330": 400}),
-    ],
+    [("photo.NEF", {}), ("photo.tif", {"t50706": 1025}), ("photo.tif", {"t254": 1, "t330": 400})],
     ids=["by its ending", "DNG", "thumbnail first"],
 )
 def test_a_raw_file_that_is_a_tiff_is_not_read_as_its_thumbnail(tmp_path, name, tags):
@@ -59,24 +55,17 @@ def test_a_raw_file_that_is_a_tiff_is_not_read_as_its_thumbnail(tmp_path, name, 
         read_photo(tmp_path / name)
 
 
-@pytest.mark.parametrize("ending", ["tif", "png", "jpg", "webp", "bmp"])
-def test_a_photo_that_is_read_is_not_taken_for_another(tmp_path, ending):
-    path = tmp_path / f"photo.{ending}"
+@pytest.mark.parametrize("name", ["a.tif", "a.png", "a.jpg", "a.webp", "a.bmp", "jpeg.nef", "pyramid.tif"])
+def test_a_photo_that_is_read_is_not_taken_for_another(tmp_path, name):
+    """A JPEG with a raw file's name is a JPEG; a TIFF whose first picture is the photo may have smaller ones after."""
     exif = Image.Exif()
     exif[MAKE] = "NIKON CORPORATION"
-    Image.fromarray(np.full((80, 80, 3), 100, dtype=np.uint8)).save(path, exif=exif)
-    read_photo(path)
-
-
-def test_a_tiff_whose_first_picture_is_the_photo_may_have_smaller_ones_after_it(tmp_path):
-    write_tiff(tmp_path / "pyramid.tif", t254=0, t330=400)
-    read_photo(tmp_path / "pyramid.tif")
-
-
-def test_a_jpeg_with_a_raw_files_name_is_a_jpeg(tmp_path):
-    path = tmp_path / "photo.nef"
-    Image.fromarray(np.full((80, 80, 3), 100, dtype=np.uint8)).save(path, format="JPEG")
-    assert read_photo(path).image.shape == (80, 80, 3)
+    if name == "pyramid.tif":
+        write_tiff(tmp_path / name, t254=0, t330=400)
+    else:
+        form = "JPEG" if name == "jpeg.nef" else None
+        Image.fromarray(np.full((80, 80, 3), 100, dtype=np.uint8)).save(tmp_path / name, form, exif=exif)
+    assert read_photo(tmp_path / name).image.shape == (80, 80, 3)
 
 
 @pytest.mark.parametrize("content", [b"II*\0", b"MM\0*" + b"\xff" * 4, b"II*\0\x08\0\0\0\xff\xff", b"x"])

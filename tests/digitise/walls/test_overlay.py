@@ -40,7 +40,7 @@ def share_of_colour(picture, places, colour) -> float:
     return float(np.mean(np.abs(picture[y, x].astype(float) - colour).max(axis=1) < 90))
 
 
-def test_walls_and_centreline_are_drawn_where_they_are(scene):
+def test_walls_centreline_and_both_ends_are_drawn_where_they_are(scene):
     """Drawn one photo pixel aside on purpose, the lines are missed."""
     photo, outline, picture = scene
     scale = picture.shape[1] / photo.size_px[0]
@@ -51,6 +51,7 @@ def test_walls_and_centreline_are_drawn_where_they_are(scene):
         (outline.centreline_px, CENTRE),
     ):
         assert share_of_colour(picture, (points_px[inner] + 0.5) * scale - 0.5, colour) > 0.9
+    assert share_of_colour(picture, (outline.centreline_px[[0, -1]] + 0.5) * scale - 0.5, ENDS) == 1
 
 
 def test_a_choice_among_cracks_shows_each_with_its_number(scene):
@@ -84,12 +85,6 @@ def test_the_nozzles_path_lies_on_the_crack_where_it_gives(scene, reverse):
     trimmed = (outline.centreline_px[(off > 6) & (off < 13)] + 0.5) * scale - 0.5
     x, y = np.rint(trimmed).astype(int).T
     assert np.array_equal(picture[y, x], bare[y, x])
-
-
-def test_both_ends_are_marked(scene):
-    photo, outline, picture = scene
-    scale = picture.shape[1] / photo.size_px[0]
-    assert share_of_colour(picture, (outline.centreline_px[[0, -1]] + 0.5) * scale - 0.5, ENDS) == 1
 
 
 def test_side_cracks_are_drawn_dashed_where_they_are_left_out_and_islands_with_their_rim(scene):

@@ -21,7 +21,7 @@ from tests.places import FIXTURE
 FACE = (0.0, 0.0, 160.0, 40.0)
 
 
-@pytest.fixture(scope="module", params=["fixture", 2, 3, 4, 5])
+@pytest.fixture(scope="module", params=["fixture", 2, 3])
 def traced(request, tmp_path_factory) -> tuple[Specimen, Outline]:
     if request.param == "fixture":
         truth = make_specimen(1)

@@ -73,14 +73,6 @@ def test_a_branch_half_as_wide_as_the_crack_is_passed_over(walls_of):
     assert np.median(np.abs(walls.left_mm / MM_PER_PX - 9)) < 0.05
 
 
-def test_a_pore_beside_the_crack_draws_no_wall_to_it(walls_of):
-    """Without stiffness the wall jumps to the far side of the pore, 15 px away: that way more is dark than bright."""
-    brightness = band(51.0, 69.0)
-    brightness[35:47, 144:156] = 0.02
-    walls = walls_of(brightness)
-    assert np.abs(walls.left_mm / MM_PER_PX - 9).max() < 0.1
-
-
 @pytest.mark.parametrize("rim_px", [3, 5])
 def test_a_lit_rim_is_crack_and_the_other_wall_stays_where_it_is(walls_of, rim_px):
     """56 % as bright as mortar, blurred by 1 px, in grain of 5 %. By the level inside a narrow one: 0.9 px too far in.
@@ -98,28 +90,36 @@ def test_a_lit_rim_is_crack_and_the_other_wall_stays_where_it_is(walls_of, rim_p
     assert np.median(half.left_mm) / MM_PER_PX < 9
 
 
-@pytest.mark.parametrize("pale", [0.5, 0.4])
-def test_a_stain_along_a_wall_is_no_crack(walls_of, pale):
-    """Above half the contrast nowhere, it was taken in where its far edge is near: the crack read 10 % too wide."""
-    brightness = band(51.0, 69.0)
-    stained = brightness.copy()
-    stained[38:52, 80:200] *= pale
-    stained[52:68] = brightness[52:68]
-    walls = walls_of(stained)
-    middle = slice(35, 60)
-    assert walls.left_mm[middle] / MM_PER_PX == pytest.approx(9, abs=0.5)
-    assert walls.right_mm[middle] / MM_PER_PX == pytest.approx(9, abs=0.2)
+LIT = 0.02 + 0.25 * 0.38
+"""A quarter of the way from the crack's brightness to the mortar's."""
 
 
-def test_dark_stones_in_a_stain_are_no_crack(walls_of):
-    """A quarter of the way from the crack's brightness to the mortar's, 50 px long: the crack read 10 % too wide."""
+@pytest.mark.parametrize(
+    ("rows", "columns", "times", "level", "stations", "within_px"),
+    [
+        # Without stiffness the wall jumps to the far side of the pore, 15 px away: that way more is dark than bright.
+        ((35, 47), (144, 156), 0, 0.02, slice(None), 0.1),
+        # Above half the contrast nowhere, stains were taken in where their far edge is near: 10 % too wide.
+        ((38, 52), (80, 200), 0.5, 0, slice(35, 60), 0.5),
+        ((38, 52), (80, 200), 0.4, 0, slice(35, 60), 0.5),
+        # 50 px long, as bright as LIT: the crack read 10 % too wide.
+        ((38, 52), (120, 170), 0.29, 0, slice(None), 0.5),
+        # As bright as those stones, but all along the wall and inside it: 5 px of the crack's 18.
+        ((52, 57), (0, 300), 0, LIT, slice(None), 0.3),
+    ],
+    ids=["a pore", "a stain", "a darker stain", "dark stones in a stain", "a lit inside"],
+)
+def test_what_is_dark_beside_a_wall_is_no_crack_and_what_is_lit_inside_is(
+    walls_of, rows, columns, times, level, stations, within_px
+):
     brightness = band(51.0, 69.0)
-    stained = brightness.copy()
-    stained[38:52, 120:170] *= 0.29
-    stained[52:68] = brightness[52:68]
-    walls = walls_of(stained)
-    assert walls.left_mm / MM_PER_PX == pytest.approx(9, abs=0.5)
-    assert walls.right_mm / MM_PER_PX == pytest.approx(9, abs=0.2)
+    shown, place = brightness.copy(), (slice(*rows), slice(*columns))
+    shown[place] = times * shown[place] + level
+    if level != LIT:
+        shown[52:68] = brightness[52:68]
+    walls = walls_of(shown)
+    assert walls.left_mm[stations] / MM_PER_PX == pytest.approx(9, abs=within_px)
+    assert walls.right_mm[stations] / MM_PER_PX == pytest.approx(9, abs=0.2)
 
 
 def test_soft_walls_are_found_in_grain(walls_of):
@@ -130,21 +130,12 @@ def test_soft_walls_are_found_in_grain(walls_of):
     assert walls.width_mm.std() < 0.1
 
 
-def test_a_lit_inside_is_crack_however_dark(walls_of):
-    """As bright as those stones, but all along the wall: 5 px of its 18."""
-    brightness = band(51.0, 69.0)
-    brightness[52:57] = 0.02 + 0.25 * 0.38
-    walls = walls_of(brightness)
-    assert walls.left_mm / MM_PER_PX == pytest.approx(9, abs=0.3)
-    assert walls.right_mm / MM_PER_PX == pytest.approx(9, abs=0.2)
-
-
 @pytest.mark.parametrize(("beside_px", "kept_out"), [(5, False), (12, True)])
 def test_what_is_dark_beside_a_wide_crack_is_kept_out_where_it_is_wide(walls_of, beside_px, kept_out):
     """From a fifth of the crack's 40 px on: less moves no mean width, and edges of blurred stones are as wide."""
     brightness = band(40.5, 80.5)
     dark = brightness.copy()
-    dark[41 - beside_px : 42, 130:160] = 0.02 + 0.25 * 0.38
+    dark[41 - beside_px : 42, 130:160] = LIT
     walls = walls_of(dark, width_px=40)
     across = slice(46, 54)
     wide_px = 20 if kept_out else 20 + beside_px

@@ -1,29 +1,31 @@
-"""A run of the fast model with a trial's settings: its record, its domain, and what it refuses."""
+"""A run of the fast model with a trial's settings: its record, its domain, what it refuses, and ways to call it."""
 
 import re
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Profile, Run
+from sealtwin.core.records import Profile, Run, Sample
 from simulate.injection import prepare
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.run import fill, fill_each
+from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver
 from simulate.slot.fitness import FULLEST, fitness_of
 from simulate.slot.flux import HerschelBulkley
 from simulate.slot.run import pour
 from tests.fluids import path, sample_of, slot
 
-SLOT = Solver(model="slot", settle_s=2.0)
+FAST = Solver(model="slot", settle_s=2.0)
 
 
-def poured(volume_ml: float = 1.2, **fluid: Any) -> tuple[Run, Profile]:
+def poured(volume_ml: float = 1.2, solver: Solver = FAST, **fluid: Any) -> tuple[Run, Profile]:
     crack = slot(40.0)
     settings: dict[str, Any] = {"viscosity_pa_s": 0.3, "yield_stress_pa": 4.0, "freeze_after_s": "never", **fluid}
     trajectory = path(crack[1], volume_ml, trim_mm=6.0)
-    return pour(sample_of(crack, trajectory), Fluid.model_validate(settings), SLOT, Nozzle(), seed=0, advise=True)
+    return pour(sample_of(crack, trajectory), Fluid.model_validate(settings), solver, Nozzle(), seed=0, advise=True)
 
 
 def test_a_run_is_recorded_without_particles_and_read_again(tmp_path):
@@ -93,10 +95,22 @@ def test_a_crack_with_room_that_sections_leave_out_is_outside(room: float, fit: 
     assert ("volume" not in str(found.unfit)) is fit
 
 
-@pytest.mark.parametrize("change", [{"freeze_after_s": 2.0}, {"structuration_pa_per_s": 0.1}])
-def test_sealant_that_ages_is_refused(change: dict[str, Any]):
-    with pytest.raises(InputError, match="does not model the age"):
-        poured(**change)
+@pytest.mark.parametrize(
+    ("change", "solver", "says"),
+    [
+        ({"freeze_after_s": 2.0}, {}, "does not model the age"),
+        ({"structuration_pa_per_s": 0.1}, {}, "does not model the age"),
+        # The fast model has no particles: a refusal of their number alone would say nothing.
+        ({"viscosity_pa_s": None, "U": 30.0, "D_cm": 0.3}, {"radius_mm": 0.03}, r"Give fluid\.viscosity_pa_s"),
+        ({"viscosity_pa_s": None, "U": 30.0, "yield_stress_pa": 0.0}, {}, r"fluid\.U is 30: .* fluid\.viscosity_pa_s"),
+    ],
+    ids=["freezes", "stiffens", "U of too fine particles", "U without a yield stress is no viscosity"],
+)
+def test_sealant_that_the_fast_model_does_not_have_is_refused(
+    change: dict[str, Any], solver: dict[str, Any], says: str
+):
+    with pytest.raises(InputError, match=says):
+        poured(**change, solver=FAST.model_copy(update=solver))
 
 
 def test_u_counts_as_the_viscosity_that_it_amounts_to():
@@ -105,22 +119,44 @@ def test_u_counts_as_the_viscosity_that_it_amounts_to():
     assert run.health.viscosity_m2_s == pytest.approx(32.2e-6 * 1200 / 7 / 320, rel=0.02)
 
 
-def test_a_u_whose_particles_cannot_be_released_asks_for_a_viscosity():
-    """The fast model has no particles: a refusal of their number alone would say nothing."""
-    crack, fluid = slot(40.0), Fluid(U=30.0, D_cm=0.3, yield_stress_pa=3.0, freeze_after_s="never")
-    fine = SLOT.model_copy(update={"radius_mm": 0.03})
-    with pytest.raises(InputError, match=r"Give fluid\.viscosity_pa_s"):
-        pour(sample_of(crack, path(crack[1], 1.2, trim_mm=6.0)), fluid, fine, Nozzle(), seed=0)
-
-
-def test_u_without_a_yield_stress_is_refused_as_it_is_no_viscosity():
-    crack, fluid = slot(40.0), Fluid(U=30.0, D_cm=0.3, freeze_after_s="never")
-    with pytest.raises(InputError, match=r"fluid\.U is 30: .* fluid\.viscosity_pa_s"):
-        pour(sample_of(crack, path(crack[1], 1.2, trim_mm=6.0)), fluid, SLOT, Nozzle(), seed=0)
-
-
 def test_particles_are_not_run_in_its_place():
     crack = slot(40.0)
     fluid = Fluid(viscosity_pa_s=0.3, freeze_after_s="never")
     with pytest.raises(InputError, match="only particles"):
-        prepare(*crack, path(crack[1], 1.0), [fluid], SLOT, Nozzle(), seed=0, device="cpu")
+        prepare(*crack, path(crack[1], 1.0), [fluid], FAST, Nozzle(), seed=0, device="cpu")
+
+
+def stiff(yield_stress_pa: float) -> Fluid:
+    return Fluid(viscosity_pa_s=0.3, yield_stress_pa=yield_stress_pa, freeze_after_s="never")
+
+
+def sample(volume_ml: float) -> Sample:
+    crack = slot(40.0)
+    return sample_of(crack, path(crack[1], volume_ml, trim_mm=6.0))
+
+
+def one_of_each(fluid: Fluid, volume_ml: float, slope: SampleSlope = LEVEL) -> list[tuple[Run, Profile]]:
+    """Filled alone, and as one of a study."""
+    alone = fill(sample(volume_ml), fluid, FAST, Nozzle(), seed=0, slope=slope)
+    (each,) = fill_each(sample(volume_ml), [fluid], FAST, Nozzle(), seed=0, device="cpu", slope=slope)
+    assert isinstance(each, tuple)
+    return [alone, each]
+
+
+def test_the_fast_model_fills_a_sample_that_does_not_lie_level():
+    """Thin paste runs downhill, towards -x, where a rise of 6 degrees makes the level over a millimetre higher."""
+    slope = SampleSlope(gradient_deg=6.0)
+    (_, level), (_, again) = one_of_each(stiff(1.0), 1.2)
+    assert np.array_equal(level.level_mm, again.level_mm)
+    for run, sloped in one_of_each(stiff(1.0), 1.2, slope):
+        assert run.settings["sample"] == slope.model_dump()
+        higher_mm = sloped.level_mm - level.level_mm
+        assert higher_mm[:20].mean() > 1 > -1 > higher_mm[-20:].mean()
+
+
+def test_a_fill_alone_is_advised_and_one_of_a_study_is_not():
+    """A dozen fills more for each of hundreds of runs would be read by nobody."""
+    alone, each = ([*run.unfit] for run, _ in one_of_each(stiff(11.0), 1.6))
+    assert alone[-1].startswith("Inside its domain with: ")
+    assert each == alone[:-1]
+    assert each

@@ -1,10 +1,13 @@
+"""The path of a crack: in paint, and in photos that have several cracks, of which a few are offered."""
+
 import cv2
 import numpy as np
 import pytest
 
-from digitise.crack_path.find_path import find_path
+from digitise.crack_path.find_path import CrackSearch, RivalCracksError, find_path
+from digitise.settings import MOST_RANKED
 from sealtwin.core.errors import InputError
-from tests.pictures import distance_to, evenly_scaled, mortar, with_paint, write_png
+from tests.pictures import distance_to, evenly_scaled, mortar, with_crack, with_paint, write_png
 
 SIZE_PX = (500, 300)
 CRACK = [(40.0, 150.0), (250.0, 120.0), (460.0, 170.0)]
@@ -76,3 +79,56 @@ def test_ends_off_the_paint_are_refused(plain, ends_px, says):
     drawn = strokes(CRACK) | strokes([(50, 270), (200, 270)], width_px=5)
     with pytest.raises(InputError, match=says):
         find_path(with_paint(plain, drawn), ends_px)
+
+
+def photo_of_lines(folder, lines, size_px=(1000, 700)):
+    """Each line is its places and its width."""
+    picture = mortar(size_px)
+    for points, width_px in lines:
+        picture = with_crack(picture, points, width_px)
+    return evenly_scaled(write_png(folder / "photo.png", picture))
+
+
+def wave(y, bend=20):
+    return [(x, round(y + bend * np.sin(x / 90 + y))) for x in range(40, 961, 20)]
+
+
+def test_a_wide_crack_is_one_and_not_its_two_walls(tmp_path):
+    """On the fine map it is two lines 70 px apart, and one of them was taken."""
+    photo = photo_of_lines(tmp_path, [(wave(350), 70)])
+    (only,) = CrackSearch.of(photo).cracks
+    assert only.width_px == pytest.approx(70, rel=0.2)
+    inner = only.line_px[(only.line_px[:, 0] > 100) & (only.line_px[:, 0] < 900)]
+    assert distance_to(inner, np.array(wave(350), dtype=float)).max() < 15
+    assert find_path(photo, None).width_px == pytest.approx(70, rel=0.1)
+
+
+def test_rivals_are_offered_best_first_and_no_more_than_a_few(tmp_path):
+    lines = [(wave(60 + 95 * number), width_px) for number, width_px in enumerate((5, 8, 6, 7, 5, 6, 5))]
+    says = r"5 cracks compete, best first, .*: 1\. \(.* px, 100%; 2\. .*; 5\. .*ends_px"
+    with pytest.raises(RivalCracksError, match=says) as asked:
+        find_path(photo_of_lines(tmp_path, lines), None)
+    scores = [crack.score for crack in asked.value.cracks]
+    assert len(scores) == MOST_RANKED
+    assert scores == sorted(scores, reverse=True)
+
+
+def test_a_number_takes_the_crack_of_that_rank(tmp_path):
+    upper = [(30, 60), (110, 80), (180, 62), (250, 75), (330, 50), (400, 66), (470, 55)]
+    lower = [(30, 240), (100, 222), (180, 241), (250, 225), (320, 250), (400, 231), (470, 245)]
+    photo = photo_of_lines(tmp_path, [(upper, 14), (lower, 14)], size_px=(500, 300))
+    with pytest.raises(RivalCracksError, match="2 cracks compete") as asked:
+        find_path(photo, None)
+    for number, crack in enumerate(asked.value.cracks, 1):
+        path = find_path(photo, None, crack=number)
+        assert path.source == "choice"
+        assert distance_to(path.points_px, crack.line_px).max() < 6
+    with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 found: 1\. .*; 2\. "):
+        find_path(photo, None, crack=3)
+
+
+def test_the_rim_of_a_stain_is_not_offered(tmp_path):
+    """It comes back to where it begins. On one of eight photos without a crack it was offered."""
+    turn = np.linspace(0, 1.8 * np.pi, 60)
+    ring = [(round(500 + 220 * np.cos(a)), round(350 + 180 * np.sin(a))) for a in turn]
+    assert CrackSearch.of(photo_of_lines(tmp_path, [(ring, 8)])).cracks == ()

@@ -1,11 +1,11 @@
-"""The map of all cracks: thin and wide ones in grain, and nothing where there is none."""
+"""The map of all cracks: thin and wide ones in grain, their growth, straight lines among them, plain ground."""
 
 import cv2
 import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from digitise.crack_path.crack_map import cracks_on
+from digitise.crack_path.crack_map import beside_straight, cracks_on, grown, straight_lines
 from digitise.crack_path.darkness import map_darkness
 from digitise.crack_path.find_path import find_path
 from sealtwin.core.errors import InputError
@@ -103,3 +103,102 @@ def test_on_a_photo_larger_than_the_search_map_lines_are_in_its_own_pixels(tmp_p
     (crack,) = cracks_in(photo_from(picture, tmp_path)).cracks
     assert np.ptp(crack.line_px[:, 0]) > 1400
     assert distance_to(crack.line_px, np.array(large)).max() < 8
+
+
+ALLOWED = np.ones((120, 300), dtype=bool)
+
+
+def middle_line():
+    cells = np.zeros((120, 300), dtype=bool)
+    cells[60, 20:280] = True
+    return cells
+
+
+def shown_dark(width, level=0.8):
+    picture = np.full((120, 300), level / 2, dtype=np.float32)  # ground is dark as well, if less
+    low = 60 - width // 2
+    picture[low : low + width, 20:280] = level
+    return picture
+
+
+@pytest.mark.parametrize("width", [5, 9, 21, 35])
+@pytest.mark.parametrize("level", [0.2, 0.9])
+def test_a_crack_grows_to_its_walls_however_dark_it_is(width, level):
+    found = grown(middle_line(), shown_dark(width, level), ALLOWED)
+    assert found[:, 150].sum() == width
+
+
+def test_a_line_is_three_cells_wide_at_least():
+    assert grown(middle_line(), shown_dark(1), ALLOWED)[:, 150].sum() == 3
+
+
+def test_a_stain_that_the_crack_runs_through_is_no_crack():
+    """40 cells across, where the crack has 7: it may swell to three times that."""
+    picture = shown_dark(7)
+    picture[40:100, 130:170] = 0.8
+    found = grown(middle_line(), picture, ALLOWED)
+    assert found[:, 150].sum() < 26
+    assert found[:, 100].sum() == 7
+
+
+def test_what_may_not_be_searched_is_no_crack():
+    allowed = ALLOWED.copy()
+    allowed[:, 200:] = False
+    assert not grown(middle_line(), shown_dark(9), allowed)[:, 200:].any()
+
+
+def test_no_lines_no_cracks():
+    assert not grown(np.zeros_like(ALLOWED), shown_dark(9), ALLOWED).any()
+
+
+BONES = (300, 400)
+
+
+def bones(points):
+    cells = np.zeros(BONES, dtype=np.uint8)
+    cv2.polylines(cells, [np.rint(points).astype(np.int32)], False, 1)
+    return cells > 0
+
+
+def wandering(rms):
+    """Over 380 cells, with two and a half waves."""
+    x = np.linspace(10, 390, 100)
+    return np.column_stack([x, 150 + rms * np.sqrt(2) * np.sin(x / 25)])
+
+
+@pytest.mark.parametrize("ends", [((10, 20), (390, 80)), ((200, 5), (200, 295)), ((20, 290), (350, 10))])
+def test_a_straight_line_is_found_where_it_is(ends):
+    found = straight_lines(bones(np.array(ends)))
+    assert found
+    for line in found:
+        assert distance_to(line, np.array(ends, dtype=float)).max() < 3
+        assert np.linalg.norm(line[1] - line[0]) >= 0.4 * 500
+
+
+def test_a_chipped_joint_is_straight_and_a_crack_is_not():
+    """A crack strays by 1 % of its length; 0.2 % is a cell, and a chip hides a twentieth."""
+    assert straight_lines(bones(wandering(0.5)))
+    chipped = bones(wandering(0.5))
+    chipped[:, 180:195] = False
+    assert straight_lines(chipped)
+    assert straight_lines(bones(wandering(4))) == []
+
+
+def test_a_row_of_dashes_is_no_joint():
+    """Half of it is missing; of a joint a fifth at most."""
+    dashed = bones(np.array([(10.0, 100.0), (390.0, 100.0)]))
+    for start in range(10, 390, 16):
+        dashed[:, start : start + 8] = False
+    assert straight_lines(dashed) == []
+
+
+def test_a_short_straight_line_may_be_a_crack():
+    assert straight_lines(bones(np.array([(100, 100), (250, 130)]))) == []
+
+
+def test_what_lies_beside_a_straight_line_belongs_to_it():
+    """And so does what lies beside its continuation, of which less may be seen."""
+    beside = beside_straight(BONES, [np.array([(150.0, 100.0), (390.0, 100.0)])])
+    assert beside[[95, 107], 200].all()
+    assert beside[[95, 107], 5].all()
+    assert not beside[[80, 120], 200].any()

@@ -1,0 +1,91 @@
+"""Edges, rows that are alike and crossing triangles, against counts by hand, NumPy and a plain double loop."""
+
+import numpy as np
+import pytest
+from manifold3d import Manifold
+
+from digitise.geometry.mesh_topology import edge_uses, equal_rows, intersecting_faces, open_edges
+
+FLAT = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]
+
+
+def test_each_edge_of_a_closed_body_is_used_once_each_way_and_one_beside_a_hole_once():
+    """A cube of 12 triangles has 18 edges. A face left out leaves its three edges open the other way."""
+    faces = np.array(Manifold.cube((1.0, 1.0, 1.0)).to_mesh64().tri_verts, dtype=np.int64)
+    directed, uses = edge_uses(faces)
+    assert len(uses.begins) == 18
+    assert (uses.count == 2).all()
+    there, back = directed[uses.order].reshape(-1, 2, 2).transpose(1, 0, 2)
+    assert np.array_equal(there, back[:, ::-1])
+    assert len(open_edges(faces)) == 0
+    a, b, c = faces[5]
+    assert {tuple(edge) for edge in open_edges(np.delete(faces, 5, axis=0)).tolist()} == {(b, a), (c, b), (a, c)}
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        np.random.default_rng(0).integers(0, 9, (500, 3)),
+        np.random.default_rng(1).integers(0, 9, (500, 2)) * 2**40,
+        np.random.default_rng(2).integers(-4, 5, (500, 3)),
+        np.random.default_rng(3).integers(-4, 5, (500, 3)) / 3,
+        np.array([[0.0, 1.0], [-0.0, 1.0]]),
+        np.empty((0, 3), dtype=np.int64),
+    ],
+    ids=["whole numbers", "too large to be packed", "below nil", "fractions", "two nils", "none"],
+)
+def test_rows_that_are_alike_are_told_as_numpy_tells_them(rows):
+    """Groups, their order, their first rows and their sizes: equal, with no tolerance; NumPy takes ten times longer."""
+    _, first, group, count = np.unique(rows, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    found = equal_rows(rows)
+    assert np.array_equal(found.first, first)
+    assert np.array_equal(found.group, group.reshape(-1))
+    assert np.array_equal(found.count, count)
+
+
+def crossings(*triangles) -> int:
+    vertices = np.array(triangles, dtype=float).reshape(-1, 3)
+    return len(intersecting_faces(vertices, np.arange(len(vertices)).reshape(-1, 3)))
+
+
+@pytest.mark.parametrize(
+    ("other", "expected"),
+    [
+        ([[1, 1, -1], [1, 1, 1], [2, 2, 5]], 1),
+        ([[1, 1, 0.1], [1, 1, 1], [2, 2, 5]], 0),
+        ([[1, 1, 0], [1, 1, 1], [2, 2, 5]], 0),
+        ([[1, 1, -5e-6], [1, 1, 1], [2, 2, 5]], 0),
+        ([[9, 9, -1], [9, 9, 1], [8, 8, 5]], 0),
+        ([[3, 3, -1], [3, 3, 1], [4, 4, 5]], 0),
+        ([[1, -1, -1], [1, -1, 1], [1, 9, 0]], 1),
+        ([[1, 1, -1], [1, 1, 1], [1, 1, 3]], 1),
+    ],
+    ids=["through", "above", "touching", "within a contact", "far", "beside, boxes overlap", "edges cross", "needle"],
+)
+def test_pairs_of_triangles(other, expected):
+    assert crossings(FLAT, other) == expected
+
+
+def test_triangles_that_share_a_vertex_may_still_cross():
+    """A fold: the third edge of one passes through the other."""
+    faces = np.array([[0, 1, 2], [0, 3, 4]])
+    assert len(intersecting_faces(np.array([*FLAT, [3.0, 1.0, -2.0], [0.5, 2.0, 2.0]]), faces)) == 1
+    assert len(intersecting_faces(np.array([*FLAT, [3.0, 1.0, 1.0], [0.5, 2.0, 2.0]]), faces)) == 0
+
+
+def test_the_tree_of_boxes_misses_no_pair_in_one_part_or_in_many(monkeypatch):
+    """Thirty random triangles: as many crossings as when each pair is tried alone.
+
+    A scan of millions of faces is walked in parts, so that its memory is bounded.
+    """
+    rng = np.random.default_rng(1)
+    triangles = rng.uniform(0, 4, (30, 1, 3)) + rng.uniform(-2, 2, (30, 3, 3))
+    alone = sum(crossings(triangles[i], triangles[j]) for i in range(30) for j in range(i))
+    assert 20 < alone < 1000
+    corners, faces = triangles.reshape(-1, 3), np.arange(90).reshape(-1, 3)
+    whole = intersecting_faces(corners, faces)
+    assert len(whole) == alone
+    monkeypatch.setattr("digitise.geometry.mesh_topology.AT_ONCE", 20)
+    parts = intersecting_faces(corners, faces)
+    assert len(parts) == alone
+    assert {tuple(pair) for pair in parts.tolist()} == {tuple(pair) for pair in whole.tolist()}
