@@ -6,9 +6,12 @@ from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
 from sealtwin.study.runner import Computing, compute
 from sealtwin.study.study_folder import profile_path, read_plan
+from sealtwin.study.sweep import SweepOptions
 from sealtwin.trial.starter_files import CELL
 from tests.pictures import mortar, with_crack, write_png
 
+HERE = SweepOptions(device="cpu", jobs=0, batch=1)
+"""Runs one by one in this process: starting others takes seconds."""
 TRIAL = """
 name = "tiny"
 

@@ -26,6 +26,8 @@ from validate.figures.compare_sheet import MOST
 from validate.readings.read_readings import read_readings
 from validate.result import COMPARISON
 
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):

@@ -16,6 +16,7 @@ from sealtwin.study.extra_runs import time_of_extra_runs
 from sealtwin.trial.job import STAGES, Above, resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
+from tests.pages import leave_out_figures, leave_out_pdf
 from tests.studies import TRIAL, tiny_lab
 
 DECLARED = "[uncertainty]\nspeed_mm_s = 1.0\nvolume_ml = 0.01\nwidth_mm = 0.1\n"
@@ -81,8 +82,10 @@ def test_a_sealant_that_is_too_stiff_in_finer_particles_has_no_time_and_no_fault
         assert time_of_extra_runs(resume_job(folder, "cpu", Progress())) == ""
 
 
-def test_it_is_asked_for_once_a_command(tmp_path):
+def test_it_is_asked_for_once_a_command(tmp_path, monkeypatch):
     """It times a run of the fast model: asked for again, it could say another time than the report."""
+    leave_out_figures(monkeypatch)
+    leave_out_pdf(monkeypatch)
     tiny_lab(tmp_path)
     told = iter(["5 min", "6 min"])
     with open_folder(tmp_path / "run", create=True) as folder:

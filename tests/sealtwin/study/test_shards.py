@@ -17,23 +17,9 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study import runner
 from sealtwin.study.study_folder import PLAN, profile_path, read_plan
-from sealtwin.study.sweep import SweepOptions, merge, sweep
+from sealtwin.study.sweep import merge, sweep
 from sealtwin.trial.stage_numbers import NUMBERS, own_numbers
-from tests.studies import results_of, tiny_lab
-
-HERE = SweepOptions(device="cpu", jobs=0, batch=1)
-
-
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory):
-    return tiny_lab(tmp_path_factory.mktemp("lab"))
-
-
-@pytest.fixture(scope="module")
-def unbroken(lab, tmp_path_factory):
-    out = tmp_path_factory.mktemp("unbroken") / "out"
-    sweep(lab, out, HERE, Progress())
-    return out
+from tests.studies import HERE, results_of, tiny_lab
 
 
 @pytest.fixture(scope="module")
@@ -142,12 +128,12 @@ def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(
     assert results_of(out) == results_of(unbroken)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def scheduler():
-    """The address of a scheduler with two workers, which know nothing of the sweep's folder."""
+    """The address of a scheduler with a worker, which knows nothing of the sweep's folder."""
     from distributed import LocalCluster
 
-    cluster: Any = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", host="tcp://127.0.0.1")
+    cluster: Any = LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0", host="tcp://127.0.0.1")
     with cluster:
         yield cluster.scheduler_address
 

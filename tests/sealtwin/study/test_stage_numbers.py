@@ -18,15 +18,15 @@ from sealtwin.core.run_folder import open_folder
 from sealtwin.study.run_comparison import compare_runs
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study
-from sealtwin.study.sweep import SweepOptions, merge, status, sweep
+from sealtwin.study.sweep import merge, status, sweep
 from sealtwin.trial.job import shown, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import NUMBERS
 from sealtwin.trial.trial_file import load_trial
 from tests.narration import Narration
-from tests.studies import TRIAL, compute_here, tiny_lab
+from tests.studies import HERE, TRIAL, compute_here, tiny_lab
 
-HERE = SweepOptions(device="cpu", jobs=0, batch=1)
+pytestmark = pytest.mark.usefixtures("without_pictures")
 TWO = '[grid]\n"fluid.U" = [3.0, 300.0]\n'
 
 
@@ -81,20 +81,17 @@ def test_status_merge_and_map_say_that_another_version_computed_the_runs(out, tm
 
 
 @pytest.mark.parametrize(("raised", "told"), [("simulate", 1), ("validate", 0)])
-def test_a_map_compares_levels_of_another_version_with_a_word(tmp_path, monkeypatch, raised, told):
+def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch, raised, told):
     """The readings are compared anew, so that the number of validate is this version's."""
-    study = tiny_lab(tmp_path)
-    sweep(study, tmp_path / "out", replace(HERE, dry_run=True), Progress())
-    compute_here(tmp_path / "out")
     own = NUMBERS[raised]
     monkeypatch.setitem(NUMBERS, raised, 999)
-    mapped = map_study(tmp_path / "out", None, None, None, None, Progress(), any_volume=True)
+    mapped = map_study(done, None, None, None, None, Progress(), any_volume=True)
     sentence = f"4 finished runs were computed by {raised} {own}, while this version has {raised} 999."
     assert [sentence in other for other in mapped.content["other_versions"]] == [True] * told
     assert "\n".join(mapped_lines(mapped)).count(sentence) == told
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        page = write_map(tmp_path / "out", any_volume=True)
+        page = write_map(done, any_volume=True)
     warned = [str(one.message) for one in caught if one.category is RuntimeWarning]
     assert [sentence in one for one in warned if "computed by" in one] == [True] * told
     assert set(mapped.content["fluid_warnings"]) < {*warned, ""}
