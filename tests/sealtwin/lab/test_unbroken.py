@@ -31,14 +31,9 @@ ingest(*map(pathlib.Path, sys.argv[1:3]), Progress())
 """An ingest without the tracing after it."""
 
 
-def _start(folder, lab, *program):
-    command = [
-        sys.executable,
-        *(program or ("-m", "sealtwin", "ingest")),
-        str(folder),
-        *(() if program else ("--out",)),
-    ]
-    return subprocess.Popen([*command, str(lab)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def _start(*arguments):
+    command = [sys.executable, *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 @pytest.mark.parametrize("step", ["keep", "state", "rename"])
@@ -74,7 +69,7 @@ def test_two_ingests_at_once_lose_nothing(sound, small, tmp_path):
     lab, other = tmp_path / "lab", shutil.copytree(small, tmp_path / "other")
     for name in ("P08.png", "P08_caliper.csv", "P08_info.txt"):
         shutil.copy(sound[0] / name, other)
-    for process in [_start(folder, lab, "-c", INTAKE) for folder in (other, small)]:
+    for process in [_start("-c", INTAKE, folder, lab) for folder in (other, small)]:
         _, errors = process.communicate(timeout=120)
         assert process.returncode == 0, errors
     assert [row[:2] for row in rows_of(lab)] == [("P01", 1), ("P08", 1)]
@@ -88,7 +83,7 @@ def test_killed_again_and_again_an_ingest_loses_nothing(sound, tmp_path):
     lab = tmp_path / "lab"
     kept = [0]
     while kept[-1] < len(HANDS) - 1 and len(kept) < 12:
-        process = _start(sound[0], lab)
+        process = _start("-m", "sealtwin", "ingest", sound[0], "--out", lab, "--quiet")
         while process.poll() is None and _trials(lab) == kept[-1]:
             time.sleep(0.002)
         # About what a trial takes.
