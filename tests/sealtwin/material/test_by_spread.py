@@ -45,15 +45,18 @@ def test_surface_tension_takes_its_term_off():
     assert with_it.value == pytest.approx(8.0 - 0.005 * (1e-3 * seen.radius_mm) ** 2 / 1e-3, rel=1e-6)
 
 
-@pytest.mark.parametrize("part", ["radius", "density", "mass", "surface tension"])
-def test_a_larger_error_of_one_thing_makes_the_interval_wider(part):
+@pytest.mark.parametrize(
+    ("part", "changes", "error_mm"),
+    [
+        ("radius", {}, 6.0),
+        ("density", {"density_error_kg_m3": 100.0}, 0.1),
+        ("mass", {"mass_error_g": 60.0}, 0.1),
+        ("surface tension", {"edge_error_n_m": 0.02}, 0.1),
+    ],
+)
+def test_a_larger_error_of_one_thing_makes_the_interval_wider(part, changes, error_mm):
     heap, seen = flat_heap(8.0)
-    narrow = estimate(heap, seen)
-    change = {"density": {"density_error_kg_m3": 100.0}, "mass": {"mass_error_g": 60.0}}
-    change["surface tension"] = {"edge_error_n_m": 0.02}
-    wide = estimate(
-        heap.model_copy(update=change.get(part, {})), spread(seen.radius_mm, 6.0 if part == "radius" else 0.1)
-    )
+    narrow, wide = estimate(heap, seen), estimate(heap.model_copy(update=changes), spread(seen.radius_mm, error_mm))
     assert wide.error > 1.3 * narrow.error
     assert wide.parts[part] > 2 * narrow.parts[part]
 
