@@ -11,7 +11,8 @@ from validate.report_input import Evidence
 
 
 def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
-    """Write reports and sheets with all their words, and with empty pictures in place of their plates."""
+    """Write reports and sheets with all their words, and with empty pictures in place of their plates; no gallery."""
+    patch.setattr(snapshots, "write_gallery", lambda *_: [])
     patch.setattr(figure_sheet, "as_svg", lambda *_: "<svg></svg>")
     patch.setattr(report_module, "as_svg", lambda *_: "<svg></svg>")
     patch.setattr(report_module, "as_picture", lambda *_: Image.new("RGB", (2, 1)))

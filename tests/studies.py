@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+
 from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
@@ -14,6 +16,7 @@ from sealtwin.trial.job import Job, resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.starter_files import CELL
 from sealtwin.trial.trial_file import load_trial
+from tests.pages import leave_out_pages
 from tests.pictures import mortar, with_crack, write_png
 
 HERE = SweepOptions(device="cpu", jobs=0, batch=1)
@@ -88,10 +91,11 @@ def plannable_lab(folder: Path) -> Path:
 
 
 def run_tiny(lab: Path, text: str = TRIAL) -> Path:
-    """Digitise and simulate a trial with the photo of ``tiny_lab``; returns its run folder."""
+    """Digitise and simulate a trial with the photo of ``tiny_lab``, without pictures; returns its run folder."""
     tiny_lab(lab)
     (lab / "trial.toml").write_text(text, encoding="utf-8")
-    with open_folder(lab / "run", create=True) as folder:
+    with pytest.MonkeyPatch.context() as patch, open_folder(lab / "run", create=True) as folder:
+        leave_out_pages(patch)
         run_stages(start_job(load_trial(lab / "trial.toml"), lab, folder, "cpu", Progress()), ("digitise", "simulate"))
     return lab / "run"
 

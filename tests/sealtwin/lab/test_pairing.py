@@ -1,11 +1,15 @@
-"""What names say of files: of one sample, beyond doubt, is done; everything else is asked."""
+"""What names say of files is done beyond doubt and asked otherwise; pairing.csv is corrected, kept and refused."""
 
+import shutil
 from pathlib import PurePath
 
 import pytest
 
+from sealtwin.core.errors import InputError
 from sealtwin.lab.found_files import FilePlace, Piece, read_name, read_names
+from sealtwin.lab.ingest import ingest
 from sealtwin.lab.pairing import pair, place_files
+from tests.labs import QUIET, edit, fates
 from validate.readings.samples import sample_key
 
 SPELLINGS = {
@@ -119,9 +123,7 @@ def test_a_photo_may_have_more_words_too():
         pytest.param(("May/P01.jpg", "Readings 2026/P01.csv"), "2026p01", "Is it of May/P01.jpg?", id="another folder"),
         pytest.param(("P02.jpg", "P02 xyz 7.csv", "K07.jpg"), "p02xyz7", "Is it of P02.jpg", id="a number of another"),
         pytest.param(("P02.jpg", "Labor 3 P02.csv", "K07.jpg"), "labor3p02", "Is it of P02.jpg", id="a number before"),
-        pytest.param(
-            ("P02.jpg", "P02 links.jpg", "P02 rechts.csv"), "p02rechts", "Is it of P02.jpg", id="longer"
-        ),
+        pytest.param(("P02.jpg", "P02 links.jpg", "P02 rechts.csv"), "p02rechts", "Is it of P02.jpg", id="longer"),
         pytest.param(("P02.jpg", "P02.csv", "P02 alt.csv"), "p02alt", "", id="a sheet in place of another"),
         pytest.param(("P02.jpg", "P02 vor.csv", "P02 kurz.csv"), "p02", "2 files are its readings", id="two sheets"),
         pytest.param(("P01.jpg", "P02.jpg", "P03.csv"), "p03", "Is it of P02.jpg, P01.jpg?", id="all photos are named"),
@@ -158,3 +160,56 @@ def test_a_decision_of_the_user_counts_before_the_name():
     assert list(samples) == ["p01"]
     assert not samples["p01"].questions
     assert str(samples["p01"].files["readings"]) == "P0l.csv"
+
+
+FAULTS = (
+    "line 2: P01.png cannot be 'readings'; write one of photo, second_photo, mask, ignore.",
+    "line 3: no file 'gone.png'",
+    "line 4: P01.csv has no sample",
+    "line 6: P02.png has two rows",
+)
+
+
+def test_the_pairing_is_shown_corrected_and_remembered(small, tmp_path):
+    lab = tmp_path / "lab"
+    (small / "P02_Messung.csv").rename(small / "PO2_Messung.csv")
+    shutil.copy(small / "P01.png", small / "P01_side.png")
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "failed", "P02": "new", "PO2": "failed"}
+    pairing = lab / "pairing.csv"
+    edit(pairing, "PO2_Messung.csv,readings,PO2,", "PO2_Messung.csv,readings,p-02,")
+    edit(pairing, "P01_side.png,photo,P01", "P01_side.png,ignore,")
+    # Saved by a German spreadsheet, and in another order.
+    head, *rows = [line.split(",")[:3] for line in pairing.read_text().splitlines()]
+    corrected = "\r\n".join(";".join(row) for row in (head, *reversed(rows)))
+    pairing.write_bytes(corrected.encode("utf-8-sig"))
+    assert not [outcome.faults for outcome in ingest(small, lab, QUIET, dry_run=True).outcomes if outcome.faults]
+    assert pairing.read_bytes() == corrected.encode("utf-8-sig"), "a dry run leaves it as it is"
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "revised"}
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
+    (lab / "catalogue.json").unlink()
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}, "pairing.csv outlives it"
+
+
+def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):
+    pairing = tmp_path / "pairing.csv"
+    pairing.write_text(
+        "file,role,sample\nP01.png,readings,P01\ngone.png,photo,P01\nP01.csv,note,\nP02.png,photo,P02\nP02.png,photo,P3\n"
+    )
+    with pytest.raises(InputError) as refusal:
+        ingest(small, tmp_path / "lab", QUIET, pairing=pairing)
+    for sentence, words in zip(str(refusal.value).splitlines(), FAULTS, strict=True):
+        assert words in sentence
+    assert not (tmp_path / "lab").exists()
+    pairing.write_text("file,role,sample\nP01.png,photo,../../x\n")
+    with pytest.raises(
+        InputError, match=r"P01.png: a sample '../../x'; names may have letters, digits, spaces and -_. only"
+    ):
+        ingest(small, tmp_path / "lab", QUIET, pairing=pairing)
+
+
+def test_a_pairing_of_megabytes_or_none_is_told_of(small, tmp_path):
+    with (tmp_path / "pairing.csv").open("wb") as sheet:
+        sheet.truncate(1_000_000_000)
+    for name, words in (("pairing", r"larger than [\d,]+ bytes"), ("gone", "no such file; 'sealtwin ingest FOLDER")):
+        with pytest.raises(InputError, match=rf"{name}\.csv: {words}"):
+            ingest(small, tmp_path / "lab", QUIET, pairing=tmp_path / f"{name}.csv")

@@ -6,9 +6,7 @@ import shutil
 from dataclasses import replace
 
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
 from sealtwin.cli.studies import mapped_lines
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
@@ -17,6 +15,7 @@ from sealtwin.core.progress import Progress
 from sealtwin.study import study_map
 from sealtwin.study.study_folder import forget_outcome, profile_path, read_plan, run_path, write_outcome, write_plan
 from sealtwin.study.study_map import map_study, watch_runs
+from tests.labs import sealtwin
 
 pytestmark = pytest.mark.usefixtures("without_pictures")
 
@@ -161,10 +160,10 @@ def test_other_readings_say_where_they_come_from(study, lab, tmp_path):
 def test_the_command_answers_with_one_object(unbroken, tmp_path):
     """And with exit code 3 and one sentence where there is nothing to map."""
     options = "--any-volume", "--json", "--quiet"
-    asked = CliRunner().invoke(app, ["map", str(unbroken), "--no-fills", "--out", str(tmp_path), *options])
+    asked = sealtwin("map", unbroken, "--no-fills", "--out", tmp_path, *options)
     assert asked.exit_code == 0, asked.output
     assert json.loads(asked.stdout) == json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
-    refused = CliRunner().invoke(app, ["map", str(tmp_path), "--no-fills", "--json"])
+    refused = sealtwin("map", tmp_path, "--no-fills", "--json")
     assert refused.exit_code == 3
     assert "no study" in json.loads(refused.stdout)["error"]
 

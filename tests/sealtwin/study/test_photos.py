@@ -15,14 +15,13 @@ from pathlib import Path
 
 import psutil
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding
 from sealtwin.study import photos as batch
 from sealtwin.study.photos import PlannedPhoto, digitise_many, plan
+from tests.labs import sealtwin
 from tests.pictures import mortar, with_crack, write_png
 from tests.studies import tiny_lab
 
@@ -30,8 +29,8 @@ SIZE_PX = (250, 150)
 GIVEN = {"photo.mm_per_px": 0.1, "crack.depth_mm": 16.0}
 
 
-def _digitise(*arguments):
-    return CliRunner().invoke(app, ["digitise", *(str(argument) for argument in arguments), "--quiet"])
+def _digitise(photos, *arguments, scale=("--mm-per-px", 0.1)):
+    return sealtwin("digitise", photos, *scale, "--depth-mm", 16, *arguments, "--quiet")
 
 
 @pytest.fixture(scope="module")
@@ -48,25 +47,30 @@ def lab(tmp_path_factory):
     return folder
 
 
+def _both(lab, out, **how):
+    """Digitise the two photos with a crack."""
+    return digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), out, Progress(), **how)
+
+
 @pytest.fixture(scope="module")
 def done(lab, tmp_path_factory):
     out = tmp_path_factory.mktemp("batch") / "out"
-    return out, _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out)
+    return out, _digitise(lab, "--out", out)
 
 
 def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
     out, answer = done
     assert answer.exit_code == 6, answer.output
-    last = answer.stdout.splitlines()[-2:]
-    assert "failed: " in last[0]
-    assert "note.jpg: not a readable photo" in last[0]
-    assert "plain.png: no crack found" in last[1]
+    note, plain = answer.stdout.splitlines()[-2:]
+    assert "failed: " in note
+    assert "note.jpg: not a readable photo" in note
+    assert "plain.png: no crack found" in plain
     with (out / "photos.csv").open(newline="") as opened:
         rows = {Path(row["file"]).name: row for row in csv.DictReader(opened)}
     assert [rows[name]["status"] for name in ("first.png", "note.jpg", "plain.png", "second.png")] == [
         "ok", "failed", "failed", "ok",
     ]  # fmt: skip
-    assert 21 < float(rows["first.png"]["length_mm"]) < 24  # 21.5 mm were drawn, and a round end of 0.7 at each side
+    assert 21 < float(rows["first.png"]["length_mm"]) < 24  # 20.9 mm were drawn, and a round end of 0.7 at each side
     assert float(rows["first.png"]["cavity_ml"]) == pytest.approx(float(rows["first.png"]["sealant_ml"]), rel=1e-3)
     assert rows["first.png"]["path_source"] == "automatic"
 
@@ -74,7 +78,7 @@ def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
 def test_a_second_call_redoes_nothing_and_tells_the_same(done, lab):
     out, first = done
     before = {path: path.stat().st_mtime_ns for path in out.glob("*/crack.ply")}
-    again = _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out)
+    again = _digitise(lab, "--out", out)
     assert len(before) == 2
     assert {path: path.stat().st_mtime_ns for path in out.glob("*/crack.ply")} == before
     assert again.stdout == first.stdout
@@ -87,7 +91,7 @@ def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
     (tmp_path / "photos").mkdir()
     write_png(tmp_path / "photos" / "two.png", with_crack(with_crack(mortar(SIZE_PX), upper), lower))
     out = tmp_path / "out"
-    arguments = (tmp_path / "photos", "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out)
+    arguments = (tmp_path / "photos", "--out", out)
     asked = _digitise(*arguments)
     assert asked.exit_code == 6
     assert "2 cracks compete, best first" in asked.stdout
@@ -111,10 +115,13 @@ def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
 def test_the_contact_sheet_shows_every_photo_and_loads_nothing(done):
     page = (done[0] / "index.html").read_text()
     assert page.count("data:image/jpeg;base64,") == 2
-    assert "2 of 4 photos digitised" in page
-    assert "was found automatically" in page
-    assert "Found automatically: <strong>2 of 2</strong>" in page
-    assert "Up to 16.0 mm deep, as given" in page
+    for words in (
+        "2 of 4 photos digitised",
+        "was found automatically",
+        "Found automatically: <strong>2 of 2</strong>",
+        "Up to 16.0 mm deep, as given",
+    ):
+        assert words in page
     assert "http" not in page.replace("http-equiv", "")
 
 
@@ -186,7 +193,7 @@ def test_a_bug_in_one_photo_is_told_of_and_costs_no_other_one(tmp_path, lab, mon
         return real(job, stages)
 
     monkeypatch.setattr(batch, "run_stages", burst)
-    report = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
+    report = _both(lab, tmp_path)
     assert report.exit_code == 1
     assert [row.status for row in report.rows] == ["bug", "ok"]
     assert "ZeroDivisionError: on purpose" in (tmp_path / "first" / "fault.txt").read_text()
@@ -202,7 +209,7 @@ def test_an_interrupted_batch_tells_of_what_is_done(tmp_path, lab, monkeypatch):
 
     monkeypatch.setattr(batch, "run_stages", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
+        _both(lab, tmp_path)
     assert [row["folder"] for row in json.loads((tmp_path / "batch.json").read_text())["photos"]] == ["first"]
 
 
@@ -226,7 +233,7 @@ def test_two_batches_cannot_share_a_folder(tmp_path, lab):
 @pytest.mark.parametrize("name", ["index.html", "batch.json"])
 def test_nothing_of_the_users_is_overwritten(tmp_path, lab, name):
     (tmp_path / name).write_text("mine")
-    answer = _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", tmp_path)
+    answer = _digitise(lab, "--out", tmp_path)
     assert answer.exit_code == 3
     assert f"{name}, which no batch wrote" in answer.stderr
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [(name, "mine")]
@@ -256,7 +263,7 @@ def test_a_full_disk_is_told_for_each_photo_and_is_no_bug(tmp_path, lab):
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, hard))
     try:
-        report = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
+        report = _both(lab, tmp_path)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert report.exit_code == 6
@@ -272,25 +279,19 @@ def test_a_bug_on_a_full_disk_stops_nothing(tmp_path, lab, monkeypatch):
         raise ZeroDivisionError("on purpose")
 
     monkeypatch.setattr(batch, "run_stages", burst)
-    report = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
+    report = _both(lab, tmp_path)
     assert [row.status for row in report.rows] == ["bug", "bug"]
     assert "Traceback" in report.rows[0].reason
 
 
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [
-        (
-            ("--mm-per-px", 0.1, "--depth-mm", 16, "--ends", "1,2", "3,4", "--out", "x"),
-            "photo.ends_px for several photos",
-        ),
-        (("--mm-per-px", 0.1, "--depth-mm", 16), "--out"),
-    ],
-)
-def test_what_only_one_photo_can_have_is_refused_for_several(lab, arguments, named):
-    answer = _digitise(lab, *arguments)
-    assert answer.exit_code == 2
-    assert named in answer.stderr.replace("\n", " ")
+def test_what_only_one_photo_can_have_is_refused_for_several(lab):
+    for arguments, named in (
+        (("--ends", "1,2", "3,4", "--out", "x"), "photo.ends_px for several photos"),
+        ((), "--out"),
+    ):
+        answer = _digitise(lab, *arguments)
+        assert answer.exit_code == 2
+        assert named in answer.stderr.replace("\n", " ")
 
 
 def test_what_a_mac_leaves_beside_a_photo_is_no_photo(tmp_path):
@@ -302,7 +303,7 @@ def test_what_a_mac_leaves_beside_a_photo_is_no_photo(tmp_path):
 
 
 def test_a_folder_without_photos_is_named(tmp_path):
-    answer = _digitise(tmp_path, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", tmp_path / "out")
+    answer = _digitise(tmp_path, "--out", tmp_path / "out")
     assert answer.exit_code == 3
     assert "no photos; expected" in answer.stderr
 
@@ -323,8 +324,7 @@ def test_killed_processes_cost_no_photo_that_is_done(tmp_path, lab):
     assert report.exit_code == 6
     assert "killed" in report.rows[1].reason
     assert (tmp_path / "index.html").is_file()
-    again = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress(), jobs=2)
-    assert again.exit_code == 0
+    assert _both(lab, tmp_path, jobs=2).exit_code == 0
 
 
 @pytest.mark.slow

@@ -9,9 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
 from sealtwin.cli.studies import swept_lines
 from sealtwin.core import record_files
 from sealtwin.core.errors import BusyError, InputError, NumericalError
@@ -25,6 +23,7 @@ from sealtwin.study.study_folder import OUTCOME, profile_path, read_plan, run_pa
 from sealtwin.study.sweep import sweep
 from sealtwin.trial.trial_file import load_trial
 from simulate.run import fill, ready
+from tests.labs import sealtwin
 from tests.narration import Narration
 from tests.studies import HERE, compute_here, results_of, tiny_lab
 
@@ -42,9 +41,7 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, done)
     assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
     assert _finished(out) == _finished(unbroken)
     assert not [note for note in narration.notes if "fluid.U" in note], "a remark on what runs begin with"
-    answer = CliRunner().invoke(app, ["sweep", "status", str(out), "--json"])
-    assert answer.exit_code == 0
-    told = json.loads(answer.stdout)
+    told = _status(out)
     assert told["states"] == report["states"]
     ratios = {number: figures["volume_ratio"] for number, (_, figures) in results_of(out).items()}
     off = [number for number, ratio in ratios.items() if not 0.9495 < ratio < 1.0505]
@@ -301,23 +298,23 @@ def test_a_plan_whose_trial_has_no_table_of_readings_is_refused(fresh):
 
 
 def _status(out):
-    answer = CliRunner().invoke(app, ["sweep", "status", str(out), "--json"])
+    answer = sealtwin("sweep", "status", out, "--json")
     assert answer.exit_code == 0, answer.output
     return json.loads(answer.stdout)
 
 
 def test_what_cannot_be_asked_for_is_a_usage_error_and_what_is_not_there_bad_input(tmp_path, lab):
-    def code(*arguments):
-        return CliRunner().invoke(app, ["sweep", *arguments]).exit_code
-
-    assert code() == 2
-    assert code("--example", str(tmp_path / "mine.toml")) == 0
-    assert code("--example", str(tmp_path / "mine.toml")) == 3
-    assert code(str(lab), "--example", str(tmp_path / "other.toml")) == 2
-    assert code("status") == 2
-    assert code(str(lab), str(lab)) == 2
-    assert code("status", str(tmp_path)) == 3
-    assert code(str(tmp_path / "missing.toml")) == 3
+    for arguments, code in (
+        ((), 2),
+        (("--example", tmp_path / "mine.toml"), 0),
+        (("--example", tmp_path / "mine.toml"), 3),
+        ((lab, "--example", tmp_path / "other.toml"), 2),
+        (("status",), 2),
+        ((lab, lab), 2),
+        (("status", tmp_path), 3),
+        ((tmp_path / "missing.toml",), 3),
+    ):
+        assert sealtwin("sweep", *arguments).exit_code == code, arguments
 
 
 def test_a_second_parent_is_refused(lab, fresh):
