@@ -15,6 +15,7 @@ from sealtwin.core.run_folder import open_folder
 from sealtwin.study.run_comparison import compare_runs
 from sealtwin.trial.job import stage_settings
 from sealtwin.trial.pipeline import run_stages
+from sealtwin.trial.stage_numbers import StageName
 from sealtwin.trial.trial_file import load_trial
 from tests.labs import edit, sealtwin
 from tests.pages import leave_out_pages
@@ -40,7 +41,7 @@ def hold(path: Path) -> None:
         run_stages(job, ("validate",))
 
 
-def change(path: Path, stage: str, old: str, new: str) -> None:
+def change(path: Path, stage: StageName, old: str, new: str) -> None:
     """Change a trial, and its settings in the manifest of a stage."""
     edit(path / "trial.toml", old, new)
     with open_folder(path, create=False) as folder:
