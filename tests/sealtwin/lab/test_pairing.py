@@ -160,6 +160,8 @@ def test_a_decision_of_the_user_counts_before_the_name():
     assert list(samples) == ["p01"]
     assert not samples["p01"].questions
     assert str(samples["p01"].files["readings"]) == "P0l.csv"
+    of_another = {(PurePath("x.csv"), ""): FilePlace("P02 oben", "readings")}
+    assert list(_questions("P02.jpg", "x.csv", decided=of_another)) == ["p02oben"], "nor does a photo's name count"
 
 
 FAULTS = (
