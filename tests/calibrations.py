@@ -7,10 +7,8 @@ import numpy as np
 from sealtwin.calibration.twin import Twin
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Floats
-from sealtwin.study.sweep import SweepOptions
-from tests.studies import tiny_lab
+from tests.studies import HERE, tiny_lab
 
-HERE = SweepOptions(device="cpu", jobs=0, batch=1)
 TRUTH = {"fluid.viscosity_pa_s": 0.1, "fluid.yield_stress_pa": 2.0}
 FREE = ("fluid.viscosity_pa_s=0.03:0.4", "fluid.yield_stress_pa=0.5:6")
 # Paste that does not freeze keeps its volume, even of so few particles.

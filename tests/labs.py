@@ -1,6 +1,8 @@
-"""What an ingest left: its files, its catalogue's rows; and the command that makes it."""
+"""What an ingest left: its files, its catalogue's rows, its questions; and the command that makes it."""
 
+import csv
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,9 @@ from typer.testing import CliRunner, Result
 from sealtwin.cli.app import app
 from sealtwin.core.progress import Progress
 from sealtwin.lab.catalogue import Catalogue
+from sealtwin.lab.ingest import Ingested
+from sealtwin.trial.trial_file import load_trial
+from validate.readings.read_readings import read_readings
 
 QUIET = Progress()
 
@@ -27,3 +32,40 @@ def rows_of(lab: Path) -> list[tuple[Any, ...]]:
     """What the catalogue says, without times."""
     records = Catalogue.of(lab).records
     return [(record.name, record.revision, record.folder, record.content, record.files) for record in records]
+
+
+def fates(ingested: Ingested) -> dict[str, str]:
+    return {outcome.sample.name: outcome.fate for outcome in ingested.outcomes}
+
+
+def levels_mm(lab: Path, sample: str) -> list[float]:
+    """Mean level at each station of a trial's readings."""
+    trial = load_trial(lab / sample / "trial.toml")
+    assert trial.readings is not None
+    return read_readings(lab / sample / trial.readings.file, trial.readings).level_mm.tolist()
+
+
+def pairing_rows(lab: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader((lab / "pairing.csv").read_text(encoding="utf-8").splitlines()))
+
+
+def question(lab: Path, file: str) -> str:
+    return next(row["question"] for row in pairing_rows(lab) if row["file"] == file)
+
+
+def answer(lab: Path, answers: Mapping[str, Mapping[str, str]]) -> Path:
+    """Write answers, by file and column, into the lab's pairing file; return it."""
+    rows = pairing_rows(lab)
+    for row in rows:
+        row.update(answers.get(row["file"], {}))
+    with (lab / "pairing.csv").open("w", encoding="utf-8", newline="") as pairing:
+        writer = csv.DictWriter(pairing, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    return lab / "pairing.csv"
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert old in text, f"{path.name} has no {old!r}"
+    path.write_text(text.replace(old, new), encoding="utf-8")

@@ -1,14 +1,26 @@
 """A study whose runs take a fraction of a second: a drawn crack of 12 mm, coarse particles, a quick nozzle."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+
+import pytest
 
 from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
+from sealtwin.core.run_folder import open_folder
 from sealtwin.study.runner import Computing, compute
 from sealtwin.study.study_folder import profile_path, read_plan
+from sealtwin.study.sweep import SweepOptions
+from sealtwin.trial.job import Job, resume_job, start_job
+from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.starter_files import CELL
+from sealtwin.trial.trial_file import load_trial
+from tests.pages import leave_out_pages
 from tests.pictures import mortar, with_crack, write_png
 
+HERE = SweepOptions(device="cpu", jobs=0, batch=1)
+"""Runs one by one in this process: starting others takes seconds."""
 TRIAL = """
 name = "tiny"
 
@@ -76,6 +88,23 @@ def plannable_lab(folder: Path) -> Path:
     faults = "flow_factor = 0.8\nnoise_mm = 0.1\nlatency_s = 0.1\nlost_share = 0.2\nperiod_s = 0.25\nblind_mm = 2\n"
     (folder / "faults.toml").write_text(faults)
     return folder
+
+
+def run_tiny(lab: Path, text: str = TRIAL) -> Path:
+    """Digitise and simulate a trial with the photo of ``tiny_lab``, without pictures; returns its run folder."""
+    tiny_lab(lab)
+    (lab / "trial.toml").write_text(text, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch, open_folder(lab / "run", create=True) as folder:
+        leave_out_pages(patch)
+        run_stages(start_job(load_trial(lab / "trial.toml"), lab, folder, "cpu", Progress()), ("digitise", "simulate"))
+    return lab / "run"
+
+
+@contextmanager
+def job_in(path: Path, progress: Progress | None = None) -> Iterator[Job]:
+    """Of a run folder that is there."""
+    with open_folder(path, create=False) as folder:
+        yield resume_job(folder, "cpu", progress or Progress())
 
 
 def compute_here(out: Path, *, batch: int = 1, keep_runs: bool = False) -> None:

@@ -13,6 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 import sealtwin as st
+from sealtwin.calibration import calibrate as calibrating
 from sealtwin.calibration.calibrate import MOST_FREE, calibrate
 from sealtwin.calibration.search import FEWEST
 from sealtwin.calibration.twin import Twin
@@ -24,6 +25,7 @@ from simulate.material_file import read_material
 from simulate.settings import Fluid, Nozzle, Solver
 from simulate.setup_checks import check_fit
 from tests.calibrations import FREE, HERE, TRUTH, tiny_trials
+from tests.pages import leave_out_figures
 from tests.places import ROOT
 from tests.studies import tiny_lab
 from validate.calibration.free import Free
@@ -37,10 +39,13 @@ def lab(tmp_path):
     return tmp_path
 
 
-def _edit(lab, old, new, name="trial.toml"):
+def _edited(lab, name, **changes):
+    """Write the trial with other words in place of its own: ``changes`` by the old ones."""
     text = (lab / "trial.toml").read_text(encoding="utf-8")
-    assert old in text
-    (lab / name).write_text(text.replace(old, new), encoding="utf-8")
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    (lab / name).write_text(text, encoding="utf-8")
     return lab / name
 
 
@@ -52,16 +57,14 @@ def _refused(lab, files, ranges, *words, held_out=()):
 
 
 def test_readings_are_used_as_their_role_says(lab):
-    held_out = _edit(lab, "calibrated-on", "held-out", "held.toml")
+    held_out = _edited(lab, "held.toml", **{"calibrated-on": "held-out"})
     _refused(lab, [held_out], YIELD, "held.toml", 'readings.role = "held-out"')
     trial = lab / "trial.toml"
     _refused(lab, [trial], YIELD, "trial.toml", 'readings.role = "calibrated-on"', held_out=[trial])
 
 
 def test_the_same_readings_cannot_calibrate_and_judge(lab):
-    text = (lab / "trial.toml").read_text(encoding="utf-8")
-    held_out = lab / "held.toml"
-    held_out.write_text(text.replace("calibrated-on", "held-out").replace('"tiny"', '"other"'), encoding="utf-8")
+    held_out = _edited(lab, "held.toml", **{"calibrated-on": "held-out", '"tiny"': '"other"'})
     _refused(lab, [lab / "trial.toml"], YIELD, "held.toml", "the readings of", held_out=[held_out])
 
 
@@ -80,15 +83,14 @@ def test_a_range_that_cannot_be_is_refused_by_its_name(lab, ranges, words):
 
 
 def test_several_trials_share_no_setting_of_a_pour(lab):
-    other = _edit(lab, '"tiny"', '"other"', "other.toml")
+    other = _edited(lab, "other.toml", **{'"tiny"': '"other"'})
     _refused(lab, [lab / "trial.toml", other], {"path.volume_ml": (0.05, 0.1)}, "path.volume_ml", "2 pours")
 
 
 def test_what_was_measured_is_the_prior_and_must_lie_in_the_range(lab):
-    text = (lab / "trial.toml").read_text(encoding="utf-8")
-    declared = "\n[uncertainty]\nvolume_ml = 0.002\nyield_stress_pa = 1.5\nstart_mm = 0.3\n"
-    paste = text.replace("D_cm = 0.3", "D_cm = 0.3\nyield_stress_pa = 8.0")
-    (lab / "trial.toml").write_text(paste + declared, encoding="utf-8")
+    _edited(lab, "trial.toml", **{"D_cm = 0.3": "D_cm = 0.3\nyield_stress_pa = 8.0"})
+    with (lab / "trial.toml").open("a", encoding="utf-8") as trial:
+        trial.write("\n[uncertainty]\nvolume_ml = 0.002\nyield_stress_pa = 1.5\nstart_mm = 0.3\n")
     twin = Twin(lab / "trial.toml", lab / "library", HERE, Progress())
     assert twin.measured("fluid.yield_stress_pa") == (8.0, 1.5)
     assert twin.measured("path.volume_ml") == (0.08, 0.002)
@@ -112,8 +114,10 @@ def test_the_command_line_names_the_range_that_it_cannot_read():
     assert CliRunner().invoke(app, ["calibrate", "t.toml", "--free", "fluid.U=1:3", "--budget", "39"]).exit_code == 2
 
 
-def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path):
+def test_calibrate_then_hold_out_on_a_coarse_case(tmp_path, monkeypatch, few_steps):
     """As few runs as a search takes: the readings are found possible, and predict the trial that chose nothing."""
+    leave_out_figures(monkeypatch)
+    monkeypatch.setattr(calibrating, "PREDICTING", 8)
     one, other = tiny_trials(tmp_path)
     with one.open("a", encoding="utf-8") as trial:
         trial.write("\n[uncertainty]\nrepeatability_mm = 5.0\npass_mm = 0.0\n")

@@ -9,17 +9,11 @@ from sealtwin.core.errors import InputError, NumericalError
 from validate.calibration.free import Free, marginals_of
 from validate.calibration.posterior import ReadLevels
 
+pytestmark = pytest.mark.usefixtures("few_steps")
 S_MM = np.linspace(0.0, 40.0, 12)
 FREES = [Free("fluid.viscosity_pa_s", 0.2, 5.0), Free("path.fill", 0.8, 1.2)]
 TRUTH = {"fluid.viscosity_pa_s": 1.5, "path.fill": 1.05}
 SCATTER_MM, READING_MM = 0.1, 0.05
-
-
-@pytest.fixture(autouse=True)
-def _few_steps(monkeypatch):
-    """Enough draws for what is claimed here."""
-    monkeypatch.setattr(searching, "STEPS", 150)
-    monkeypatch.setattr(searching, "STEPS_OF_A_ROUND", 40)
 
 
 def _level_mm(setting):

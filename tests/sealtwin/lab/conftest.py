@@ -1,4 +1,4 @@
-"""A lab of ten sound samples, and a folder of two of them."""
+"""A lab of ten sound samples, a folder of two of them, and the lab of those two."""
 
 import shutil
 
@@ -7,6 +7,8 @@ import pytest
 from sealtwin.lab.ingest import ingest
 from tests.lab_folder import make_lab_folder
 from tests.labs import QUIET, hashes_of
+
+TWO = "lab.toml", "P01.png", "P01.csv", "P01.toml", "P02.png", "P02_Messung.csv", "P02_Notiz.csv"
 
 
 @pytest.fixture(scope="session")
@@ -18,12 +20,24 @@ def sound(tmp_path_factory):
     return folder, before, lab, ingest(folder, lab, QUIET)
 
 
+@pytest.fixture(scope="session")
+def two(sound, tmp_path_factory):
+    """The place of ``folder``, with two samples, and ``lab``, made of it."""
+    place = tmp_path_factory.mktemp("two")
+    (place / "folder").mkdir()
+    for name in TWO:
+        shutil.copy(sound[0] / name, place / "folder")
+    ingest(place / "folder", place / "lab", QUIET)
+    return place
+
+
 @pytest.fixture
-def small(sound, tmp_path):
+def small(two, tmp_path):
     """Two samples in a folder of their own."""
-    whole = sound[0]
-    folder = tmp_path / "folder"
-    folder.mkdir()
-    for name in ("lab.toml", "P01.png", "P01.csv", "P01.toml", "P02.png", "P02_Messung.csv", "P02_Notiz.csv"):
-        shutil.copy(whole / name, folder)
-    return folder
+    return shutil.copytree(two / "folder", tmp_path / "folder")
+
+
+@pytest.fixture
+def lab(two, small):
+    """The lab of the two samples in ``small``, which has the same place beside it."""
+    return shutil.copytree(two / "lab", small.parent / "lab")

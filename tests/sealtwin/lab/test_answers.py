@@ -1,58 +1,32 @@
-"""What a sheet leaves open is asked in pairing.csv, and answered there or in lab.toml: no file of the lab is edited."""
+"""What a sheet leaves open or makes doubtful is asked, and answered in pairing.csv, a note or lab.toml."""
 
-import csv
+import json
 
 import pytest
 
 from sealtwin.cli.folder_answer import ingest_answer
+from sealtwin.core.errors import InputError
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.sheets import kind_of_text
 from sealtwin.trial.trial_file import load_trial
-from tests.labs import QUIET, hashes_of, sealtwin
+from tests.labs import QUIET, answer, edit, fates, hashes_of, levels_mm, question, sealtwin
 from validate.readings.read_readings import read_readings
 
 UNKNOWN = "Stelle;a;b\n1;1,5;1,6\n5;1,4;1,5\n11;1,6;1,7\n"
-
-
-def _fates(ingested):
-    return {outcome.sample.name: outcome.fate for outcome in ingested.outcomes}
-
-
-def _answered(lab, file, **answers):
-    """Write answers into the row of a file of the lab's pairing."""
-    rows = list(csv.DictReader((lab / "pairing.csv").read_text(encoding="utf-8").splitlines()))
-    for row in rows:
-        row.update(answers if row["file"] == file else {})
-    with (lab / "pairing.csv").open("w", encoding="utf-8", newline="") as pairing:
-        writer = csv.DictWriter(pairing, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    return lab / "pairing.csv"
-
-
-def _question(lab, file):
-    rows = csv.DictReader((lab / "pairing.csv").read_text(encoding="utf-8").splitlines())
-    return next(row["question"] for row in rows if row["file"] == file)
-
-
-def _levels_mm(lab, sample):
-    trial = load_trial(lab / sample / "trial.toml")
-    assert trial.readings is not None
-    return read_readings(lab / sample / trial.readings.file, trial.readings).level_mm.tolist()
 
 
 def test_columns_are_asked_and_answered_by_letters_and_remembered(small, tmp_path):
     lab = tmp_path / "lab"
     (small / "P01.csv").write_text(UNKNOWN)
     before = hashes_of(small)
-    assert _fates(ingest(small, lab, QUIET)) == {"P01": "failed", "P02": "new"}
-    assert "A 'Stelle' (1), B 'a' (1,5), C 'b' (1,6)" in _question(lab, "P01.csv")
-    pairing = _answered(lab, "P01.csv", s="A", levels="B C", unit="mm", sign="down")
-    assert _fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "new", "P02": "unchanged"}
-    assert _levels_mm(lab, "P01") == pytest.approx([-1.55, -1.45, -1.65])
-    assert _question(lab, "P01.csv") == ""
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "failed", "P02": "new"}
+    assert "A 'Stelle' (1), B 'a' (1,5), C 'b' (1,6)" in question(lab, "P01.csv")
+    pairing = answer(lab, {"P01.csv": {"s": "A", "levels": "B C", "unit": "mm", "sign": "down"}})
+    assert fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "new", "P02": "unchanged"}
+    assert levels_mm(lab, "P01") == pytest.approx([-1.55, -1.45, -1.65])
+    assert question(lab, "P01.csv") == ""
     assert "P01.csv,readings,P01,,,A,B C,mm,down" in pairing.read_text()
-    assert _fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
     assert hashes_of(small) == before
 
 
@@ -60,28 +34,27 @@ def test_answers_may_be_in_small_letters(small, tmp_path):
     lab = tmp_path / "lab"
     (small / "P01.csv").write_text(UNKNOWN.replace("Stelle;a;b", "Stelle;eins;zwei"))
     ingest(small, lab, QUIET)
-    pairing = _answered(
-        lab, "P01.csv", s="a", levels="b c", unit="MM", sign="Down", range="a1:c9", as_written="b2, Sign"
-    )
-    assert _fates(ingest(small, lab, QUIET, pairing=pairing))["P01"] == "new"
-    assert _levels_mm(lab, "P01") == pytest.approx([-1.55, -1.45, -1.65])
-    trial = load_trial(lab / "P01" / "trial.toml")
-    assert trial.readings is not None
-    assert trial.readings.as_written == ("B2", "sign")
-    assert trial.readings.columns is not None
-    assert trial.readings.columns.range == "A1:C9"
+    columns = {"s": "a", "levels": "b c", "unit": "MM", "sign": "Down", "range": "a1:c9", "as_written": "b2, Sign"}
+    pairing = answer(lab, {"P01.csv": columns})
+    assert fates(ingest(small, lab, QUIET, pairing=pairing))["P01"] == "new"
+    assert levels_mm(lab, "P01") == pytest.approx([-1.55, -1.45, -1.65])
+    readings = load_trial(lab / "P01" / "trial.toml").readings
+    assert readings is not None
+    assert readings.as_written == ("B2", "sign")
+    assert readings.columns is not None
+    assert readings.columns.range == "A1:C9"
 
 
 def test_a_small_letter_that_is_another_columns_name_is_not_guessed(small, tmp_path):
     lab = tmp_path / "lab"
     (small / "P01.csv").write_text(UNKNOWN)
     ingest(small, lab, QUIET)
-    _answered(lab, "P01.csv", s="A", levels="b", unit="mm", sign="down")
-    assert _fates(ingest(small, lab, QUIET))["P01"] == "failed"
-    assert "'b' is not a column, or both a letter and another's name" in _question(lab, "P01.csv")
-    _answered(lab, "P01.csv", s="Stelle", levels="b:b")
-    assert _fates(ingest(small, lab, QUIET))["P01"] == "new"
-    assert _levels_mm(lab, "P01") == [-1.5, -1.4, -1.6]
+    answer(lab, {"P01.csv": {"s": "A", "levels": "b", "unit": "mm", "sign": "down"}})
+    assert fates(ingest(small, lab, QUIET))["P01"] == "failed"
+    assert "'b' is not a column, or both a letter and another's name" in question(lab, "P01.csv")
+    answer(lab, {"P01.csv": {"s": "Stelle", "levels": "b:b"}})
+    assert fates(ingest(small, lab, QUIET))["P01"] == "new"
+    assert levels_mm(lab, "P01") == [-1.5, -1.4, -1.6]
 
 
 def test_lab_toml_says_it_for_all_sheets_and_pairing_csv_for_single_ones(small, tmp_path):
@@ -92,64 +65,140 @@ def test_lab_toml_says_it_for_all_sheets_and_pairing_csv_for_single_ones(small, 
     lab = tmp_path / "lab"
     ingest(small, lab, QUIET)
     datum = 'readings.datum = "sealant_top"; readings.datum_level_mm = 1'
-    _answered(lab, "P01.csv", levels="B:B", settings=datum)
-    ingested = ingest(small, lab, QUIET)
-    assert not ingested.faults
-    assert _levels_mm(lab, "P01") == pytest.approx([-0.5, -0.4, -0.6])
-    assert _levels_mm(lab, "P02") == pytest.approx([-1.55, -1.45, -1.65])
-
-
-def test_a_doubt_is_answered_in_the_pairing_too(small, tmp_path):
-    lab = tmp_path / "lab"
-    lines = (small / "P01.csv").read_text().splitlines()
-    cells = lines[3].split(",")
-    (small / "P01.csv").write_text("\n".join([*lines[:3], ",".join([*cells[:2], "0.0", *cells[3:]]), *lines[4:]]))
-    assert _fates(ingest(small, lab, QUIET))["P01"] == "failed"
-    assert 'as_written = ["C4"]' in _question(lab, "P01.csv")
-    pairing = _answered(lab, "P01.csv", as_written="C4")
-    assert _fates(ingest(small, lab, QUIET, pairing=pairing))["P01"] == "new"
+    answer(lab, {"P01.csv": {"levels": "B:B", "settings": datum}})
+    assert not ingest(small, lab, QUIET).faults
+    assert levels_mm(lab, "P01") == pytest.approx([-0.5, -0.4, -0.6])
+    assert levels_mm(lab, "P02") == pytest.approx([-1.55, -1.45, -1.65])
 
 
 def test_what_was_understood_is_shown_before_anything_is_taken_in(small, tmp_path):
-    told = sealtwin("ingest", small, "--out", tmp_path / "lab", "--dry-run", "--quiet").stdout
+    shown = "\n".join(ingest_answer(ingest(small, tmp_path / "lab", QUIET, dry_run=True)).lines)
     assert not (tmp_path / "lab").exists()
     for line in ("  column  name ", "  A       s_mm ", "level upward, 1  mm    -"):
-        assert line in told
+        assert line in shown
+
+
+@pytest.fixture
+def doubtful(small):
+    """The small folder, with a 0 for a missing reading of P01 in cell C4, and its answer not given."""
+    lines = (small / "P01.csv").read_text().splitlines()
+    cells = lines[3].split(",")
+    lines[3] = ",".join([*cells[:2], "0.00", *cells[3:]])
+    (small / "P01.csv").write_text("\n".join(lines) + "\n")
+    return small
+
+
+def test_a_doubt_holds_its_sample_alone_names_cell_and_answer_and_is_answered_in_the_pairing(doubtful, tmp_path):
+    lab = tmp_path / "lab"
+    ingested = ingest(doubtful, lab, QUIET)
+    assert fates(ingested) == {"P01": "failed", "P02": "new"}
+    (fault,) = ingested.faults
+    assert fault.sentence.startswith("P01.csv, line 4, column level_2_mm, cell C4: 0 mm at s = 5 mm")
+    assert 'readings.as_written = ["C4"]' in fault.sentence
+    assert "P01.toml" in fault.sentence
+    assert not (lab / "P01").exists()
+    assert 'as_written = ["C4"]' in question(lab, "P01.csv")
+    pairing = answer(lab, {"P01.csv": {"as_written": "C4"}})
+    assert fates(ingest(doubtful, lab, QUIET, pairing=pairing))["P01"] == "new"
+
+
+@pytest.mark.parametrize("cells", ['["C4"]', '["B2", "C4"]'])
+def test_one_line_of_its_note_takes_the_sample_in_as_written(doubtful, tmp_path, cells):
+    note = doubtful / "P01.toml"
+    note.write_text(f"readings.as_written = {cells}\n{note.read_text()}")
+    assert fates(ingest(doubtful, tmp_path / "lab", QUIET)) == {"P01": "new", "P02": "new"}
+    trial = load_trial(tmp_path / "lab" / "P01" / "trial.toml")
+    assert trial.readings is not None
+    assert "C4" in (trial.readings.as_written or ())
+    profile = read_readings(tmp_path / "lab" / "P01" / trial.readings.file, trial.readings, None, 8.0)
+    assert profile.repeats_mm is not None
+    assert profile.repeats_mm[2, 1] == 0.0
+    assert profile.doubts == ()
+
+
+@pytest.mark.parametrize(
+    ("cells", "named"),
+    [
+        pytest.param('["C5"]', 'readings.as_written = ["C4"]', id="another cell answers nothing"),
+        ('["c4"]', "P01.toml"),
+        ('["all"]', "P01.toml"),
+        ('"C4"', "P01.toml"),
+        ("[4]", "P01.toml"),
+    ],
+)
+def test_an_answer_is_the_cell_a_row_a_column_or_a_word(doubtful, tmp_path, cells, named):
+    note = doubtful / "P01.toml"
+    note.write_text(f"readings.as_written = {cells}\n{note.read_text()}")
+    ingested = ingest(doubtful, tmp_path / "lab", QUIET)
+    assert fates(ingested)["P01"] == "failed"
+    assert any("readings.as_written" in fault.sentence and named in fault.sentence for fault in ingested.faults)
+
+
+@pytest.mark.parametrize("line", ["wie geschrieben;C4", "readings.as_written;['C4']", "as written;C4, B7"])
+def test_a_note_in_words_answers_too(small, tmp_path, line):
+    sheet = small / "P02_Messung.csv"
+    lines = sheet.read_text(encoding="utf-8-sig").splitlines()
+    cells = lines[3].split(";")
+    lines[3] = ";".join([*cells[:2], "0,00", *cells[3:]])
+    sheet.write_text("\n".join(lines) + "\n", encoding="utf-8-sig")
+    (fault,) = ingest(small, tmp_path / "lab", QUIET).faults
+    assert 'readings.as_written = ["C4"]' in fault.sentence
+    assert "P02_Notiz.csv" in fault.sentence
+    with (small / "P02_Notiz.csv").open("a", encoding="cp1252") as note:
+        note.write(f"{line}\n")
+    assert fates(ingest(small, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "new"}
+
+
+def test_no_answer_holds_for_all_samples(doubtful, tmp_path):
+    edit(doubtful / "lab.toml", "[readings]\n", '[readings]\nas_written = ["C4"]\n')
+    with pytest.raises(InputError, match="as_written"):
+        ingest(doubtful, tmp_path / "lab", QUIET)
+
+
+def test_the_readings_are_judged_again_by_the_volume_in_the_traced_crack(small, tmp_path):
+    """0.08 ml fill a third of the crack, and levels 1.5 mm below its face most of it."""
+    rows = (f"{s_mm},-1.5{s_mm},-1.4{13 - s_mm}" for s_mm in (0, 3, 5, 8, 11, 13))
+    (small / "P01.csv").write_text("\n".join(["s_mm,level_1_mm,level_2_mm", *rows]))
+    ingested = sealtwin("ingest", small, "--out", tmp_path / "lab", "--json")
+    (doubt,) = json.loads(ingested.stdout)["traced"]["faults"]
+    assert doubt["name"] == "P01"
+    assert 'readings.as_written = ["datum"]' in doubt["sentence"]
+    assert ingested.exit_code == 6
 
 
 def test_a_text_is_kept_with_its_sample_and_never_fails_it(small, tmp_path):
-    (small / "P01.txt").write_text("Nach Regen gemessen. Massstab: 0\nSiehe Heft 3; Foto verwackelt.\n")
-    (small / "P02 Anmerkung.md").write_text("# Probe 2\n\n- Kante ausgebrochen\n")
-    (small / "README.txt").write_text("Fotos vom Mai")
-    (small / "zu P01 notiert.txt").write_text("Wetter: trocken")
+    lab = tmp_path / "lab"
     (small / "Messungen").mkdir()
-    (small / "Messungen" / "P02.txt").write_text("Im Ordner der Messungen, und doch keine.")
-    ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert _fates(ingested) == {"P01": "new", "P02": "new"}
-    assert (tmp_path / "lab/P01/inputs/text-1.txt").read_bytes() == (small / "P01.txt").read_bytes()
-    assert len(list((tmp_path / "lab/P02/inputs").glob("text-*"))) == 2
-    assert len(list((tmp_path / "lab/P01/inputs").glob("text-*"))) == 2
+    for name, text in {
+        "P01.txt": "Nach Regen gemessen. Massstab: 0\nSiehe Heft 3; Foto verwackelt.\n",
+        "P02 Anmerkung.md": "# Probe 2\n\n- Kante ausgebrochen\n",
+        "README.txt": "Fotos vom Mai",
+        "zu P01 notiert.txt": "Wetter: trocken",
+        "Messungen/P02.txt": "Im Ordner der Messungen, und doch keine.",
+    }.items():
+        (small / name).write_text(text)
+    ingested = ingest(small, lab, QUIET)
+    assert fates(ingested) == {"P01": "new", "P02": "new"}
+    assert (lab / "P01/inputs/text-1.txt").read_bytes() == (small / "P01.txt").read_bytes()
+    assert [len(list((lab / name / "inputs").glob("text-*"))) for name in ("P01", "P02")] == [2, 2]
     assert "Not used: README.txt" in "\n".join(ingest_answer(ingested).lines)
     assert any(
         "P01.txt is kept as text and not read; it gives no setting; its numbers Massstab: 0" in remark
         for remark in ingested.outcomes[0].remarks
     ), "the hint names what nothing would read"
     (small / "P01.txt").write_text("Mehr dazu.")
-    assert _fates(ingest(small, tmp_path / "lab", QUIET))["P01"] == "unchanged", "it says nothing of the trial"
+    assert fates(ingest(small, lab, QUIET))["P01"] == "unchanged", "it says nothing of the trial"
 
 
 def test_a_text_that_looks_like_settings_is_asked_about_and_fails_nothing(small, tmp_path):
     lab = tmp_path / "lab"
     (small / "P01.toml").rename(small / "P01.txt")
     (small / "P01.txt").write_text("Probe 1, gesägt. Tiefe 8,0 mm, Datum: 3.5.2026\nRissenden 40 101 160 98")
-    ingested = ingest(small, lab, QUIET)
-    assert any(
-        "seems to give crack.depth_mm = 8.0" in remark
-        for remark in ingested.outcomes[0].remarks + list(ingested.outcomes[0].asked.values())
-    )
-    assert "set its role to note" in _question(lab, "P01.txt")
-    pairing = _answered(lab, "P01.txt", role="note")
-    assert _fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "new", "P02": "unchanged"}
+    outcome = ingest(small, lab, QUIET).outcomes[0]
+    assert any("seems to give crack.depth_mm = 8.0" in one for one in [*outcome.remarks, *outcome.asked.values()])
+    assert "set its role to note" in question(lab, "P01.txt")
+    pairing = answer(lab, {"P01.txt": {"role": "note"}})
+    assert fates(ingest(small, lab, QUIET, pairing=pairing)) == {"P01": "new", "P02": "unchanged"}
     crack = load_trial(lab / "P01" / "trial.toml").crack
     assert crack is not None
     assert crack.depth_mm == 8.0
@@ -159,9 +208,14 @@ def test_a_text_that_looks_like_settings_is_asked_about_and_fails_nothing(small,
     ("text", "kind"),
     [
         ("s_mm\tlevel_mm\n0\t-1\n5\t-2\n", "readings"),
-        ("Tiefe;16 mm\nPrüfer;M\n", "note"),
-        ("crack.depth_mm\t8\n", "note"),
         ("Tiefe;s\n1;0\n2;5\n", "readings"),
+        ("s [mm];Tiefe [mm];Masse [g]\n1;2;3\n2;3;4\n", "readings"),
+        ("Stelle;Tiefe [mm];Masse [g]\n1;2;3\n2;3;4\n", "readings"),
+        ("Auslitern P01;\nMasse [g];Pegel unter Kante [cm]\n0,02;0,6\n0,06;0,4\n", "fill"),
+        ("Schritt Masse [g];Ablesung\n1;2\n2;3\n", "fill"),
+        ("Tiefe;16 mm\nPrüfer;M\n", "note"),
+        ("Tiefe;16 mm\nMasse;12 g\n", "note"),
+        ("crack.depth_mm\t8\n", "note"),
         ("Tiefe;Ort\n1 mm;0 mm\n2 mm;5 mm\n", "text"),
         ("Tiefe 16 mm, am Rand mehr\n", "text"),
         ("Am 3.5. gemessen, 3 Fotos, 2 Proben\n", "text"),

@@ -1,6 +1,5 @@
 """A liquid weighed into a crack, on a lab's own sheet beside photo and readings: found, asked about, used, reported."""
 
-import csv
 import json
 from pathlib import PurePath
 
@@ -13,9 +12,9 @@ from sealtwin.core.settings import checked
 from sealtwin.lab.found_files import read_names
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.pairing import as_columns
-from sealtwin.lab.sheets import kind_of_text, read_fill
+from sealtwin.lab.sheets import read_fill
 from sealtwin.trial.trial_file import load_trial
-from tests.labs import QUIET, sealtwin
+from tests.labs import QUIET, answer, pairing_rows, question, sealtwin
 from validate.settings import Declared
 
 MASS_G, LEVEL_MM = (0.02, 0.06, 0.1, 0.15), (-6.0, -4.0, -2.0, 0.0)
@@ -69,21 +68,6 @@ def test_what_a_fill_leaves_open_is_asked(tmp_path, text, found):
         _read(tmp_path, text)
 
 
-@pytest.mark.parametrize(
-    ("text", "kind"),
-    [
-        (GERMAN, "fill"),
-        ("Schritt Masse [g];Ablesung\n1;2\n2;3\n", "fill"),
-        ("s [mm];Tiefe [mm];Masse [g]\n1;2;3\n2;3;4\n", "readings"),
-        ("Stelle;Tiefe [mm];Masse [g]\n1;2;3\n2;3;4\n", "readings"),
-        ("Tiefe;16 mm\nMasse;12 g\n", "note"),
-    ],
-)
-def test_a_fill_is_known_by_its_columns(tmp_path, text, kind):
-    (tmp_path / "a.csv").write_text(text)
-    assert kind_of_text(tmp_path / "a.csv") == kind
-
-
 def _poured(small, *head):
     """Write a workbook of what the crack of P01, 12 mm by 2 by 8 mm with upright walls, holds."""
     book = openpyxl.Workbook()
@@ -100,17 +84,11 @@ def test_a_fill_beside_the_readings_is_copied_used_and_reported(small, tmp_path)
     assert (named.sample, named.role) == ("P01", "fill")
     lab = tmp_path / "lab"
     held = sealtwin("ingest", small, "--out", lab, "--quiet")
-    rows = list(csv.DictReader((lab / "pairing.csv").read_text(encoding="utf-8").splitlines()))
-    (row,) = (row for row in rows if row["role"] == "fill")
+    (row,) = (row for row in pairing_rows(lab) if row["role"] == "fill")
     assert (row["file"], row["sample"]) == ("P01 Wasser.xlsx", "P01")
     assert "crack.tilt is missing, and the steps of a fill need it" in held.stdout
-    row["settings"] = 'crack.tilt = "funnel"'
-    with (lab / "pairing.csv").open("w", encoding="utf-8", newline="") as pairing:
-        writer = csv.DictWriter(pairing, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    told = sealtwin("ingest", small, "--out", lab, "--quiet").stdout
-    assert "P01 Wasser.xlsx: a fill of 5 steps, up to" in told
+    answer(lab, {"P01 Wasser.xlsx": {"settings": 'crack.tilt = "funnel"'}})
+    assert "P01 Wasser.xlsx: a fill of 5 steps, up to" in sealtwin("ingest", small, "--out", lab, "--quiet").stdout
     trial = load_trial(lab / "P01" / "trial.toml")
     assert trial.crack is not None
     assert trial.crack.fill is not None
@@ -129,9 +107,7 @@ def test_a_fill_in_doubt_is_asked_beside_its_file(small, tmp_path):
     _poured(small, "Masse", "Tiefe [mm]")
     lab = tmp_path / "lab"
     ingest(small, lab, QUIET)
-    rows = csv.DictReader((lab / "pairing.csv").read_text(encoding="utf-8").splitlines())
-    question = next(row["question"] for row in rows if row["role"] == "fill")
-    assert "P01 Wasser.xlsx, sheet 'Sheet', row 1: 'Masse': no unit." in question
+    assert "P01 Wasser.xlsx, sheet 'Sheet', row 1: 'Masse': no unit." in question(lab, "P01 Wasser.xlsx")
     with (small / "P01.toml").open("a") as note:
         note.write('[crack.fill]\nfile = "other.csv"\n')
     (outcome, _) = ingest(small, lab, QUIET).outcomes

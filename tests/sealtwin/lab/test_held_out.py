@@ -11,9 +11,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.held_out import facts_above, note_study, note_use, readings_hash
-from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
-from tests.labs import QUIET
+from tests.labs import edit
 from validate.readings.read_readings import read_readings
 
 STUDY = """
@@ -25,27 +24,18 @@ trial = "{trial}"
 """
 
 
-@pytest.fixture
-def lab(small, tmp_path):
-    """P01 and P02, both held out."""
-    ingest(small, tmp_path / "lab", QUIET)
-    return tmp_path / "lab"
-
-
 def facts_of(home):
     return facts_above(load_trial(home / "trial.toml"), home)
 
 
-def say(home, old, new):
-    path = home / "trial.toml"
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new), encoding="utf-8")
+def calibrated(home):
+    """Its readings, held out as those of both trials of the lab are, become calibrated on."""
+    edit(home / "trial.toml", "held-out", "calibrated-on")
 
 
 def test_readings_that_nothing_was_chosen_by_are_held_out(lab, tmp_path):
     assert facts_of(lab / "P01").lab_searched
-    say(lab / "P02", "held-out", "calibrated-on")
+    calibrated(lab / "P02")
     assert facts_of(lab / "P01").lab_searched, "P02 has readings of its own"
     assert not facts_of(lab / "P02").lab_searched, "it claims nothing"
     outside = shutil.copytree(lab / "P01", tmp_path / "elsewhere" / "P01")
@@ -66,7 +56,7 @@ def test_what_another_sample_was_calibrated_on_is_refused_by_its_values(lab):
     other = lab / "P02" / "inputs" / "readings.csv"
     other.write_text("\n".join([head, *turned]) + "\n", encoding="utf-8")
     assert other.read_bytes() != sheet.read_bytes()
-    say(lab / "P02", "held-out", "calibrated-on")
+    calibrated(lab / "P02")
     with pytest.raises(InputError, match="calibration of sample 'P02', revision 1,"):
         facts_of(lab / "P01")
 
@@ -83,14 +73,14 @@ def test_a_study_of_the_lab_is_named_where_it_chose_with_the_readings(lab, tmp_p
     assert answer.exit_code == 3
     assert "which U" in answer.stderr
     assert not (tmp_path / "run").exists()
-    say(lab / "P01", "held-out", "calibrated-on")
+    calibrated(lab / "P01")
     facts_of(lab / "P01")
 
 
 @pytest.mark.parametrize("broken", ["inputs", "trial.toml"])
 def test_another_samples_broken_files_are_a_caution(lab, broken):
     """Once they kept every held-out trial of the lab from its run."""
-    say(lab / "P02", "held-out", "calibrated-on")
+    calibrated(lab / "P02")
     trial = load_trial(lab / "P02" / "trial.toml")
     assert trial.readings is not None
     (lab / "P02" / (trial.readings.file if broken == "inputs" else broken)).write_text("no table")

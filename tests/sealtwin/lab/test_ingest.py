@@ -14,14 +14,14 @@ from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.ingest import ingest
 from sealtwin.trial.trial_file import load_trial
 from tests.lab_folder import FAULTS, HANDS, LENGTH_MM, S_MM, levels_mm, make_lab_folder
-from tests.labs import QUIET, hashes_of, rows_of, sealtwin
+from tests.labs import QUIET, fates, hashes_of, rows_of, sealtwin
 from tests.places import FIXTURE
 from validate.readings.read_readings import read_readings
 
 
 def test_ten_samples_in_ten_dialects_become_ten_trials(sound):
     _, _, lab, ingested = sound
-    assert [outcome.fate for outcome in ingested.outcomes] == ["new"] * 10
+    assert list(fates(ingested).values()) == ["new"] * 10
     assert not ingested.faults
     assert len({outcome.dialect for outcome in ingested.outcomes}) == 10
     assert ingest_answer(ingested).exit_code == 0
@@ -55,15 +55,9 @@ def test_nothing_of_the_labs_is_changed_and_its_files_are_kept_byte_for_byte(sou
         assert hashlib.sha256((lab / record.folder / file.kept_as).read_bytes()).hexdigest() == file.sha256
 
 
-def test_a_trial_of_the_lab_is_ready_for_its_stages(sound, tmp_path):
-    answer = sealtwin("digitise", sound[2] / "P05" / "trial.toml", "--out", tmp_path / "run", "--quiet")
-    assert answer.exit_code == 0, answer.output
-
-
 def test_the_fixtures_own_trial_file_is_a_note_and_says_the_same_as_before(tmp_path):
-    ingested = ingest(FIXTURE, tmp_path / "lab", QUIET)
-    fates = {outcome.sample.name: outcome.fate for outcome in ingested.outcomes}
-    assert fates == {"paper-trial": "new", "study-paper": "failed", "trial-paper": "failed"}
+    ingested = fates(ingest(FIXTURE, tmp_path / "lab", QUIET))
+    assert ingested == {"paper-trial": "new", "study-paper": "failed", "trial-paper": "failed"}
     found, before = (load_trial(path) for path in (tmp_path / "lab/paper-trial/trial.toml", FIXTURE / "trial.toml"))
     assert found.photo is not None
     assert found.readings is not None
@@ -87,16 +81,17 @@ def test_every_planted_fault_is_named_and_the_rest_goes_on(tmp_path):
     assert "/folder/" not in answer.stdout
 
 
-def test_a_dry_run_tells_the_same_and_writes_nothing(small, tmp_path):
-    dry = sealtwin("ingest", small, "--out", tmp_path / "lab", "--dry-run", "--json", "--quiet")
+def test_a_dry_run_tells_the_same_and_writes_nothing(small, lab, tmp_path):
+    before = hashes_of(lab)
+    ingest(small, lab, QUIET, dry_run=True)
+    assert hashes_of(lab) == before
+    for file in small.glob("P02*"):
+        file.unlink()
+    dry = sealtwin("ingest", small, "--out", tmp_path / "other", "--dry-run", "--json", "--quiet")
     assert dry.exit_code == 0, dry.output
-    assert not (tmp_path / "lab").exists()
+    assert not (tmp_path / "other").exists()
     samples = json.loads(dry.stdout)["samples"]
-    assert [(sample["name"], sample["state"]) for sample in samples] == [("P01", "new"), ("P02", "new")]
-    ingest(small, tmp_path / "lab", QUIET)
-    before = hashes_of(tmp_path / "lab")
-    ingest(small, tmp_path / "lab", QUIET, dry_run=True)
-    assert hashes_of(tmp_path / "lab") == before
+    assert [(sample["name"], sample["state"]) for sample in samples] == [("P01", "new")]
 
 
 def test_a_lab_is_not_mixed_up_with_other_files(small, tmp_path):

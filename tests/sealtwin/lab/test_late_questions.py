@@ -1,17 +1,16 @@
 """Questions that only the traced crack raises are asked and answered in pairing.csv, as those on sheets are."""
 
-import csv
-
 import numpy as np
 import pytest
 
 from sealtwin.core import record_files
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
+from sealtwin.lab import run_checks
 from sealtwin.lab.ingest import ingest
 from sealtwin.lab.run_checks import check_runs
 from sealtwin.trial.trial_file import load_trial
-from tests.labs import QUIET, hashes_of, sealtwin
+from tests.labs import QUIET, answer, edit, hashes_of, pairing_rows, question, sealtwin
 from tests.pictures import mortar, with_crack, write_png
 
 
@@ -19,31 +18,12 @@ def _ingest(folder, lab):
     return sealtwin("ingest", folder, "--out", lab, "--quiet")
 
 
-def _rows(lab):
-    return list(csv.DictReader((lab / "pairing.csv").read_text(encoding="utf-8").splitlines()))
-
-
-def _question(lab, file):
-    return next(row["question"] for row in _rows(lab) if row["file"] == file)
-
-
-def _answer(lab, **answers):
-    """Write answers by file, as P01_csv, which are a column and a text."""
-    rows = _rows(lab)
-    for row in rows:
-        row.update(answers.get(row["file"].replace(".", "_"), {}))
-    with (lab / "pairing.csv").open("w", encoding="utf-8", newline="") as pairing:
-        writer = csv.DictWriter(pairing, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-
-
 @pytest.fixture
 def late(small, tmp_path):
     """Two cracks in the photo of P02, of which nobody says the ends; a reading of P01 beyond its crack's end."""
     one = with_crack(mortar((200, 200), seed=1), [(40, 51), (80, 47), (120, 53), (160, 48)], 12)
     write_png(small / "P02.png", with_crack(one, [(40, 151), (80, 147), (120, 153), (160, 148)], 12))
-    (small / "lab.toml").write_text((small / "lab.toml").read_text().replace("radius_mm = 0.45", "radius_mm = 0.3"))
+    edit(small / "lab.toml", "radius_mm = 0.45", "radius_mm = 0.3")
     (small / "P02_Notiz.csv").write_text("Tiefe;8 mm\n")
     with (small / "P01.csv").open("a") as sheet:
         sheet.write("40.0,-1.0,-1.0,-1.0\n")
@@ -56,18 +36,18 @@ def test_they_stand_beside_their_files_and_the_same_command_takes_the_answers(la
     first = _ingest(folder, lab)
     assert first.exit_code == 6, first.output
     assert "To answer the questions, edit" in first.stdout
-    assert "2 cracks compete" in _question(lab, "P02.png")
-    assert "a 2 in the column crack" in _question(lab, "P02.png")
-    assert _question(lab, "P01.csv").startswith("P01.csv, line 8, column s_mm: 40 mm is outside the crack")
-    assert _question(lab, "P01.png") == ""
+    assert "2 cracks compete" in question(lab, "P02.png")
+    assert "a 2 in the column crack" in question(lab, "P02.png")
+    assert question(lab, "P01.csv").startswith("P01.csv, line 8, column s_mm: 40 mm is outside the crack")
+    assert question(lab, "P01.png") == ""
     again = _ingest(folder, lab)
-    assert "2 cracks compete" in _question(lab, "P02.png"), "a question stands until it is answered"
+    assert "2 cracks compete" in question(lab, "P02.png"), "a question stands until it is answered"
     assert again.exit_code == 6
-    _answer(lab, P01_csv={"skip": "8"}, P02_png={"crack": "2"})
+    answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"crack": "2"}})
     last = _ingest(folder, lab)
     assert last.exit_code == 0, last.output
     assert "2 of 2 samples are sound" in last.stdout
-    assert {row["question"] for row in _rows(lab)} == {""}
+    assert {row["question"] for row in pairing_rows(lab)} == {""}
     assert hashes_of(folder) == before
 
 
@@ -75,18 +55,18 @@ def test_any_setting_answers_beside_any_file_of_its_sample(late):
     folder, lab = late
     ingest(folder, lab, QUIET)
     ends = "photo.ends_px = [[40, 151], [160, 148]]; crack.depth_mm = 9"
-    _answer(lab, P01_csv={"skip": "8"}, P02_png={"settings": ends})
+    answer(lab, {"P01.csv": {"skip": "8"}, "P02.png": {"settings": ends}})
     ingest(folder, lab, QUIET)
     trial = load_trial(lab / "P02" / "trial.toml")
     assert trial.photo is not None
     assert trial.crack is not None
     assert trial.photo.ends_px == ((40, 151), (160, 148))
     assert trial.crack.depth_mm == 9
-    for said, fault in (
+    for words, fault in (
         ("crack.dpeth_mm = 9; ", "pairing.csv, P02.png: 'crack.dpeth_mm': no such key"),
         ("9 mm", "pairing.csv, P02.png: settings = '9 mm': not valid TOML"),
     ):
-        _answer(lab, P02_png={"settings": said})
+        answer(lab, {"P02.png": {"settings": words}})
         assert any(fault in one.sentence for one in ingest(folder, lab, QUIET).faults)
 
 
@@ -94,24 +74,21 @@ def test_what_no_note_says_is_asked_beside_the_photo(late):
     folder, lab = late
     (folder / "P02_Notiz.csv").write_text("Wetter;trocken\n")
     (folder / "P02.txt").write_text("Bord ebreche a gauche.")
-    told = _ingest(folder, lab).stdout
-    assert "crack.depth_mm is missing" in _question(lab, "P02.png")
-    assert "2 cracks compete" in _question(lab, "P02.png"), "the photo is traced in the same round"
-    assert "refused.png" not in _question(lab, "P02.png"), "and the picture of it is forgotten"
-    assert "P02.txt is kept as text and not read." in told, "its notes are told though it failed"
-    (folder / "P02b.csv").write_bytes((folder / "P02_Messung.csv").read_bytes())
-    _answer(lab)
-    rows = (lab / "pairing.csv").read_text().replace(",P02b,", ",P02,")
-    (lab / "pairing.csv").write_text(rows)
-    assert "P02.txt is kept as text and not read." in _ingest(folder, lab).stdout
+    text = _ingest(folder, lab).stdout
+    assert "crack.depth_mm is missing" in question(lab, "P02.png")
+    assert "2 cracks compete" in question(lab, "P02.png"), "the photo is traced in the same round"
+    assert "refused.png" not in question(lab, "P02.png"), "and the picture of it is forgotten"
+    assert "P02.txt is kept as text and not read." in text, "its notes are told though it failed"
+    (folder / "P02_Messwerte.csv").write_bytes((folder / "P02_Messung.csv").read_bytes())
+    text = _ingest(folder, lab).stdout
+    assert "2 files are its readings" in text
+    assert "P02.txt is kept as text and not read." in text
 
 
 @pytest.mark.slow
 def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
     lab = tmp_path / "lab"
-    (small / "lab.toml").write_text(
-        (small / "lab.toml").read_text().replace("volume_ml = 0.08", 'volume_ml = "cavity"')
-    )
+    edit(small / "lab.toml", "volume_ml = 0.08", 'volume_ml = "cavity"')
     levels_mm = np.linspace(-3.0, -0.5, 6)
     rows = [f"{s_mm},{z},{z - 0.1}" for s_mm, z in zip(range(1, 12, 2), levels_mm, strict=True)]
     (small / "P01.csv").write_text("\n".join(["s_mm,level_1_mm,level_2_mm", *rows]))
@@ -125,8 +102,8 @@ def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
     asked = _ingest(small, lab)
     assert asked.exit_code == 6, asked.output
     assert 's_from = "second", or in pairing.csv' in asked.output
-    assert 's_from = "second", or in pairing.csv' in _question(lab, "P01.csv")
-    _answer(lab, P01_csv={"s_from": "second"})
+    assert 's_from = "second", or in pairing.csv' in question(lab, "P01.csv")
+    answer(lab, {"P01.csv": {"s_from": "second"}})
     assert _ingest(small, lab).exit_code == 0
     trial = load_trial(lab / "P01@2" / "trial.toml")
     assert trial.readings is not None
@@ -135,13 +112,11 @@ def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
 
 
 def test_an_answer_given_meanwhile_is_not_written_over(late, monkeypatch):
-    from sealtwin.lab import run_checks
-
     folder, lab = late
     traced = run_checks.digitise_many
 
     def answered_meanwhile(*arguments, **more):
-        _answer(lab, P02_png={"crack": "2"})
+        answer(lab, {"P02.png": {"crack": "2"}})
         return traced(*arguments, **more)
 
     for file in folder.glob("P01*"):
@@ -149,13 +124,13 @@ def test_an_answer_given_meanwhile_is_not_written_over(late, monkeypatch):
     monkeypatch.setattr(run_checks, "digitise_many", answered_meanwhile)
     _ingest(folder, lab)
     monkeypatch.undo()
-    assert next(row["crack"] for row in _rows(lab) if row["file"] == "P02.png") == "2"
+    assert next(row["crack"] for row in pairing_rows(lab) if row["file"] == "P02.png") == "2"
     assert "crack = 2" not in (lab / "P02" / "trial.toml").read_text()
     ingest(folder, lab, QUIET)
     assert "crack = 2" in (lab / "P02" / "trial.toml").read_text()
 
 
-class _Heard(Progress):
+class _Shown(Progress):
     """What a terminal would show."""
 
     def __init__(self):
@@ -174,8 +149,8 @@ class _Heard(Progress):
 def test_progress_stays_below_all_of_it_and_names_no_forgotten_folder(small, tmp_path):
     """Broken on purpose by counting the traced trials alone: one of two photos without a crack gives 200 %."""
     write_png(small / "P01.png", mortar((200, 200)))
-    heard = _Heard()
-    check_runs(ingest(small, tmp_path / "lab", QUIET, dry_run=True), small, heard)
-    assert heard.most == 1.0
-    assert any("P01.png" in note for note in heard.notes)
-    assert not [note for note in heard.notes if "refused.png" in note or "/run" in note]
+    shown = _Shown()
+    check_runs(ingest(small, tmp_path / "lab", QUIET, dry_run=True), small, shown)
+    assert shown.most == 1.0
+    assert any("P01.png" in note for note in shown.notes)
+    assert not [note for note in shown.notes if "refused.png" in note or "/run" in note]

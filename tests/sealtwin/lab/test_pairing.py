@@ -1,11 +1,73 @@
-"""Pairing: what names say beyond doubt is done, everything else is asked."""
+"""What names say of files is done beyond doubt and asked otherwise; pairing.csv is corrected, kept and refused."""
 
+import shutil
 from pathlib import PurePath
 
 import pytest
 
-from sealtwin.lab.found_files import FilePlace, Piece, read_names
+from sealtwin.core.errors import InputError
+from sealtwin.lab.found_files import FilePlace, Piece, read_name, read_names
+from sealtwin.lab.ingest import ingest
 from sealtwin.lab.pairing import pair, place_files
+from tests.labs import QUIET, edit, fates
+from validate.readings.samples import sample_key
+
+SPELLINGS = {
+    "photo": (
+        "P01.jpg", "p-01_top.JPEG", "photos/P 01.png", "Fotos/P01 Draufsicht.png", "P01_Foto.tif", "P01/IMG_2041.jpg",
+        "P01/P01.webp",
+    ),
+    "mask": ("P01_mask.png", "masks/P01.png"),
+    "second_photo": ("P01_second_photo.jpg",),
+    "readings": (
+        "P01.csv", "p.01 Messung.xlsx", "caliper/P01.txt", "P01/Messwerte.tsv", "Tiefen P01.csv", "P01 mesures.txt",
+        "Relevés/P01.csv", "P01_profondeur.csv", "P01 lecturas.xlsx", "Höhen P01.csv", "P01_Pegel.csv",
+    ),
+    "note": ("P01.toml", "P01 observaciones.csv", "P01_notes.csv", "Protokolle/P01.xlsx", "P01/Notiz.csv"),
+}  # fmt: skip
+
+
+def _read(name):
+    named = read_name(PurePath(name))
+    assert named is not None
+    return named
+
+
+@pytest.mark.parametrize(("name", "role"), [(name, role) for role, names in SPELLINGS.items() for name in names])
+def test_one_sample_however_its_files_are_named(name, role):
+    assert (sample_key(_read(name).sample), _read(name).role) == ("p01", role)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("May/P01.jpg", "June/P01.jpg"), ("1-11.jpg", "11-1.jpg"), ("P01.jpg", "P1.jpg"), ("P01_2.csv", "P01.csv")],
+)
+def test_what_may_be_two_samples_is_two(one, other):
+    assert sample_key(_read(one).sample) != sample_key(_read(other).sample)
+
+
+@pytest.mark.parametrize("name", ["report.pdf", "P01", "P01.docx", "P01.stl"])
+def test_other_files_are_no_part_of_a_sample(name):
+    assert read_name(PurePath(name)) is None
+
+
+def test_a_name_with_markup_or_mathtext_becomes_a_plain_label():
+    assert not set(_read("<b onload=x>P$_{1}$.png").sample) & set("<>$={}&\"'/\\")
+
+
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [
+        *(
+            (name, "p4")
+            for name in ("IMG_0412_P4.jpg", "P4 readings.xlsx", "P4-IMG_0412.jpg", "20260503_142233_P4.jpg")
+        ),
+        *((name, "p03") for name in ("P-03 (von oben).jpg", "P-03.csv")),
+        ("IMG_0412.jpg", "img0412"),
+    ],
+)
+def test_a_cameras_name_and_a_remark_are_taken_off_a_samples(name, key):
+    assert sample_key(_read(name).sample) == key
 
 
 def _paired(*names, decided=None):
@@ -42,10 +104,6 @@ def test_a_sheet_one_letter_off_is_asked_about_with_the_photos_that_lack_one():
     assert "Is it of P01.jpg? If so, write one sample for both" in asked["p0l"][0]
 
 
-def test_a_sheet_in_another_folder_than_its_photo_is_asked_about():
-    assert "Is it of May/P01.jpg?" in _questions("May/P01.jpg", "Readings 2026/P01.csv")["2026p01"][0]
-
-
 @pytest.mark.parametrize("name", ["p L06 depths.txt", "L06 readings FINAL v2.xlsx", "l06_misure.csv", "Serie/L06.csv"])
 def test_a_sheet_with_other_words_about_a_photos_name_is_its_own(name):
     samples = _paired("L06.jpg", name, "L060.jpg", "L07.jpg", "L07.csv")
@@ -59,23 +117,22 @@ def test_a_photo_may_have_more_words_too():
     assert len(_questions("Series A - T1.png", "Series B - T1.png", "T1.csv")) == 1
 
 
-def test_of_words_about_a_name_none_is_guessed():
-    """Numbers may be of another sample, a longer name may be meant, and a sheet in place of another is a question."""
-    assert "Is it of P02.jpg" in " ".join(_questions("P02.jpg", "P02 links.jpg", "P02 rechts.csv")["p02rechts"])
-    assert "p02alt" in _questions("P02.jpg", "P02.csv", "P02 alt.csv")
-    assert "2 files are its readings" in " ".join(_questions("P02.jpg", "P02 vor.csv", "P02 kurz.csv")["p02"])
-
-
-@pytest.mark.parametrize("name", ["P02 xyz 7.csv", "Labor 3 P02.csv"])
-def test_a_sheet_with_more_words_than_its_photo_is_offered_for_it(name):
-    asked = _questions("P02.jpg", name, "K07.jpg")
-    assert "Is it of P02.jpg" in " ".join(question for questions in asked.values() for question in questions)
-
-
-def test_of_several_photos_that_a_sheet_may_be_of_all_are_named():
-    asked = _questions("P01.jpg", "P02.jpg", "P03.csv")
-    assert list(asked) == ["p03"]
-    assert "Is it of P02.jpg, P01.jpg?" in asked["p03"][0]
+@pytest.mark.parametrize(
+    ("names", "sample", "question"),
+    [
+        pytest.param(("May/P01.jpg", "Readings 2026/P01.csv"), "2026p01", "Is it of May/P01.jpg?", id="another folder"),
+        pytest.param(("P02.jpg", "P02 xyz 7.csv", "K07.jpg"), "p02xyz7", "Is it of P02.jpg", id="a number of another"),
+        pytest.param(("P02.jpg", "Labor 3 P02.csv", "K07.jpg"), "labor3p02", "Is it of P02.jpg", id="a number before"),
+        pytest.param(("P02.jpg", "P02 links.jpg", "P02 rechts.csv"), "p02rechts", "Is it of P02.jpg", id="longer"),
+        pytest.param(("P02.jpg", "P02.csv", "P02 alt.csv"), "p02alt", "", id="a sheet in place of another"),
+        pytest.param(("P02.jpg", "P02 vor.csv", "P02 kurz.csv"), "p02", "2 files are its readings", id="two sheets"),
+        pytest.param(("P01.jpg", "P02.jpg", "P03.csv"), "p03", "Is it of P02.jpg, P01.jpg?", id="all photos are named"),
+        pytest.param(("photo.jpg",), "", "its name gives no sample", id="no sample"),
+    ],
+)
+def test_of_words_about_a_name_none_is_guessed(names, sample, question):
+    asked = _questions(*names)
+    assert any(question in one for one in asked[sample])
 
 
 def test_samples_that_are_whole_may_have_nearly_one_name():
@@ -94,10 +151,6 @@ def test_a_cameras_name_counts_where_a_note_bears_it_too():
     assert "2 files are its photo" in _questions("P05/IMG_2041.jpg", "P05/IMG_2042.jpg", "P05/caliper.csv")["p05"][0]
 
 
-def test_a_name_that_says_no_sample_is_asked_about():
-    assert "its name gives no sample" in _questions("photo.jpg")[""][0]
-
-
 def test_a_decision_of_the_user_counts_before_the_name():
     decided = {
         (PurePath("P0l.csv"), ""): FilePlace("P01", "readings"),
@@ -107,3 +160,58 @@ def test_a_decision_of_the_user_counts_before_the_name():
     assert list(samples) == ["p01"]
     assert not samples["p01"].questions
     assert str(samples["p01"].files["readings"]) == "P0l.csv"
+    of_another = {(PurePath("x.csv"), ""): FilePlace("P02 oben", "readings")}
+    assert list(_questions("P02.jpg", "x.csv", decided=of_another)) == ["p02oben"], "nor does a photo's name count"
+
+
+FAULTS = (
+    "line 2: P01.png cannot be 'readings'; write one of photo, second_photo, mask, ignore.",
+    "line 3: no file 'gone.png'",
+    "line 4: P01.csv has no sample",
+    "line 6: P02.png has two rows",
+)
+
+
+def test_the_pairing_is_shown_corrected_and_remembered(small, tmp_path):
+    lab = tmp_path / "lab"
+    (small / "P02_Messung.csv").rename(small / "PO2_Messung.csv")
+    shutil.copy(small / "P01.png", small / "P01_side.png")
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "failed", "P02": "new", "PO2": "failed"}
+    pairing = lab / "pairing.csv"
+    edit(pairing, "PO2_Messung.csv,readings,PO2,", "PO2_Messung.csv,readings,p-02,")
+    edit(pairing, "P01_side.png,photo,P01", "P01_side.png,ignore,")
+    # Saved by a German spreadsheet, and in another order.
+    head, *rows = [line.split(",")[:3] for line in pairing.read_text().splitlines()]
+    corrected = "\r\n".join(";".join(row) for row in (head, *reversed(rows)))
+    pairing.write_bytes(corrected.encode("utf-8-sig"))
+    assert not [outcome.faults for outcome in ingest(small, lab, QUIET, dry_run=True).outcomes if outcome.faults]
+    assert pairing.read_bytes() == corrected.encode("utf-8-sig"), "a dry run leaves it as it is"
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "new", "P02": "revised"}
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}
+    (lab / "catalogue.json").unlink()
+    assert fates(ingest(small, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}, "pairing.csv outlives it"
+
+
+def test_a_pairing_that_cannot_be_is_refused_with_all_its_rows(small, tmp_path):
+    pairing = tmp_path / "pairing.csv"
+    pairing.write_text(
+        "file,role,sample\nP01.png,readings,P01\ngone.png,photo,P01\nP01.csv,note,\nP02.png,photo,P02\nP02.png,photo,P3\n"
+    )
+    with pytest.raises(InputError) as refusal:
+        ingest(small, tmp_path / "lab", QUIET, pairing=pairing)
+    for sentence, words in zip(str(refusal.value).splitlines(), FAULTS, strict=True):
+        assert words in sentence
+    assert not (tmp_path / "lab").exists()
+    pairing.write_text("file,role,sample\nP01.png,photo,../../x\n")
+    with pytest.raises(
+        InputError, match=r"P01.png: a sample '../../x'; names may have letters, digits, spaces and -_. only"
+    ):
+        ingest(small, tmp_path / "lab", QUIET, pairing=pairing)
+
+
+def test_a_pairing_of_megabytes_or_none_is_told_of(small, tmp_path):
+    with (tmp_path / "pairing.csv").open("wb") as sheet:
+        sheet.truncate(1_000_000_000)
+    for name, words in (("pairing", r"larger than [\d,]+ bytes"), ("gone", "no such file; 'sealtwin ingest FOLDER")):
+        with pytest.raises(InputError, match=rf"{name}\.csv: {words}"):
+            ingest(small, tmp_path / "lab", QUIET, pairing=tmp_path / f"{name}.csv")

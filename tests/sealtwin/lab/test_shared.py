@@ -6,9 +6,7 @@ import pytest
 from sealtwin.cli.folder_answer import ingest_answer
 from sealtwin.core.errors import InputError
 from sealtwin.lab.ingest import ingest
-from sealtwin.trial.trial_file import load_trial
-from tests.labs import QUIET
-from validate.readings.read_readings import read_readings
+from tests.labs import QUIET, edit, fates, levels_mm
 
 TABLE = "Probe;s [mm];Pegel 1 [mm]\nP01;1;-1,0\np-02;1;-2,0\nP01;11;-1,5\np-02;11;-2,5\n"
 
@@ -22,21 +20,11 @@ def shared(small):
     return small
 
 
-def _fates(ingested):
-    return {outcome.sample.name: outcome.fate for outcome in ingested.outcomes}
-
-
-def _levels_mm(lab, sample):
-    trial = load_trial(lab / sample / "trial.toml")
-    assert trial.readings is not None
-    return read_readings(lab / sample / trial.readings.file, trial.readings, 12.0, 8.0).level_mm.tolist()
-
-
 def test_rows_go_to_the_samples_that_they_name(shared, tmp_path):
     ingested = ingest(shared, tmp_path / "lab", QUIET)
-    assert _fates(ingested) == {"P01": "new", "P02": "new"}
-    assert _levels_mm(tmp_path / "lab", "P01") == [-1.0, -1.5]
-    assert _levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.5]
+    assert fates(ingested) == {"P01": "new", "P02": "new"}
+    assert levels_mm(tmp_path / "lab", "P01") == [-1.0, -1.5]
+    assert levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.5]
     assert "caliper_all.csv, rows of p-02" in "\n".join(ingest_answer(ingested).lines)
     kept = tmp_path / "lab" / "P02" / "inputs" / "readings.csv"
     assert kept.read_bytes() == (shared / "caliper_all.csv").read_bytes()
@@ -45,8 +33,8 @@ def test_rows_go_to_the_samples_that_they_name(shared, tmp_path):
 def test_what_is_added_for_one_sample_revises_no_other(shared, tmp_path):
     ingest(shared, tmp_path / "lab", QUIET)
     (shared / "caliper_all.csv").write_text(TABLE + "P02;5;-2,2\n")
-    assert _fates(ingest(shared, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "revised"}
-    assert _levels_mm(tmp_path / "lab", "P02@2") == [-2.0, -2.2, -2.5]
+    assert fates(ingest(shared, tmp_path / "lab", QUIET)) == {"P01": "unchanged", "P02": "revised"}
+    assert levels_mm(tmp_path / "lab", "P02@2") == [-2.0, -2.2, -2.5]
 
 
 def test_a_sample_without_a_photo_is_asked_about_and_can_be_corrected(shared, tmp_path):
@@ -59,10 +47,10 @@ def test_a_sample_without_a_photo_is_asked_about_and_can_be_corrected(shared, tm
     )
     pairing = lab / "pairing.csv"
     assert "caliper_all.csv,readings,P01,rows of P01," in pairing.read_text()
-    pairing.write_text(pairing.read_text().replace("readings,Z02,rows", "readings,P02,rows"))
-    assert _fates(ingest(shared, lab, QUIET, pairing=pairing)) == {"P01": "unchanged", "P02": "revised"}
-    assert _levels_mm(lab, "P02@2") == [-2.0, -2.5]
-    assert _fates(ingest(shared, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}  # remembered
+    edit(pairing, "readings,Z02,rows", "readings,P02,rows")
+    assert fates(ingest(shared, lab, QUIET, pairing=pairing)) == {"P01": "unchanged", "P02": "revised"}
+    assert levels_mm(lab, "P02@2") == [-2.0, -2.5]
+    assert fates(ingest(shared, lab, QUIET)) == {"P01": "unchanged", "P02": "unchanged"}  # remembered
 
 
 def test_a_pairing_without_parts_is_about_all_of_a_file(shared, tmp_path):
@@ -76,9 +64,9 @@ def test_a_pairing_without_parts_is_about_all_of_a_file(shared, tmp_path):
     )
     with pytest.raises(InputError) as refusal:
         ingest(shared, tmp_path / "other", QUIET, pairing=pairing)
-    told = str(refusal.value).splitlines()
-    assert "no part 'rows of P07'; its parts are 'rows of P01', 'rows of p-02'" in told[0]
-    assert "caliper_all.csv, rows of P01 cannot be 'note'; write one of readings, ignore." in told[1]
+    part, role = str(refusal.value).splitlines()
+    assert "no part 'rows of P07'; its parts are 'rows of P01', 'rows of p-02'" in part
+    assert "caliper_all.csv, rows of P01 cannot be 'note'; write one of readings, ignore." in role
 
 
 def test_a_file_whose_name_and_rows_contradict_each_other_is_named(shared, tmp_path):
@@ -89,18 +77,25 @@ def test_a_file_whose_name_and_rows_contradict_each_other_is_named(shared, tmp_p
     assert "no row of sample 'P02'; column 'Probe' contains 'P01'" in fates["P02"].faults[0]
 
 
-def test_worksheets_named_after_samples_are_theirs(shared, tmp_path):
-    (shared / "caliper_all.csv").unlink()
+def _workbook(path, sheets):
+    """Worksheets in the place of the shared table, by name."""
+    (path.parent / "caliper_all.csv").unlink(missing_ok=True)
     book = openpyxl.Workbook()
-    for name, level_mm in (("p 01", -1.0), ("P02 Messung", -2.0)):
+    del book["Sheet"]
+    for name, rows in sheets.items():
         sheet = book.create_sheet(name)
-        for row in (("s_mm", "level_mm"), (1, level_mm), (11, level_mm)):
+        for row in rows:
             sheet.append(row)
-    book["Sheet"]["A1"] = "Labor 3"
-    book.save(shared / "Messungen Mai.xlsx")
+    book.save(path)
+
+
+def test_worksheets_named_after_samples_are_theirs(shared, tmp_path):
+    head = "s_mm", "level_mm"
+    first, second = (head, (1, -1.0), (11, -1.0)), (head, (1, -2.0), (11, -2.0))
+    _workbook(shared / "Messungen Mai.xlsx", {"Sheet": [("Labor 3",)], "p 01": first, "P02 Messung": second})
     ingested = ingest(shared, tmp_path / "lab", QUIET)
-    assert _fates(ingested) == {"P01": "new", "P02": "new"}
-    assert _levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.0]
+    assert fates(ingested) == {"P01": "new", "P02": "new"}
+    assert levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.0]
     assert "Messungen Mai.xlsx, sheet P02 Messung" in (
         f"{outcome.sample.files['readings']}, {outcome.sample.part}" for outcome in ingested.outcomes
     )
@@ -111,49 +106,36 @@ def test_a_workbook_in_another_folder_than_its_photos_is_divided_too(shared, tmp
     (shared / "Carnet").mkdir()
     (shared / "caliper_all.csv").rename(shared / "Carnet" / "mesures mai.csv")
     ingested = ingest(shared, tmp_path / "lab", QUIET)
-    assert _fates(ingested) == {"P01": "new", "P02": "new"}
-    assert _levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.5]
+    assert fates(ingested) == {"P01": "new", "P02": "new"}
+    assert levels_mm(tmp_path / "lab", "P02") == [-2.0, -2.5]
 
 
 def test_a_sheet_whose_header_is_unknown_holds_its_sample_back(shared, tmp_path):
     """It is no cover: passed over, its sample would pass for one that never had readings."""
-    (shared / "caliper_all.csv").unlink()
-    book = openpyxl.Workbook()
-    book["Sheet"].append(("Labor 3", "Mai"))
-    book["Sheet"].append(("Bediener", "J."))
-    for name, header in (("P01", "level_mm"), ("P02", "Füllung [mm]")):
-        sheet = book.create_sheet(name)
-        for row in (("Bediener", "J."), ("Ort [mm]", header), (1, -1.0), (11, -2.0)):
-            sheet.append(row)
-    book.save(shared / "caliper.xlsx")
+    cover, rows = [("Labor 3", "Mai"), ("Bediener", "J.")], [(1, -1.0), (11, -2.0)]
+    first, second = ([cover[1], ("Ort [mm]", header), *rows] for header in ("level_mm", "Füllung [mm]"))
+    _workbook(shared / "caliper.xlsx", {"Sheet": cover, "P01": first, "P02": second})
     ingested = ingest(shared, tmp_path / "lab", QUIET)
-    assert _fates(ingested) == {"P01": "new", "P02": "failed"}
+    assert fates(ingested) == {"P01": "new", "P02": "failed"}
     (fault,) = ingested.faults
     assert (
         "caliper.xlsx, sheet 'P02', row 2: no column of readings beside 'Ort [mm]' in A 'Ort [mm]' (1), B 'Füllung"
         in fault.sentence
     )
-    for name in ("P01", "P02"):
-        book[name]["A2"] = "wo"
-    book.save(shared / "caliper.xlsx")
+    first, second = ([cover[1], ("wo", header), *rows] for header in ("level_mm", "Füllung [mm]"))
+    _workbook(shared / "caliper.xlsx", {"Sheet": cover, "P01": first, "P02": second})
     ingested = ingest(shared, tmp_path / "other", QUIET)
-    assert _fates(ingested) == {"P01": "failed", "P02": "failed"}
+    assert fates(ingested) == {"P01": "failed", "P02": "failed"}
     assert all("no column of places along the crack (s) in" in fault.sentence for fault in ingested.faults)
 
 
 def test_a_cover_named_as_its_workbook_divides_nothing(shared, tmp_path):
-    (shared / "caliper_all.csv").unlink()
-    book = openpyxl.Workbook()
-    book["Sheet"].title = "P02"
-    book["P02"].append(("Labor 3",))
-    sheet = book.create_sheet("Messung")
-    for row in (("s_mm", "level_mm"), (1, -1.0), (11, -1.0)):
-        sheet.append(row)
-    book.save(shared / "P02.xlsx")
+    rows = ("s_mm", "level_mm"), (1, -1.0), (11, -1.0)
+    _workbook(shared / "P02.xlsx", {"P02": [("Labor 3",)], "Messung": rows})
     (shared / "P02_Notiz.csv").write_text("Tiefe;8 mm\nreadings.sheet;Messung\n")
     ingested = ingest(shared, tmp_path / "lab", QUIET)
     assert not ingested.faults
-    assert _levels_mm(tmp_path / "lab", "P02") == [-1.0, -1.0]
+    assert levels_mm(tmp_path / "lab", "P02") == [-1.0, -1.0]
 
 
 def test_a_note_may_name_the_sheet_if_it_means_the_same_one(shared, tmp_path):

@@ -6,14 +6,13 @@ import pytest
 
 from sealtwin.lab.catalogue import state_of
 from sealtwin.trial.stage_numbers import NUMBERS
-from tests.labs import sealtwin
+from tests.labs import edit, sealtwin
+from tests.pictures import mortar, write_png
 
 
 @pytest.fixture
 def traced(small, tmp_path):
     """P01 has a crack; P02's photo shows none; a reading of P01 lies beyond its crack's end."""
-    from tests.pictures import mortar, write_png
-
     write_png(small / "P02.png", mortar((200, 200), seed=3))
     (small / "P02_Notiz.csv").write_text("Tiefe;8 mm\n")
     with (small / "P01.csv").open("a") as sheet:
@@ -26,6 +25,7 @@ def _ingest(small, lab, *more):
 
 
 def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced):
+    """And a run goes on where tracing ended."""
     small, lab = traced
     answer = _ingest(small, lab, "--json")
     assert answer.exit_code == 6, answer.output
@@ -35,16 +35,18 @@ def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced):
         ("P01/run", "ok"),
         ("P02/run", "failed"),
     ]
-    assert (lab / "P01" / "run" / "overlay.png").is_file()
     assert "P01/run/overlay.png" in (lab / "index.html").read_text()
     outside, unseen = content["traced"]["faults"]
     assert unseen["name"] == "P02"
     assert "line 8, column s_mm: 40 mm is outside the crack, 0 to 1" in outside["sentence"]
-    before = (lab / "P01" / "run" / "overlay.png").stat().st_mtime_ns
+    traces = [lab / "P01" / "run" / name for name in ("overlay.png", "outline.json")]
+    before = [path.stat().st_mtime_ns for path in traces]
     again = _ingest(small, lab)
     assert again.stdout.count("unchanged, not sound") == 2
     assert "sealtwin run" not in again.stdout, "none of them would run"
-    assert (lab / "P01" / "run" / "overlay.png").stat().st_mtime_ns == before
+    run = sealtwin("digitise", lab / "P01" / "trial.toml", "--out", lab / "P01" / "run", "--quiet")
+    assert run.exit_code == 0, run.output
+    assert [path.stat().st_mtime_ns for path in traces] == before
     listed = sealtwin("lab", "list", lab).stdout
     assert listed.count("not sound") == 2
     assert "failed: P01: " in listed
@@ -66,46 +68,36 @@ def test_a_sample_that_was_held_back_is_missed_on_the_page(small, tmp_path):
     assert not (lab / "P02").exists()
 
 
-def test_photos_of_samples_in_doubt_are_checked_in_the_same_round(traced):
+def test_a_dry_run_makes_the_checks_of_a_run_also_of_samples_in_doubt_and_leaves_nothing(traced):
     small, lab = traced
     (small / "P02_Messung.csv").write_text("s_mm;wo [mm]\n1;-1,0\n")
-    for more in ((), ("--dry-run",)):
-        told = _ingest(small, lab, *more).stdout
-        assert "no column of readings beside 's_mm'" in told
-        assert "failed: P02: " in told.replace("failed: P02_Messung.csv", "")
+    for more in (("--dry-run",), ()):
+        answer = _ingest(small, lab, *more)
+        assert answer.exit_code == 6
+        for words in (
+            "40 mm is outside the crack",
+            "No sample is sound yet, of 2 samples.",
+            "no column of readings beside 's_mm'",
+        ):
+            assert words in answer.stdout
+        assert "failed: P02: " in answer.stdout.replace("failed: P02_Messung.csv", ""), "its photo shows no crack"
+        assert lab.exists() is (not more)
     assert not (lab / "P02").exists()
-
-
-def test_a_run_goes_on_where_tracing_ended(traced, tmp_path):
-    small, lab = traced
-    _ingest(small, lab)
-    outline = lab / "P01" / "run" / "outline.json"
-    before = outline.stat().st_mtime_ns
-    answer = sealtwin("digitise", lab / "P01" / "trial.toml", "--out", lab / "P01" / "run", "--quiet")
-    assert answer.exit_code == 0, answer.output
-    assert outline.stat().st_mtime_ns == before
-
-
-def test_a_dry_run_makes_the_checks_of_a_run_and_leaves_nothing(traced):
-    small, lab = traced
-    answer = _ingest(small, lab, "--dry-run")
-    assert answer.exit_code == 6
-    assert "40 mm is outside the crack" in answer.stdout
-    assert "No sample is sound yet, of 2 samples." in answer.stdout
-    assert not lab.exists()
 
 
 def test_sound_means_that_it_runs(small, tmp_path):
     """Once a radius too large for the crack was found by 'sealtwin run' only."""
-    lab, lab_toml = tmp_path / "lab", (small / "lab.toml").read_text()
-    (small / "lab.toml").write_text(lab_toml.replace("radius_mm = 0.45", "radius_mm = 0.9"))
+    for file in small.glob("P02*"):
+        file.unlink()
+    lab = tmp_path / "lab"
+    edit(small / "lab.toml", "radius_mm = 0.45", "radius_mm = 0.9")
     answer = _ingest(small, lab)
-    assert "No sample is sound yet, of 2 samples." in answer.stdout
+    assert "No sample is sound yet, of 1 sample." in answer.stdout
     assert "fewer than 2 particles fit abreast" in answer.stdout
     refused = sealtwin("run", lab / "P01" / "trial.toml", "--out", lab / "P01" / "run", "--quiet")
     assert "fewer than 2 particles fit abreast" in refused.output
-    (small / "lab.toml").write_text(lab_toml)
-    assert "2 of 2 samples are sound" in _ingest(small, lab).stdout
+    edit(small / "lab.toml", "radius_mm = 0.9", "radius_mm = 0.45")
+    assert "1 of 1 sample is sound" in _ingest(small, lab).stdout
 
 
 @pytest.mark.parametrize("raised", ["digitise", "simulate", "validate"])

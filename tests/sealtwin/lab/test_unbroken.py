@@ -1,6 +1,7 @@
 """An ingest that is stopped, killed, doubled or struck by a fault leaves a lab that is whole."""
 
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -14,20 +15,29 @@ from sealtwin.lab import ingest as steps
 from sealtwin.lab.catalogue import Catalogue
 from sealtwin.lab.ingest import ingest
 from tests.lab_folder import HANDS
-from tests.labs import QUIET, hashes_of, rows_of
+from tests.labs import QUIET, fates, hashes_of, rows_of
 
 
 def _trials(lab):
     return sum(1 for _ in lab.glob("[!.]*/record.json"))
 
 
-def _start(folder, lab):
-    command = [sys.executable, "-m", "sealtwin", "ingest", str(folder), "--out", str(lab), "--quiet"]
+INTAKE = """
+import pathlib, sys
+from sealtwin.core.progress import Progress
+from sealtwin.lab.ingest import ingest
+ingest(*map(pathlib.Path, sys.argv[1:3]), Progress())
+"""
+"""An ingest without the tracing after it."""
+
+
+def _start(*arguments):
+    command = [sys.executable, *map(str, arguments)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 @pytest.mark.parametrize("step", ["keep", "state", "rename"])
-def test_stopped_at_any_step_the_same_command_completes_the_lab(small, tmp_path, monkeypatch, step):
+def test_stopped_at_any_step_the_same_command_completes_the_lab(small, two, tmp_path, monkeypatch, step):
     lab = tmp_path / "lab"
 
     def stop(*_, **__):
@@ -39,8 +49,7 @@ def test_stopped_at_any_step_the_same_command_completes_the_lab(small, tmp_path,
         with pytest.raises(KeyboardInterrupt):
             ingest(small, lab, QUIET)
     assert not ingest(small, lab, QUIET).faults
-    unbroken = tmp_path / "unbroken"
-    ingest(small, unbroken, QUIET)
+    unbroken = two / "lab"
     assert rows_of(lab) == rows_of(unbroken)
     assert sorted(path.name for path in lab.iterdir()) == sorted(path.name for path in unbroken.iterdir())
 
@@ -54,14 +63,17 @@ def test_a_hidden_folder_of_the_users_in_a_lab_is_never_removed(small, tmp_path)
 
 
 def test_two_ingests_at_once_lose_nothing(sound, small, tmp_path):
-    """Two processes, two folders that share samples: one waits for the other."""
-    lab = tmp_path / "lab"
-    both = [_start(folder, lab) for folder in (sound[0], small)]
-    for process in both:
-        _, told = process.communicate(timeout=120)
-        assert process.returncode == 0, told
-    assert [row[:2] for row in rows_of(lab)] == [(sample, 1) for sample in HANDS]
-    assert {path.name for path in lab.iterdir() if path.is_dir()} == set(HANDS)
+    """Two processes, two folders that share a sample: one waits for the other."""
+    for file in small.glob("P02*"):
+        file.unlink()
+    lab, other = tmp_path / "lab", shutil.copytree(small, tmp_path / "other")
+    for name in ("P08.png", "P08_caliper.csv", "P08_info.txt"):
+        shutil.copy(sound[0] / name, other)
+    for process in [_start("-c", INTAKE, folder, lab) for folder in (other, small)]:
+        _, errors = process.communicate(timeout=120)
+        assert process.returncode == 0, errors
+    assert [row[:2] for row in rows_of(lab)] == [("P01", 1), ("P08", 1)]
+    assert {path.name for path in lab.iterdir() if path.is_dir()} == {"P01", "P08"}
 
 
 @pytest.mark.slow
@@ -71,7 +83,7 @@ def test_killed_again_and_again_an_ingest_loses_nothing(sound, tmp_path):
     lab = tmp_path / "lab"
     kept = [0]
     while kept[-1] < len(HANDS) - 1 and len(kept) < 12:
-        process = _start(sound[0], lab)
+        process = _start("-m", "sealtwin", "ingest", sound[0], "--out", lab, "--quiet")
         while process.poll() is None and _trials(lab) == kept[-1]:
             time.sleep(0.002)
         # About what a trial takes.
@@ -102,7 +114,7 @@ def test_a_bug_that_one_sample_wakes_costs_no_other_one(small, tmp_path, monkeyp
 
     monkeypatch.setattr(steps, "prepare", burst)
     ingested = ingest(small, tmp_path / "lab", QUIET)
-    assert [outcome.fate for outcome in ingested.outcomes] == ["bug", "new"]
+    assert fates(ingested) == {"P01": "bug", "P02": "new"}
     assert "P01: ZeroDivisionError in test_unbroken.py, line" in ingested.outcomes[0].faults[0]
     assert ingest_answer(ingested).exit_code == 1
 

@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 from digitise.spread import SpreadBlob
 from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
-from sealtwin.material.by_spread import Heap, estimate, viscosity
+from sealtwin.material.by_spread import Heap, PasteEstimate, estimate, viscosity
 from simulate.material_file import read_material
-from simulate.slump import STEP, SlumpCurve
+from simulate.slump import STEP, SlumpCurve, slump
 from simulate.spread_law import GRAVITY_M_S2, Cone, spread_radius_mm
 from tests.spreads import Blob, write_sheet_table
 
@@ -45,15 +45,18 @@ def test_surface_tension_takes_its_term_off():
     assert with_it.value == pytest.approx(8.0 - 0.005 * (1e-3 * seen.radius_mm) ** 2 / 1e-3, rel=1e-6)
 
 
-@pytest.mark.parametrize("part", ["radius", "density", "mass", "surface tension"])
-def test_a_larger_error_of_one_thing_makes_the_interval_wider(part):
+@pytest.mark.parametrize(
+    ("part", "changes", "error_mm"),
+    [
+        ("radius", {}, 6.0),
+        ("density", {"density_error_kg_m3": 100.0}, 0.1),
+        ("mass", {"mass_error_g": 60.0}, 0.1),
+        ("surface tension", {"edge_error_n_m": 0.02}, 0.1),
+    ],
+)
+def test_a_larger_error_of_one_thing_makes_the_interval_wider(part, changes, error_mm):
     heap, seen = flat_heap(8.0)
-    narrow = estimate(heap, seen)
-    change = {"density": {"density_error_kg_m3": 100.0}, "mass": {"mass_error_g": 60.0}}
-    change["surface tension"] = {"edge_error_n_m": 0.02}
-    wide = estimate(
-        heap.model_copy(update=change.get(part, {})), spread(seen.radius_mm, 6.0 if part == "radius" else 0.1)
-    )
+    narrow, wide = estimate(heap, seen), estimate(heap.model_copy(update=changes), spread(seen.radius_mm, error_mm))
     assert wide.error > 1.3 * narrow.error
     assert wide.parts[part] > 2 * narrow.parts[part]
 
@@ -98,3 +101,29 @@ def test_a_photo_becomes_a_file_of_the_material(tmp_path):
     again = CliRunner().invoke(app, [*line[:-1], "--mass-error-g", "3"])
     assert again.exit_code == 3
     assert "not overwritten" in again.output
+
+
+DENSITY_KG_M3, STRESS_PA = 1690.0, 25.0
+
+
+@pytest.mark.slow
+def test_the_time_of_a_radius_tells_the_viscosity():
+    heap = Heap(density_kg_m3=DENSITY_KG_M3, cone_mm=(38.0, 19.0, 57.0))
+    cone = heap.cone
+    assert cone is not None
+    true = slump(cone, STRESS_PA, DENSITY_KG_M3, steady=True, finer=1.2)
+    assert true.viscosity_pa_s is not None
+    radius_mm = 0.85 * true.at_rest_mm
+    early_s = float(np.interp(radius_mm, np.maximum.accumulate(true.radius_mm), true.t_s))
+    found = PasteEstimate(STRESS_PA, 1.0, (23.0, 27.0), 30.0, 0.3, cone.volume_mm3, True, {})
+    early = SpreadBlob(radius_mm, 0.2, 0.0, (2 * radius_mm, 2 * radius_mm), ())
+    value, percent = viscosity(heap, found, [(early, early_s)])
+    assert value == pytest.approx(true.viscosity_pa_s, rel=0.15)
+    assert 25 < percent < 60
+    # Twice as thick, it takes twice as long, and of two photos both count.
+    twice, doubt = viscosity(heap, found, [(early, 2 * early_s)])
+    assert twice == pytest.approx(2 * value)
+    both, less = viscosity(heap, found, [(early, early_s), (early, 2 * early_s)])
+    assert value < both < twice
+    assert 25 < less < percent
+    assert doubt < percent

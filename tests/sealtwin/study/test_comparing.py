@@ -6,75 +6,54 @@ import shutil
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
 from sealtwin.cli.studies import compared_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError
-from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study.run_comparison import compare_runs
-from sealtwin.trial.job import DIGITISED, SIMULATED, stage_settings, start_job
+from sealtwin.trial.job import stage_settings
 from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.stage_numbers import NUMBERS
+from sealtwin.trial.stage_numbers import StageName
 from sealtwin.trial.trial_file import load_trial
-from tests.studies import tiny_lab
-from validate.compare import compare
+from tests.labs import edit, sealtwin
+from tests.pages import leave_out_pages
+from tests.studies import TRIAL, job_in, run_tiny
 from validate.figures.compare_sheet import MOST
-from validate.readings.read_readings import read_readings
-from validate.result import COMPARISON
+
+pytestmark = pytest.mark.usefixtures("without_pictures")
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """A tiny run, compared; no report is drawn. It freezes late, and so keeps enough volume for a ranking."""
-    lab = tiny_lab(tmp_path_factory.mktemp("lab")).parent
-    path = tmp_path_factory.mktemp("runs") / "first"
-    text = (lab / "trial.toml").read_text(encoding="utf-8")
-    (lab / "trial.toml").write_text(text.replace("freeze_after_s = 0.2", "freeze_after_s = 0.6"), encoding="utf-8")
-    trial = load_trial(lab / "trial.toml")
-    with open_folder(path, create=True) as folder:
-        run_stages(start_job(trial, lab, folder, "cpu", Progress()), ("digitise", "simulate"))
+    late = TRIAL.replace("freeze_after_s = 0.2", "freeze_after_s = 0.6")
+    path = run_tiny(tmp_path_factory.mktemp("lab"), late)
     hold(path)
     return path
 
 
 def hold(path: Path) -> None:
-    """As the stage validate does it, but for the report."""
-    trial = load_trial(path / "trial.toml")
-    assert trial.readings is not None
-    outline, solid = record_files.read_outline(path), record_files.read_solid(path)
-    readings = read_readings(path / trial.readings.file, trial.readings, outline.length_mm, solid.depth_mm)
-    found = compare(
-        record_files.read_profile(path),
-        readings,
-        outline,
-        solid,
-        role=trial.readings.role,
-        photo_data=trial.shown_by.data,
-    )
-    files.write_json(path / COMPARISON, found.model_dump())
+    """Compare a run with its readings; draw no report."""
+    with pytest.MonkeyPatch.context() as patch, job_in(path) as job:
+        leave_out_pages(patch)
+        run_stages(job, ("validate",))
+
+
+def change(path: Path, stage: StageName, old: str, new: str) -> None:
+    """Change a trial, and its settings in the manifest of a stage."""
+    edit(path / "trial.toml", old, new)
     with open_folder(path, create=False) as folder:
-        inputs = {name: files.sha256(path / name) for name in (*DIGITISED, *SIMULATED, trial.readings.file.as_posix())}
-        settings = stage_settings(trial, "validate")
-        facts = {"numbers": NUMBERS, "given": [str(trial.readings.file)]}
-        folder.record("validate", "key", settings, inputs, [COMPARISON], 1.0, **facts)
+        folder.manifest["stages"][stage]["settings"] = stage_settings(load_trial(path / "trial.toml"), stage)
+        folder.save()
 
 
 @pytest.fixture
 def other(run, tmp_path):
     """The same with another U in its trial and its manifest."""
-    path = tmp_path / "second"
-    shutil.copytree(run, path)
-    trial = path / "trial.toml"
-    text = trial.read_text(encoding="utf-8")
-    assert "U = 30.0" in text
-    trial.write_text(text.replace("U = 30.0", "U = 3.0"), encoding="utf-8")
-    with open_folder(path, create=False) as folder:
-        folder.manifest["stages"]["simulate"]["settings"] = stage_settings(load_trial(trial), "simulate")
-        folder.save()
+    path = shutil.copytree(run, tmp_path / "second")
+    change(path, "simulate", "U = 30.0", "U = 3.0")
     return path
 
 
@@ -100,20 +79,13 @@ def test_runs_are_told_apart_by_what_differs(run, other, tmp_path):
 
 def test_another_sheet_with_the_same_settings_is_a_replicate(run, tmp_path):
     """The same settings with readings of their own; with another nozzle's speed it is another trial."""
-    path = tmp_path / "second"
-    shutil.copytree(run, path)
+    path = shutil.copytree(run, tmp_path / "second")
     sheet = path / "inputs" / "readings.csv"
     sheet.write_text("s_mm,level_1_mm\n1,-3\n4,-3\n7,-2\n11,-2\n", encoding="utf-8")
     hold(path)
     (told,) = compare_runs([run, path], tmp_path / "page")[0]["replicates"]
     assert "over 2 replicates" in told
-    trial = path / "trial.toml"
-    text = trial.read_text(encoding="utf-8")
-    assert "speed_mm_s = 20.0" in text
-    trial.write_text(text.replace("speed_mm_s = 20.0", "speed_mm_s = 21.0"), encoding="utf-8")
-    with open_folder(path, create=False) as folder:
-        folder.manifest["stages"]["digitise"]["settings"] = stage_settings(load_trial(trial), "digitise")
-        folder.save()
+    change(path, "digitise", "speed_mm_s = 20.0", "speed_mm_s = 21.0")
     (told,) = compare_runs([run, path], tmp_path / "page")[0]["replicates"]
     assert told.startswith("No area validation metric")
 
@@ -194,12 +166,8 @@ def test_a_run_that_gained_volume_is_named(run, other, tmp_path):
 
 
 def test_the_command_wants_two_runs(run, other, tmp_path):
-    asked = CliRunner().invoke(app, ["compare", str(run), str(other), "--out", str(tmp_path / "page"), "--json"])
+    asked = sealtwin("compare", run, other, "--out", tmp_path / "page", "--json")
     assert asked.exit_code == 0, asked.output
     assert json.loads(asked.stdout)["differing"] == {"fluid.U": [30.0, 3.0]}
-    assert CliRunner().invoke(app, ["compare", str(run)]).exit_code == 2
-
-
-def test_the_help_says_how_many_runs_it_takes():
-    told = CliRunner().invoke(app, ["compare", "--help"]).output
-    assert f"2 to {MOST}." in told
+    assert sealtwin("compare", run).exit_code == 2
+    assert f"2 to {MOST}." in sealtwin("compare", "--help").output

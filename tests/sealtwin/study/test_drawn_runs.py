@@ -11,17 +11,14 @@ import pytest
 from sealtwin.core import files
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
 from sealtwin.study import drawn_runs, extra_runs
 from sealtwin.study.drawn_runs import PART, draw, takes_draws
 from sealtwin.study.extra_runs import vary
 from sealtwin.study.moved_inputs import Base
-from sealtwin.trial.job import resume_job, start_job
 from sealtwin.trial.pipeline import run_stages
-from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import SPREAD
 from tests.pages import leave_out_pages
-from tests.studies import TRIAL, tiny_lab
+from tests.studies import TRIAL, job_in, run_tiny
 
 PASTE = 'viscosity_pa_s = 0.05\nyield_stress_pa = 1.0\nfreeze_after_s = "never"'
 FAST = TRIAL.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", PASTE).replace(
@@ -31,23 +28,14 @@ DECLARED = "\n[uncertainty]\nvolume_ml = 0.01\ndepth_mm = 0.5\n"
 MM_PER_ML, MM_PER_MM, RUNS = 30.0, 0.3, 4 * PART
 
 
-def run_folder(lab: Path, text: str) -> Path:
-    tiny_lab(lab)
-    (lab / "trial.toml").write_text(text, encoding="utf-8")
-    with open_folder(lab / "run", create=True) as folder:
-        job = start_job(load_trial(lab / "trial.toml"), lab, folder, "cpu", Progress())
-        run_stages(job, ("digitise", "simulate"))
-    return lab / "run"
-
-
 def base_of(path: Path) -> Base:
-    with open_folder(path, create=False) as folder:
-        return Base.of(resume_job(folder, "cpu", Progress()))
+    with job_in(path) as job:
+        return Base.of(job)
 
 
 @pytest.fixture(scope="module")
 def fast(tmp_path_factory) -> Path:
-    return run_folder(tmp_path_factory.mktemp("lab"), FAST + DECLARED)
+    return run_tiny(tmp_path_factory.mktemp("lab"), FAST + DECLARED)
 
 
 @pytest.fixture
@@ -67,8 +55,7 @@ def linear(monkeypatch):
 
 def test_of_a_linear_model_u_input_is_the_closed_form(fast, linear, monkeypatch):
     leave_out_pages(monkeypatch)
-    with open_folder(fast, create=False) as folder:
-        job = resume_job(folder, "cpu", Progress())
+    with job_in(fast) as job:
         assert vary(job)
         assert not vary(job)
         result = run_stages(job, ("validate",)).result

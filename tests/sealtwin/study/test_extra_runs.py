@@ -1,8 +1,11 @@
-"""The extra runs: the same physics at other sizes, inputs moved as declared, computed once, and a failure named."""
+"""The extra runs: the same physics at other sizes, inputs moved as declared, computed once, timed, a failure named."""
 
+import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,16 +16,18 @@ from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
 from sealtwin.study import extra_runs, runner
-from sealtwin.study.extra_runs import vary
+from sealtwin.study.estimate import size_of
+from sealtwin.study.extra_runs import time_of_extra_runs, vary
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import Outcome, read_plan
-from sealtwin.trial.job import resume_job, start_job
+from sealtwin.trial.job import STAGES, Above, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import SPREAD, read_spread
+from tests.labs import edit
 from tests.narration import Narration
-from tests.pages import leave_out_pages
-from tests.studies import TRIAL, tiny_lab
+from tests.pages import leave_out_figures, leave_out_pages, leave_out_pdf
+from tests.studies import TRIAL, job_in, run_tiny, tiny_lab
 from validate.result import read_comparison
 from validate.wording.headline import headline
 
@@ -32,25 +37,24 @@ speed_mm_s = 1.0
 volume_ml = 0.01
 width_mm = 0.1
 """
-STAGES = ("digitise", "simulate")
 
 
 @pytest.fixture(scope="module")
 def run_folder(tmp_path_factory) -> Path:
     """Of the tiny trial, a viscosity by U and a declared doubt about three inputs."""
-    lab = tmp_path_factory.mktemp("lab")
-    tiny_lab(lab)
     # Two abreast at the coarser size too.
-    (lab / "trial.toml").write_text(TRIAL.replace("radius_mm = 0.45", "radius_mm = 0.36") + DECLARED)
-    with open_folder(lab / "run", create=True) as folder:
-        run_stages(start_job(load_trial(lab / "trial.toml"), lab, folder, "cpu", Progress()), STAGES)
-    return lab / "run"
+    return run_tiny(tmp_path_factory.mktemp("lab"), TRIAL.replace("radius_mm = 0.45", "radius_mm = 0.36") + DECLARED)
+
+
+@pytest.fixture
+def path(run_folder, tmp_path) -> Path:
+    """A copy of it."""
+    return shutil.copytree(run_folder, tmp_path / "run")
 
 
 @pytest.fixture(scope="module")
 def varied(run_folder, tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("varied") / "run"
-    shutil.copytree(run_folder, folder)
+    folder = shutil.copytree(run_folder, tmp_path_factory.mktemp("varied") / "run")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(extra_runs, "cores", lambda: 0)
         told = Narration()
@@ -62,26 +66,26 @@ def varied(run_folder, tmp_path_factory) -> Path:
 
 
 @pytest.fixture
+def again(varied, tmp_path) -> Path:
+    """A copy of it."""
+    return shutil.copytree(varied, tmp_path / "run")
+
+
+@pytest.fixture
 def here(monkeypatch):
     """Runs in this process: starting others takes seconds, and is the sweep's own test."""
     monkeypatch.setattr(extra_runs, "cores", lambda: 0)
 
 
 def _vary(path: Path, progress: Progress | None = None) -> bool:
-    with open_folder(path, create=False) as folder:
-        return vary(resume_job(folder, "cpu", progress or Progress()))
+    with job_in(path, progress) as job:
+        return vary(job)
 
 
 def _spread(path: Path):
     """What the validate stage would read of the extra runs."""
-    with open_folder(path, create=False) as folder:
-        return read_spread(resume_job(folder, "cpu", Progress()))
-
-
-def _edited(path: Path, old: str, new: str) -> None:
-    text = (path / "trial.toml").read_text()
-    assert old in text
-    (path / "trial.toml").write_text(text.replace(old, new))
+    with job_in(path) as job:
+        return read_spread(job)
 
 
 def test_three_sizes_of_three_runs_and_a_design_of_four(varied):
@@ -117,8 +121,7 @@ def test_the_paste_is_as_stiff_at_every_size(varied):
 
 def test_a_run_of_the_trials_own_size_and_seed_is_its_own_run(run_folder):
     """To the last digit in profile.csv, though its viscosity is in Pa s: replicates differ from it in seed alone."""
-    with open_folder(run_folder, create=False) as folder:
-        job = resume_job(folder, "cpu", Progress())
+    with job_in(run_folder) as job:
         base = extra_runs.Base.of(job)
         trial = extra_runs._same_physics(base, base.sample, base.run.radius_mm, {})
     (sealing,) = runner.seal(base.sample, [trial], device="cpu", keep_runs=False)
@@ -137,12 +140,10 @@ def test_the_runs_of_a_size_scatter_by_their_seeds(varied):
     assert kept.sizes[1].levels_mm[0] == pytest.approx(own.level_mm)
 
 
-def test_the_comparison_tells_numerics_and_inputs(varied, tmp_path, monkeypatch):
-    path = tmp_path / "run"
-    shutil.copytree(varied, path)
-    given = leave_out_pages(monkeypatch)
-    with open_folder(path, create=False) as folder:
-        result = run_stages(resume_job(folder, "cpu", Progress()), ("validate",)).result
+def test_the_comparison_tells_numerics_and_inputs(again, monkeypatch):
+    path, given = again, leave_out_pages(monkeypatch)
+    with job_in(path) as job:
+        result = run_stages(job, ("validate",)).result
     assert given[0].commands == ("sealtwin run trial.toml", "sealtwin validate reports/tiny --uncertainty")
     assert {"uncertainty: finished", "uncertainty: profile.csv"} < set(given[0].provenance)
     assert "uncertainty: outline.json" not in given[0].provenance, "its hash stands there already"
@@ -171,11 +172,10 @@ def test_a_second_call_computes_nothing(varied, monkeypatch):
     assert (varied / SPREAD).read_bytes() == before
 
 
-def test_what_was_done_before_a_kill_is_not_done_again(varied, tmp_path, monkeypatch, here):
+def test_what_was_done_before_a_kill_is_not_done_again(varied, again, monkeypatch, here):
     """Without its result but with its ledger, a folder computes only the run whose profile is gone."""
-    path = tmp_path / "run"
-    shutil.copytree(varied, path)
-    _edited(path, "volume_ml = 0.01", "volume_ml = 0.0100")
+    path = again
+    edit(path / "trial.toml", "volume_ml = 0.01", "volume_ml = 0.0100")
     (path / SPREAD).unlink()
     lost = read_plan(path / "uncertainty").runs[9]
     shutil.rmtree(path / "uncertainty" / "runs" / lost.key[:16])
@@ -191,34 +191,28 @@ def test_what_was_done_before_a_kill_is_not_done_again(varied, tmp_path, monkeyp
     assert (path / SPREAD).read_bytes() == (varied / SPREAD).read_bytes()
 
 
-def test_other_settings_make_the_old_runs_say_nothing(varied, tmp_path):
-    path = tmp_path / "run"
-    shutil.copytree(varied, path)
-    _edited(path, "width_mm = 0.1", "width_mm = 0.2")
-    assert _spread(path) is None
-    assert _spread(varied) is not None
+def test_other_settings_make_the_old_runs_say_nothing(again):
+    assert _spread(again) is not None
+    edit(again / "trial.toml", "width_mm = 0.1", "width_mm = 0.2")
+    assert _spread(again) is None
 
 
-def test_a_failed_run_is_named_and_nothing_is_said(run_folder, tmp_path, monkeypatch, here):
-    path = tmp_path / "run"
-    shutil.copytree(run_folder, path)
-
+def test_a_failed_run_is_named_and_nothing_is_said(path, monkeypatch, here):
     monkeypatch.setattr(runner, "seal", lambda *_, **__: [Outcome("failed", reason="diverged in frame 7.")])
     with pytest.raises(NumericalError, match=r"12 of 12 extra runs failed.*\nsolver.radius_mm = 0.2769: diverged in"):
         _vary(path)
     assert not (path / SPREAD).exists()
 
 
-def test_without_readings_the_level_is_a_prediction_with_its_band(varied, tmp_path, monkeypatch):
+def test_without_readings_the_level_is_a_prediction_with_its_band(again, monkeypatch):
     """The extra runs are those of a comparison, which need no reading."""
-    path = tmp_path / "run"
-    shutil.copytree(varied, path)
+    path = again
     text = (path / "trial.toml").read_text()
     (path / "trial.toml").write_text(re.sub(r"(?s)\[readings\].*?(?=\n\[|$)", "", text))
     assert not _vary(path), "none is computed again"
     given = leave_out_pages(monkeypatch)
-    with open_folder(path, create=False) as folder:
-        result = run_stages(resume_job(folder, "cpu", Progress()), ("validate",)).result
+    with job_in(path) as job:
+        result = run_stages(job, ("validate",)).result
     predicted = files.read_json(path / "prediction.json")
     own = record_files.read_profile(path)
     assert predicted["level_mm"] == pytest.approx(np.interp(predicted["s_mm"], own.s_mm, own.level_mm), abs=1e-3)
@@ -237,9 +231,7 @@ def test_without_readings_the_level_is_a_prediction_with_its_band(varied, tmp_pa
     assert sentence.startswith("Predicted, nothing fitted to this sample: the mean level is ")
 
 
-def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(run_folder, tmp_path, monkeypatch):
-    path = tmp_path / "run"
-    shutil.copytree(run_folder, path)
+def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(path, monkeypatch):
     monkeypatch.setattr(extra_runs, "RATIO", 1.6)
     with pytest.raises(
         InputError, match=r"extra run with solver.radius_mm = 0.576 is not possible: .*fewer than 2 particles"
@@ -255,10 +247,74 @@ def test_a_size_that_does_not_fit_the_crack_is_told_with_the_run_that_needs_it(r
         ("yield_stress_pa = 5.0", r"yield_stress_pa = -5\.0"),
     ],
 )
-def test_what_cannot_be_moved_as_declared_is_refused(run_folder, tmp_path, declared, message, here):
+def test_what_cannot_be_moved_as_declared_is_refused(path, declared, message, here):
     """The path begins 1 mm from the end, the walls have no angle, and the paste no yield stress."""
-    path = tmp_path / "run"
-    shutil.copytree(run_folder, path)
-    _edited(path, "speed_mm_s = 1.0\n", f"{declared}\n")
+    edit(path / "trial.toml", "speed_mm_s = 1.0\n", f"{declared}\n")
     with pytest.raises(InputError, match=message):
         _vary(path)
+
+
+@pytest.fixture(scope="module")
+def own_run(tmp_path_factory):
+    return run_tiny(tmp_path_factory.mktemp("lab"))
+
+
+@pytest.mark.parametrize(("declared", "designed"), [("", 0), (DECLARED, 4)])
+def test_it_is_the_own_run_scaled_to_three_of_each_size_and_the_design(own_run, monkeypatch, declared, designed):
+    """By hand: three finer runs, two more of the own size, three coarser ones and the design, on two cores."""
+    (own_run / "trial.toml").write_text(TRIAL.replace("readings.csv", "inputs/readings.csv") + declared)
+    monkeypatch.setattr(extra_runs, "cores", lambda: 2)
+    manifest = json.loads((own_run / "manifest.json").read_text())
+    manifest["stages"]["simulate"]["wall_time_s"] = 1e5  # Hours have a decimal
+    (own_run / "manifest.json").write_text(json.dumps(manifest))
+    trial, sample = load_trial(own_run / "trial.toml"), record_files.read_sample(own_run)
+    finer_s, own_s, coarser_s = (
+        size_of(
+            trial.model_copy(update={"solver": trial.solver.model_copy(update={"radius_mm": 0.45 * ratio})}), sample
+        ).work_s
+        for ratio in (1 / 1.3, 1.0, 1.3)
+    )
+    expected_s = (3 * finer_s + 2 * own_s + (3 + designed) * coarser_s) / own_s * 1e5 / 2
+    with job_in(own_run) as job:
+        hours, unit = time_of_extra_runs(job).split()
+    # The last run leaves one of the cores idle.
+    assert (float(hours), unit) == (pytest.approx(expected_s / 3600, rel=0.02), "h")
+
+
+def test_the_fast_models_draws_take_as_long_as_one_of_them_on_this_machine(tmp_path, monkeypatch):
+    """A run of the fast model with moved inputs, timed as 36 s: a thousand on two cores take 5 h."""
+    text = TRIAL.replace("freeze_after_s = 0.2\n", 'freeze_after_s = "never"\nyield_stress_pa = 3.0\n').replace(
+        "substeps = 2\n", 'model = "slot"\n'
+    )
+    run = run_tiny(tmp_path, text + DECLARED)
+    monkeypatch.setattr(extra_runs, "cores", lambda: 2)
+    ticks = iter([0.0, 36.0])
+    monkeypatch.setattr(extra_runs, "time", SimpleNamespace(perf_counter=lambda: next(ticks)))
+    with job_in(run) as job:
+        assert time_of_extra_runs(job) == "5.0 h"
+
+
+def test_a_sealant_that_is_too_stiff_in_finer_particles_has_no_time_and_no_fault(own_run):
+    """The run stands, and its report is written: what cannot be is for 'sealtwin validate RUN --uncertainty' to say."""
+    stiff = TRIAL.replace("readings.csv", "inputs/readings.csv").replace("U = 30.0", "viscosity_pa_s = 1000")
+    (own_run / "trial.toml").write_text(stiff)
+    trial, sample = load_trial(own_run / "trial.toml"), record_files.read_sample(own_run)
+    size_of(trial, sample)
+    finer = trial.model_copy(update={"solver": trial.solver.model_copy(update={"radius_mm": 0.45 / 1.3})})
+    with pytest.raises(InputError, match=r"fluid\.viscosity_pa_s is 1000"):
+        size_of(finer, sample)
+    with job_in(own_run) as job:
+        assert time_of_extra_runs(job) == ""
+
+
+def test_it_is_asked_for_once_a_command(tmp_path, monkeypatch):
+    """It times a run of the fast model: asked for again, it could say another time than the report."""
+    leave_out_figures(monkeypatch)
+    leave_out_pdf(monkeypatch)
+    tiny_lab(tmp_path)
+    edit(tmp_path / "trial.toml", "substeps = 2", "substeps = 2\nsettle_s = 0.2")
+    told = iter(["5 min", "6 min"])
+    with open_folder(tmp_path / "run", create=True) as folder:
+        job = start_job(load_trial(tmp_path / "trial.toml"), tmp_path, folder, "cpu", Progress())
+        run_stages(replace(job, above=Above(extra_runs=lambda _: next(told))), STAGES)
+    assert next(told) == "6 min"

@@ -7,41 +7,38 @@ import signal
 import sys
 import time
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from sealtwin.core.progress import Progress
 from sealtwin.study.study_folder import OUTCOME, read_plan, run_path
-from sealtwin.study.sweep import SweepOptions, merge, sweep
+from sealtwin.study.sweep import merge, sweep
 from tests.programs import start_interruptible
-from tests.studies import compute_here, results_of, tiny_lab
+from tests.studies import HERE, results_of, tiny_lab
 
 pytestmark = pytest.mark.skipif(
     not Path("/proc/self/task").is_dir(), reason="finds a process' children as Linux lists them"
 )
-PLANNED = SweepOptions(device="cpu", jobs=2, batch=1, dry_run=True)
 GRID = '[grid]\nseed = [1, 2, 3, 4, 5, 6]\n"fluid.U" = [1.0, 10.0, 100.0, 1000.0]\n'
 
 
 @pytest.fixture(scope="module")
-def lab(tmp_path_factory):
+def many(tmp_path_factory):
     """The study file of 24 tiny runs."""
     return tiny_lab(tmp_path_factory.mktemp("lab"), GRID)
 
 
 @pytest.fixture(scope="module")
-def unbroken(lab, tmp_path_factory):
+def results(many, tmp_path_factory):
     """Their results, computed in this process from beginning to end."""
     out = tmp_path_factory.mktemp("unbroken") / "out"
-    sweep(lab, out, PLANNED, Progress())
-    compute_here(out)
+    sweep(many, out, HERE, Progress())
     return results_of(out)
 
 
-def _start(lab, out, *options):
-    command = [sys.executable, "-m", "sealtwin", "sweep", lab, "--out", out, "--device", "cpu", "--jobs", "2"]
+def _start(study, out, *options, jobs=2):
+    command = [sys.executable, "-m", "sealtwin", "sweep", study, "--out", out, "--device", "cpu", "--jobs", jobs]
     # A group of its own, as a terminal makes it.
     return start_interruptible([*map(str, command), "--quiet", *options], start_new_session=True)
 
@@ -75,11 +72,11 @@ def _wait_for_progress(parent, out, more):
         time.sleep(0.02)
 
 
-def _kill_until_done(lab, out, kills, seed, *options):
+def _kill_until_done(study, out, kills, seed, *options):
     """Kill now a worker and now the parent, or both, most of them while runs are computed."""
     chance = random.Random(seed)
     seen, killed = [], 0
-    parent = _start(lab, out, *options)
+    parent = _start(study, out, *options)
     while killed < kills:
         _wait_for_progress(parent, out, chance.choice([0, 1, 1]))
         time.sleep(chance.uniform(0, 0.3))
@@ -92,7 +89,7 @@ def _kill_until_done(lab, out, kills, seed, *options):
             parent.kill()
             parent.communicate()
             assert _gone(workers), "workers outlive their parent"
-            parent = _start(lab, out, *options)
+            parent = _start(study, out, *options)
         killed += 1
     _, errors = parent.communicate(timeout=300)
     assert parent.returncode == 0, errors
@@ -109,42 +106,34 @@ def _gone(pids):
     return not any(_command(pid) for pid in pids)
 
 
-def _check(out, unbroken):
-    assert results_of(out) == unbroken
+def _check(out, results):
+    assert results_of(out) == results
     assert len(_finished(out)) == 24
     assert not list(out.glob("runs/*/.*"))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
-def test_a_sweep_killed_ten_times_ends_as_an_unbroken_one(lab, unbroken, tmp_path, seed):
-    _kill_until_done(lab, tmp_path / "out", 10, seed)
-    _check(tmp_path / "out", unbroken)
+def test_a_sweep_killed_ten_times_ends_as_an_unbroken_one(many, results, tmp_path, seed):
+    _kill_until_done(many, tmp_path / "out", 10, seed)
+    _check(tmp_path / "out", results)
 
 
 @pytest.mark.slow
-def test_two_shards_killed_five_times_each_merge_to_an_unbroken_sweep(lab, unbroken, tmp_path):
+def test_two_shards_killed_five_times_each_merge_to_an_unbroken_sweep(many, results, tmp_path):
     shards = [tmp_path / "1", tmp_path / "2"]
     for number, out in enumerate(shards, start=1):
-        _kill_until_done(lab, out, 5, number, "--shard", f"{number}/2")
+        _kill_until_done(many, out, 5, number, "--shard", f"{number}/2")
     assert merge(shards, tmp_path / "out")["exit_code"] == 0
-    _check(tmp_path / "out", unbroken)
+    _check(tmp_path / "out", results)
 
 
-def test_a_parent_that_is_killed_leaves_no_worker_and_the_same_command_ends_its_sweep(tmp_path):
-    lab, out = tiny_lab(tmp_path / "lab"), tmp_path / "out"
-    _kill_until_done(lab, out, 2, 1)
-    here = tmp_path / "here"
-    sweep(lab, here, replace(PLANNED, dry_run=False, jobs=0), Progress())
-    assert results_of(out) == results_of(here)
-
-
-def test_interrupted_it_leaves_no_process_and_the_same_command_ends_it(lab, tmp_path):
+def test_interrupted_it_leaves_no_process_and_keeps_what_is_done(many, tmp_path):
     out = tmp_path / "out"
-    parent = _start(lab, out)
+    parent = _start(many, out, jobs=1)
     _wait_for_progress(parent, out, 1)
     workers = _workers(parent.pid)
-    assert len(workers) == 2
+    assert len(workers) == 1
     # Ctrl-C reaches all processes of a terminal.
     os.killpg(parent.pid, signal.SIGINT)
     _, errors = parent.communicate(timeout=300)
@@ -155,15 +144,12 @@ def test_interrupted_it_leaves_no_process_and_the_same_command_ends_it(lab, tmp_
     assert 1 <= len(_finished(out)) < 24
 
 
-def test_files_of_a_killed_write_are_removed_and_half_a_run_is_computed_again(tmp_path):
-    lab, out = tiny_lab(tmp_path / "lab"), tmp_path / "out"
-    sweep(lab, out, replace(PLANNED, dry_run=False, jobs=0), Progress())
-    before = results_of(out)
+def test_files_of_a_killed_write_are_removed_and_half_a_run_is_computed_again(lab, unbroken, done):
+    out = done
     run = run_path(out, read_plan(out).runs[0].key)
     (run / OUTCOME).unlink()
     (run / ".sealtwin-tmp-4711-0123abcd.csv").write_text("s_mm,le")
     shutil.rmtree(next(path for path in out.glob("runs/*") if path != run))
-    report = sweep(lab, out, replace(PLANNED, dry_run=False, jobs=0), Progress())
-    assert report["states"]["done"] == 4
-    assert results_of(out) == before
+    assert sweep(lab, out, HERE, Progress())["states"]["done"] == 4
+    assert results_of(out) == results_of(unbroken)
     assert not list(out.glob("runs/*/.*"))

@@ -6,9 +6,7 @@ import shutil
 from dataclasses import replace
 
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
 from sealtwin.cli.studies import mapped_lines
 from sealtwin.core import record_files
 from sealtwin.core.errors import InputError
@@ -17,8 +15,9 @@ from sealtwin.core.progress import Progress
 from sealtwin.study import study_map
 from sealtwin.study.study_folder import forget_outcome, profile_path, read_plan, run_path, write_outcome, write_plan
 from sealtwin.study.study_map import map_study, watch_runs
-from sealtwin.study.sweep import SweepOptions, sweep
-from tests.studies import tiny_lab
+from tests.labs import sealtwin
+
+pytestmark = pytest.mark.usefixtures("without_pictures")
 
 
 def mapped_without_fills(folder, out=None, caliper=None, data=None):
@@ -26,29 +25,15 @@ def mapped_without_fills(folder, out=None, caliper=None, data=None):
     return map_study(folder, out, caliper, data, None, Progress(), any_volume=True)
 
 
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory):
-    return tiny_lab(tmp_path_factory.mktemp("lab"))
-
-
-@pytest.fixture(scope="module")
-def swept(lab, tmp_path_factory):
-    """Four tiny runs that are done."""
-    out = tmp_path_factory.mktemp("swept") / "out"
-    sweep(lab, out, SweepOptions(device="cpu", jobs=0, batch=1), Progress())
-    return out
-
-
 @pytest.fixture
-def study(swept, tmp_path):
-    shutil.copytree(swept, tmp_path / "study")
-    return tmp_path / "study"
+def study(done):
+    return done
 
 
-def test_errors_are_those_of_the_ledger(swept, tmp_path):
+def test_errors_are_those_of_the_ledger(unbroken, tmp_path):
     """Two ways to one integral: the pipeline's, and the map's of a profile that its file rounds to 1e-6 mm."""
-    mapped = mapped_without_fills(swept, tmp_path)
-    kept = {run.number: run.figures for run in read_plan(swept).runs}
+    mapped = mapped_without_fills(unbroken, tmp_path)
+    kept = {run.number: run.figures for run in read_plan(unbroken).runs}
     for run in mapped.chart.runs:
         figures = kept[run.number]
         assert figures is not None
@@ -172,13 +157,13 @@ def test_other_readings_say_where_they_come_from(study, lab, tmp_path):
         assert second.bias_mm - first.bias_mm == pytest.approx(1.0, abs=1e-9)
 
 
-def test_the_command_answers_with_one_object(swept, tmp_path):
+def test_the_command_answers_with_one_object(unbroken, tmp_path):
     """And with exit code 3 and one sentence where there is nothing to map."""
     options = "--any-volume", "--json", "--quiet"
-    asked = CliRunner().invoke(app, ["map", str(swept), "--no-fills", "--out", str(tmp_path), *options])
+    asked = sealtwin("map", unbroken, "--no-fills", "--out", tmp_path, *options)
     assert asked.exit_code == 0, asked.output
     assert json.loads(asked.stdout) == json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
-    refused = CliRunner().invoke(app, ["map", str(tmp_path), "--no-fills", "--json"])
+    refused = sealtwin("map", tmp_path, "--no-fills", "--json")
     assert refused.exit_code == 3
     assert "no study" in json.loads(refused.stdout)["error"]
 

@@ -15,22 +15,22 @@ from pathlib import Path
 
 import psutil
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding
 from sealtwin.study import photos as batch
 from sealtwin.study.photos import PlannedPhoto, digitise_many, plan
+from tests.labs import sealtwin
 from tests.pictures import mortar, with_crack, write_png
-from tests.places import FIXTURE
+from tests.studies import tiny_lab
 
+SIZE_PX = (250, 150)
 GIVEN = {"photo.mm_per_px": 0.1, "crack.depth_mm": 16.0}
 
 
-def _digitise(*arguments):
-    return CliRunner().invoke(app, ["digitise", *(str(argument) for argument in arguments), "--quiet"])
+def _digitise(photos, *arguments, scale=("--mm-per-px", 0.1)):
+    return sealtwin("digitise", photos, *scale, "--depth-mm", 16, *arguments, "--quiet")
 
 
 @pytest.fixture(scope="module")
@@ -38,34 +38,39 @@ def lab(tmp_path_factory):
     """Two photos with a crack, a mortar face without one, and a text file that calls itself a photo."""
     folder = tmp_path_factory.mktemp("lab")
     # Straight ones would pass for joints.
-    first = [(40, 150), (110, 162), (190, 140), (280, 157), (370, 136), (460, 148)]
-    second = [(40, 120), (120, 131), (200, 118), (290, 146), (380, 139), (460, 170)]
-    write_png(folder / "first.png", with_crack(mortar(), first))
-    write_png(folder / "second.png", with_crack(mortar(), second))
-    write_png(folder / "plain.png", mortar())
+    first = [(20, 75), (55, 81), (95, 70), (140, 79), (185, 68), (230, 74)]
+    second = [(20, 60), (60, 66), (100, 59), (145, 73), (190, 70), (230, 85)]
+    write_png(folder / "first.png", with_crack(mortar(SIZE_PX), first))
+    write_png(folder / "second.png", with_crack(mortar(SIZE_PX), second))
+    write_png(folder / "plain.png", mortar(SIZE_PX))
     (folder / "note.jpg").write_text("This is no photo.")
     return folder
+
+
+def _both(lab, out, **how):
+    """Digitise the two photos with a crack."""
+    return digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), out, Progress(), **how)
 
 
 @pytest.fixture(scope="module")
 def done(lab, tmp_path_factory):
     out = tmp_path_factory.mktemp("batch") / "out"
-    return out, _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out)
+    return out, _digitise(lab, "--out", out)
 
 
 def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
     out, answer = done
     assert answer.exit_code == 6, answer.output
-    last = answer.stdout.splitlines()[-2:]
-    assert "failed: " in last[0]
-    assert "note.jpg: not a readable photo" in last[0]
-    assert "plain.png: no crack found" in last[1]
+    note, plain = answer.stdout.splitlines()[-2:]
+    assert "failed: " in note
+    assert "note.jpg: not a readable photo" in note
+    assert "plain.png: no crack found" in plain
     with (out / "photos.csv").open(newline="") as opened:
         rows = {Path(row["file"]).name: row for row in csv.DictReader(opened)}
     assert [rows[name]["status"] for name in ("first.png", "note.jpg", "plain.png", "second.png")] == [
         "ok", "failed", "failed", "ok",
     ]  # fmt: skip
-    assert 42 < float(rows["first.png"]["length_mm"]) < 46  # 41.9 mm were drawn, and a round end of 0.7 at each side
+    assert 21 < float(rows["first.png"]["length_mm"]) < 24  # 20.9 mm were drawn, and a round end of 0.7 at each side
     assert float(rows["first.png"]["cavity_ml"]) == pytest.approx(float(rows["first.png"]["sealant_ml"]), rel=1e-3)
     assert rows["first.png"]["path_source"] == "automatic"
 
@@ -73,7 +78,7 @@ def test_a_batch_goes_on_past_photos_that_fail_and_names_them_at_its_end(done):
 def test_a_second_call_redoes_nothing_and_tells_the_same(done, lab):
     out, first = done
     before = {path: path.stat().st_mtime_ns for path in out.glob("*/crack.ply")}
-    again = _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out)
+    again = _digitise(lab, "--out", out)
     assert len(before) == 2
     assert {path: path.stat().st_mtime_ns for path in out.glob("*/crack.ply")} == before
     assert again.stdout == first.stdout
@@ -81,12 +86,12 @@ def test_a_second_call_redoes_nothing_and_tells_the_same(done, lab):
 
 def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
     """Of two alike none is taken; a picture numbers them, and a number in the table is asked for no second time."""
-    upper = [(30, 60), (120, 40), (200, 75), (300, 50), (390, 90), (470, 70)]
-    lower = [(30, 240), (110, 262), (210, 225), (290, 250), (380, 215), (470, 230)]
+    upper = [(15, 30), (60, 20), (100, 38), (150, 25), (195, 45), (235, 35)]
+    lower = [(15, 120), (55, 131), (105, 112), (145, 125), (190, 108), (235, 115)]
     (tmp_path / "photos").mkdir()
-    write_png(tmp_path / "photos" / "two.png", with_crack(with_crack(mortar(), upper), lower))
+    write_png(tmp_path / "photos" / "two.png", with_crack(with_crack(mortar(SIZE_PX), upper), lower))
     out = tmp_path / "out"
-    arguments = (tmp_path / "photos", "--depth-mm", 16, "--mm-per-px", 0.1, "--out", out)
+    arguments = (tmp_path / "photos", "--out", out)
     asked = _digitise(*arguments)
     assert asked.exit_code == 6
     assert "2 cracks compete, best first" in asked.stdout
@@ -110,10 +115,13 @@ def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
 def test_the_contact_sheet_shows_every_photo_and_loads_nothing(done):
     page = (done[0] / "index.html").read_text()
     assert page.count("data:image/jpeg;base64,") == 2
-    assert "2 of 4 photos digitised" in page
-    assert "was found automatically" in page
-    assert "Found automatically: <strong>2 of 2</strong>" in page
-    assert "Up to 16.0 mm deep, as given" in page
+    for words in (
+        "2 of 4 photos digitised",
+        "was found automatically",
+        "Found automatically: <strong>2 of 2</strong>",
+        "Up to 16.0 mm deep, as given",
+    ):
+        assert words in page
     assert "http" not in page.replace("http-equiv", "")
 
 
@@ -143,23 +151,27 @@ def test_names_with_markup_or_formulas_stay_text(tmp_path, lab):
     assert "'+1; x" in row
 
 
-def test_photos_of_one_name_do_not_share_a_folder(tmp_path):
-    for name in ("a/x.jpg", "a/x.png", "b/X.jpg", "b/y.jpg"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).touch()
-    names = [item.name for item in plan([tmp_path / "a", tmp_path / "b"], GIVEN)]
+@pytest.mark.parametrize(
+    ("photos", "last"),
+    [
+        pytest.param(("a/x.jpg", "a/x.png", "b/X.jpg", "b/y.jpg"), "y", id="photos of one name share no folder"),
+        pytest.param(("p/a/x.png", "q/a/x.png", "r/a/x.png", "s/a-x-2.png"), "a-x-2", id="nor take another's name"),
+    ],
+)
+def test_each_photo_has_a_folder_of_its_own(tmp_path, photos, last):
+    names = [item.name for item in plan([tmp_path / photo for photo in photos], GIVEN)]
     assert len({name.casefold() for name in names}) == 4
-    assert names[3] == "y"
+    assert names[3] == last
 
 
 def test_a_photo_with_a_trial_beside_it_is_digitised_by_that(tmp_path):
-    for name in ("trial.toml", "photo.jpg", "caliper.csv"):
-        shutil.copy(FIXTURE / name, tmp_path / name)
-    (tmp_path / "trial.toml").rename(tmp_path / "photo.toml")
+    """With its own scale, depth and ends, of which the command line gives none."""
+    tiny_lab(tmp_path)
+    (tmp_path / "trial.toml").rename(tmp_path / "crack.toml")
     report = digitise_many(plan([tmp_path], {}), tmp_path / "out", Progress())
     assert report.exit_code == 0, report.rows
-    assert "markers" in report.rows[0].scale_source
-    assert report.rows[0].path_source == "ends"
+    (row,) = report.rows
+    assert (row.mm_per_px, row.depth_mm, row.path_source) == (0.1, 8.0, "ends")
 
 
 def test_a_mask_named_by_a_trial_is_no_photo_of_its_own(tmp_path):
@@ -181,7 +193,7 @@ def test_a_bug_in_one_photo_is_told_of_and_costs_no_other_one(tmp_path, lab, mon
         return real(job, stages)
 
     monkeypatch.setattr(batch, "run_stages", burst)
-    report = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
+    report = _both(lab, tmp_path)
     assert report.exit_code == 1
     assert [row.status for row in report.rows] == ["bug", "ok"]
     assert "ZeroDivisionError: on purpose" in (tmp_path / "first" / "fault.txt").read_text()
@@ -197,7 +209,7 @@ def test_an_interrupted_batch_tells_of_what_is_done(tmp_path, lab, monkeypatch):
 
     monkeypatch.setattr(batch, "run_stages", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
+        _both(lab, tmp_path)
     assert [row["folder"] for row in json.loads((tmp_path / "batch.json").read_text())["photos"]] == ["first"]
 
 
@@ -218,20 +230,13 @@ def test_two_batches_cannot_share_a_folder(tmp_path, lab):
     assert "in use by process" in refusals[0]
 
 
-def test_nothing_of_the_users_is_overwritten(tmp_path, lab):
-    (tmp_path / "index.html").write_text("mine")
-    answer = _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", tmp_path)
+@pytest.mark.parametrize("name", ["index.html", "batch.json"])
+def test_nothing_of_the_users_is_overwritten(tmp_path, lab, name):
+    (tmp_path / name).write_text("mine")
+    answer = _digitise(lab, "--out", tmp_path)
     assert answer.exit_code == 3
-    assert "which no batch wrote" in answer.stderr
-    assert (tmp_path / "index.html").read_text() == "mine"
-
-
-def test_a_listing_of_somebody_else_is_not_overwritten(tmp_path, lab):
-    (tmp_path / "batch.json").write_text("mine")
-    answer = _digitise(lab, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", tmp_path)
-    assert answer.exit_code == 3
-    assert "batch.json, which no batch wrote" in answer.stderr
-    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("batch.json", "mine")]
+    assert f"{name}, which no batch wrote" in answer.stderr
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [(name, "mine")]
 
 
 @pytest.mark.parametrize(
@@ -243,13 +248,6 @@ def test_no_photos_name_is_a_way_out_or_a_file_of_the_batch(tmp_path, name):
     folder = plan([tmp_path / name], GIVEN)[0].name
     assert not folder.startswith(".")
     assert "." not in folder
-
-
-def test_numbers_for_photos_of_one_name_are_not_other_photos_names(tmp_path):
-    places = ("p/a/x.png", "q/a/x.png", "r/a/x.png", "s/a-x-2.png")
-    names = [item.name for item in plan([tmp_path / place for place in places], GIVEN)]
-    assert len({name.casefold() for name in names}) == 4
-    assert names[3] == "a-x-2"
 
 
 def test_a_name_that_is_not_utf8_fails_alone(tmp_path, lab):
@@ -265,7 +263,7 @@ def test_a_full_disk_is_told_for_each_photo_and_is_no_bug(tmp_path, lab):
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, hard))
     try:
-        report = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
+        report = _both(lab, tmp_path)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert report.exit_code == 6
@@ -281,25 +279,19 @@ def test_a_bug_on_a_full_disk_stops_nothing(tmp_path, lab, monkeypatch):
         raise ZeroDivisionError("on purpose")
 
     monkeypatch.setattr(batch, "run_stages", burst)
-    report = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress())
+    report = _both(lab, tmp_path)
     assert [row.status for row in report.rows] == ["bug", "bug"]
     assert "Traceback" in report.rows[0].reason
 
 
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [
-        (
-            ("--mm-per-px", 0.1, "--depth-mm", 16, "--ends", "1,2", "3,4", "--out", "x"),
-            "photo.ends_px for several photos",
-        ),
-        (("--mm-per-px", 0.1, "--depth-mm", 16), "--out"),
-    ],
-)
-def test_what_only_one_photo_can_have_is_refused_for_several(lab, arguments, named):
-    answer = _digitise(lab, *arguments)
-    assert answer.exit_code == 2
-    assert named in answer.stderr.replace("\n", " ")
+def test_what_only_one_photo_can_have_is_refused_for_several(lab):
+    for arguments, named in (
+        (("--ends", "1,2", "3,4", "--out", "x"), "photo.ends_px for several photos"),
+        ((), "--out"),
+    ):
+        answer = _digitise(lab, *arguments)
+        assert answer.exit_code == 2
+        assert named in answer.stderr.replace("\n", " ")
 
 
 def test_what_a_mac_leaves_beside_a_photo_is_no_photo(tmp_path):
@@ -311,7 +303,7 @@ def test_what_a_mac_leaves_beside_a_photo_is_no_photo(tmp_path):
 
 
 def test_a_folder_without_photos_is_named(tmp_path):
-    answer = _digitise(tmp_path, "--depth-mm", 16, "--mm-per-px", 0.1, "--out", tmp_path / "out")
+    answer = _digitise(tmp_path, "--out", tmp_path / "out")
     assert answer.exit_code == 3
     assert "no photos; expected" in answer.stderr
 
@@ -332,8 +324,7 @@ def test_killed_processes_cost_no_photo_that_is_done(tmp_path, lab):
     assert report.exit_code == 6
     assert "killed" in report.rows[1].reason
     assert (tmp_path / "index.html").is_file()
-    again = digitise_many(plan([lab / "first.png", lab / "second.png"], GIVEN), tmp_path, Progress(), jobs=2)
-    assert again.exit_code == 0
+    assert _both(lab, tmp_path, jobs=2).exit_code == 0
 
 
 @pytest.mark.slow

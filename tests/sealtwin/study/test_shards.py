@@ -8,32 +8,17 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
 from sealtwin.cli.studies import swept_lines
 from sealtwin.core.cluster import KILLED, Lost, run_tasks
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.study import runner
 from sealtwin.study.study_folder import PLAN, profile_path, read_plan
-from sealtwin.study.sweep import SweepOptions, merge, sweep
+from sealtwin.study.sweep import merge, sweep
 from sealtwin.trial.stage_numbers import NUMBERS, own_numbers
-from tests.studies import results_of, tiny_lab
-
-HERE = SweepOptions(device="cpu", jobs=0, batch=1)
-
-
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory):
-    return tiny_lab(tmp_path_factory.mktemp("lab"))
-
-
-@pytest.fixture(scope="module")
-def unbroken(lab, tmp_path_factory):
-    out = tmp_path_factory.mktemp("unbroken") / "out"
-    sweep(lab, out, HERE, Progress())
-    return out
+from tests.labs import sealtwin
+from tests.studies import HERE, results_of, tiny_lab
 
 
 @pytest.fixture(scope="module")
@@ -44,10 +29,6 @@ def shards(lab, tmp_path_factory):
     return folders
 
 
-def _sweep(*arguments):
-    return CliRunner().invoke(app, ["sweep", *map(str, arguments)])
-
-
 def _rows(out):
     return list(csv.DictReader((out / "runs.csv").read_text().splitlines()))
 
@@ -55,7 +36,7 @@ def _rows(out):
 def test_shards_hold_each_run_once_and_merge_to_the_whole(lab, shards, unbroken, tmp_path):
     assert [[run.number for run in read_plan(shard).runs] for shard in shards] == [[1, 4], [2], [3]]
     out = tmp_path / "out"
-    answer = _sweep("merge", *shards, "--out", out)
+    answer = sealtwin("sweep", "merge", *shards, "--out", out)
     assert answer.exit_code == 0, answer.output
     assert results_of(out) == results_of(unbroken)
     assert [{**row, "wall_s": ""} for row in _rows(out)] == [{**row, "wall_s": ""} for row in _rows(unbroken)]
@@ -95,7 +76,7 @@ def test_what_is_no_shard_of_the_same_study_is_not_merged(shards, tmp_path):
 
 @pytest.mark.parametrize("shard", ["0/2", "3/2", "1", "a/b", "1/2/3"])
 def test_a_shard_that_cannot_be_is_a_usage_error(lab, shard):
-    assert _sweep(lab, "--shard", shard).exit_code == 2
+    assert sealtwin("sweep", lab, "--shard", shard).exit_code == 2
 
 
 def test_more_shards_than_runs_are_refused(lab, tmp_path):
@@ -142,18 +123,18 @@ def test_a_run_that_kills_three_workers_is_given_up_with_its_reason(
     assert results_of(out) == results_of(unbroken)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def scheduler():
-    """The address of a scheduler with two workers, which know nothing of the sweep's folder."""
+    """The address of a scheduler with a worker, which knows nothing of the sweep's folder."""
     from distributed import LocalCluster
 
-    cluster: Any = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", host="tcp://127.0.0.1")
+    cluster: Any = LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0", host="tcp://127.0.0.1")
     with cluster:
         yield cluster.scheduler_address
 
 
 def test_a_cluster_gives_what_this_machine_gives(lab, unbroken, tmp_path, scheduler):
-    answer = _sweep(lab, "--out", tmp_path / "out", "--device", "cpu", "--scheduler", scheduler, "--quiet")
+    answer = sealtwin("sweep", lab, "--out", tmp_path / "out", "--device", "cpu", "--scheduler", scheduler, "--quiet")
     assert answer.exit_code == 0, answer.output
     assert results_of(tmp_path / "out") == results_of(unbroken)
 
@@ -168,6 +149,6 @@ def test_a_worker_of_other_stage_numbers_is_refused(scheduler, monkeypatch):
 
 def test_a_scheduler_that_is_not_there_is_bad_input(lab, tmp_path, monkeypatch):
     monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.5)
-    answer = _sweep(lab, "--out", tmp_path / "out", "--device", "cpu", "--scheduler", "tcp://127.0.0.1:9")
+    answer = sealtwin("sweep", lab, "--out", tmp_path / "out", "--device", "cpu", "--scheduler", "tcp://127.0.0.1:9")
     assert answer.exit_code == 3
     assert "--scheduler tcp://127.0.0.1:9: " in answer.stderr

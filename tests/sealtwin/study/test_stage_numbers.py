@@ -7,38 +7,36 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from sealtwin.api.trials import write_map
-from sealtwin.cli.app import app
 from sealtwin.cli.studies import compared_lines, mapped_lines
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
 from sealtwin.study.run_comparison import compare_runs
 from sealtwin.study.study_folder import read_plan
 from sealtwin.study.study_map import map_study
-from sealtwin.study.sweep import SweepOptions, merge, status, sweep
-from sealtwin.trial.job import shown, start_job
+from sealtwin.study.sweep import merge, status, sweep
+from sealtwin.trial.job import shown
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.stage_numbers import NUMBERS
-from sealtwin.trial.trial_file import load_trial
+from tests.labs import sealtwin
 from tests.narration import Narration
-from tests.studies import TRIAL, compute_here, tiny_lab
+from tests.studies import HERE, TRIAL, compute_here, job_in, run_tiny, tiny_lab
 
-HERE = SweepOptions(device="cpu", jobs=0, batch=1)
+pytestmark = pytest.mark.usefixtures("without_pictures")
 TWO = '[grid]\n"fluid.U" = [3.0, 300.0]\n'
 
 
 @pytest.fixture(scope="module")
-def lab(tmp_path_factory) -> Path:
+def two(tmp_path_factory) -> Path:
+    """The study file of two tiny runs."""
     return tiny_lab(tmp_path_factory.mktemp("lab"), TWO)
 
 
 @pytest.fixture(scope="module")
-def finished(lab, tmp_path_factory) -> Path:
+def finished(two, tmp_path_factory) -> Path:
     out = tmp_path_factory.mktemp("finished") / "out"
-    sweep(lab, out, replace(HERE, dry_run=True), Progress())
+    sweep(two, out, replace(HERE, dry_run=True), Progress())
     compute_here(out)
     return out
 
@@ -49,18 +47,18 @@ def out(finished, tmp_path) -> Path:
 
 
 @pytest.mark.parametrize("raised", ["digitise", "simulate", "validate"])
-def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(lab, out, monkeypatch, raised):
+def test_a_study_continued_by_another_number_is_made_anew_and_says_so_once(two, out, monkeypatch, raised):
     """Its readings are compared in its runs, so that all three numbers count. Nothing of both is ranked together."""
     before, own = {run.key for run in read_plan(out).runs}, NUMBERS[raised]
     monkeypatch.setitem(NUMBERS, raised, 999)
     first, second = Narration(), Narration()
-    report = sweep(lab, out, HERE, first)
+    report = sweep(two, out, HERE, first)
     words = f"{out}: 2 finished runs were computed by {raised} {own}, while this version has {raised} 999: they are "
     assert [note for note in first.notes if "finished runs" in note] == [f"{words}computed again."]
     assert report["states"]["done"] == 2
     assert report["stage_numbers"] == NUMBERS
     assert not before & {run.key for run in read_plan(out).runs}
-    sweep(lab, out, HERE, second)
+    sweep(two, out, HERE, second)
     assert not [note for note in second.notes if "finished runs" in note]
 
 
@@ -70,9 +68,7 @@ def test_status_merge_and_map_say_that_another_version_computed_the_runs(out, tm
     monkeypatch.setitem(NUMBERS, "simulate", 999)
     told = f"2 finished runs were computed by simulate {own}, while this version has simulate 999. 'sealtwin sweep'"
     for words in (["status", out], ["merge", out, "--out", tmp_path / "merged"]):
-        terminal, as_json = (
-            CliRunner().invoke(app, ["sweep", *map(str, words), "--quiet", *more]).stdout for more in ([], ["--json"])
-        )
+        terminal, as_json = (sealtwin("sweep", *words, "--quiet", *more).stdout for more in ([], ["--json"]))
         assert terminal.count(told) == 1
         (sentence,) = json.loads(as_json)["other_versions"]
         assert told in sentence
@@ -81,20 +77,17 @@ def test_status_merge_and_map_say_that_another_version_computed_the_runs(out, tm
 
 
 @pytest.mark.parametrize(("raised", "told"), [("simulate", 1), ("validate", 0)])
-def test_a_map_compares_levels_of_another_version_with_a_word(tmp_path, monkeypatch, raised, told):
+def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch, raised, told):
     """The readings are compared anew, so that the number of validate is this version's."""
-    study = tiny_lab(tmp_path)
-    sweep(study, tmp_path / "out", replace(HERE, dry_run=True), Progress())
-    compute_here(tmp_path / "out")
     own = NUMBERS[raised]
     monkeypatch.setitem(NUMBERS, raised, 999)
-    mapped = map_study(tmp_path / "out", None, None, None, None, Progress(), any_volume=True)
+    mapped = map_study(done, None, None, None, None, Progress(), any_volume=True)
     sentence = f"4 finished runs were computed by {raised} {own}, while this version has {raised} 999."
     assert [sentence in other for other in mapped.content["other_versions"]] == [True] * told
     assert "\n".join(mapped_lines(mapped)).count(sentence) == told
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        page = write_map(tmp_path / "out", any_volume=True)
+        page = write_map(done, any_volume=True)
     warned = [str(one.message) for one in caught if one.category is RuntimeWarning]
     assert [sentence in one for one in warned if "computed by" in one] == [True] * told
     assert set(mapped.content["fluid_warnings"]) < {*warned, ""}
@@ -114,28 +107,25 @@ def test_a_study_without_readings_does_not_depend_on_validate(tmp_path, monkeypa
     assert status(tmp_path / "out")["other_versions"] == []
 
 
-def test_shards_of_two_numbers_are_not_merged(lab, tmp_path, monkeypatch):
+def test_shards_of_two_numbers_are_not_merged(two, tmp_path, monkeypatch):
     shards = [tmp_path / "one", tmp_path / "two"]
     dry, own = replace(HERE, dry_run=True), NUMBERS["simulate"]
-    sweep(lab, shards[0], replace(dry, shard=(1, 2)), Progress())
+    sweep(two, shards[0], replace(dry, shard=(1, 2)), Progress())
     monkeypatch.setitem(NUMBERS, "simulate", 999)
-    sweep(lab, shards[1], replace(dry, shard=(2, 2)), Progress())
+    sweep(two, shards[1], replace(dry, shard=(2, 2)), Progress())
     with pytest.raises(InputError, match=rf"computed by simulate 999, while .*one has simulate {own}; compute"):
         merge(shards, tmp_path / "out")
 
 
 def test_a_number_that_differs_between_two_runs_is_a_row_of_their_comparison(tmp_path, monkeypatch):
     """Settings are the same; two solvers computed the levels, which are no replicates of each other."""
-    tiny_lab(tmp_path)
-    (tmp_path / "trial.toml").write_text(TRIAL.split("[readings]")[0])
-    trial, runs = load_trial(tmp_path / "trial.toml"), [tmp_path / "one", tmp_path / "two"]
-    with open_folder(runs[0], create=True) as folder:
-        run_stages(start_job(trial, tmp_path, folder, "cpu", Progress()), ("digitise", "simulate"))
+    runs = [run_tiny(tmp_path, TRIAL.split("[readings]")[0].replace("substeps = 2", "substeps = 2\nsettle_s = 0.2"))]
+    runs.append(tmp_path / "two")
     shutil.copytree(runs[0], runs[1])
     own = dict(NUMBERS)
     monkeypatch.setitem(NUMBERS, "simulate", 999)
-    with open_folder(runs[1], create=False) as folder:
-        run_stages(start_job(trial, tmp_path, folder, "cpu", Progress()), ("simulate",))
+    with job_in(runs[1]) as job:
+        run_stages(job, ("simulate",))
     content, sheet = compare_runs(runs, tmp_path / "page")
     assert content["differing"] == {"stage_number.simulate": [own["simulate"], 999]}
     (told,) = content["other_versions"]

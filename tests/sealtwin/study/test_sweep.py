@@ -9,9 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
 from sealtwin.cli.studies import swept_lines
 from sealtwin.core import record_files
 from sealtwin.core.errors import BusyError, InputError, NumericalError
@@ -22,42 +20,12 @@ from sealtwin.core.run_folder import holding
 from sealtwin.study import runner
 from sealtwin.study.study_file import load_study, plan_runs
 from sealtwin.study.study_folder import OUTCOME, profile_path, read_plan, run_path
-from sealtwin.study.sweep import SweepOptions, sweep
+from sealtwin.study.sweep import sweep
 from sealtwin.trial.trial_file import load_trial
 from simulate.run import fill, ready
+from tests.labs import sealtwin
 from tests.narration import Narration
-from tests.studies import compute_here, results_of, tiny_lab
-
-HERE = SweepOptions(device="cpu", jobs=0, batch=1)
-
-
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory):
-    """The study file of four tiny runs."""
-    return tiny_lab(tmp_path_factory.mktemp("lab"))
-
-
-@pytest.fixture(scope="module")
-def prepared(lab, tmp_path_factory):
-    """Its folder, digitised and planned, nothing computed."""
-    out = tmp_path_factory.mktemp("prepared") / "out"
-    sweep(lab, out, replace(HERE, dry_run=True), Progress())
-    return out
-
-
-@pytest.fixture(scope="module")
-def unbroken(prepared, tmp_path_factory):
-    """The same, computed in this process from beginning to end."""
-    out = tmp_path_factory.mktemp("unbroken") / "out"
-    shutil.copytree(prepared, out)
-    compute_here(out)
-    return out
-
-
-@pytest.fixture
-def fresh(prepared, tmp_path):
-    shutil.copytree(prepared, tmp_path / "out")
-    return tmp_path / "out"
+from tests.studies import HERE, compute_here, results_of, tiny_lab
 
 
 def _finished(out):
@@ -65,16 +33,15 @@ def _finished(out):
     return {run.key: run.finished_unix_s for run in read_plan(out).runs if run.state == "done"}
 
 
-def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_path):
-    out = tmp_path / "out"
-    shutil.copytree(unbroken, out)
-    report = sweep(lab, out, HERE, Progress())
+def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, done):
+    out = done
+    narration = Narration()
+    report = sweep(lab, out, HERE, narration)
     assert report["exit_code"] == 0
     assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
     assert _finished(out) == _finished(unbroken)
-    answer = CliRunner().invoke(app, ["sweep", "status", str(out), "--json"])
-    assert answer.exit_code == 0
-    told = json.loads(answer.stdout)
+    assert not [note for note in narration.notes if "fluid.U" in note], "a remark on what runs begin with"
+    told = _status(out)
     assert told["states"] == report["states"]
     ratios = {number: figures["volume_ratio"] for number, (_, figures) in results_of(out).items()}
     off = [number for number, ratio in ratios.items() if not 0.9495 < ratio < 1.0505]
@@ -93,18 +60,16 @@ def test_a_finished_sweep_redoes_nothing_and_tells_the_same(lab, unbroken, tmp_p
     assert table[0].startswith("number,fluid.U,fluid.D_cm,model,unfit,state,mean_error_mm")
 
 
-def test_what_was_fitted_is_said_and_computes_nothing_again(lab, unbroken, tmp_path):
+def test_what_was_fitted_is_said_and_computes_nothing_again(lab, done, tmp_path):
     """The keys of 132 runs must not hang on a word about them."""
-    out, said = tmp_path / "out", tmp_path / "lab"
-    shutil.copytree(unbroken, out)
-    shutil.copytree(lab.parent, said)
-    trial = said / "trial.toml"
+    other = shutil.copytree(lab.parent, tmp_path / "lab")
+    trial = other / "trial.toml"
     undeclared = trial.read_text(encoding="utf-8")
     declared = 'fitted = ["fluid.U", "crack.tilt", "seed"]'
     # Two settings vary, one of which is declared too; four stations were read.
     for text, fitted in ((undeclared, 2), (undeclared.replace('role = "calib', f'{declared}\nrole = "calib'), 4)):
         trial.write_text(text, encoding="utf-8")
-        report = sweep(said / lab.name, out, replace(HERE, dry_run=True), Progress())
+        report = sweep(other / lab.name, done, replace(HERE, dry_run=True), Progress())
         assert report["states"] == {"waiting": 0, "done": 4, "failed": 0}
         (sentence,) = (line for line in swept_lines(report) if "settings fitted" in line)
         assert sentence == report["best"]["against_baselines"]
@@ -112,9 +77,8 @@ def test_what_was_fitted_is_said_and_computes_nothing_again(lab, unbroken, tmp_p
         assert ("a curve with 4 numbers passes through all 4 stations." in sentence) is (fitted == 4)
 
 
-def test_a_result_that_was_lost_or_edited_is_computed_again_and_no_other(lab, unbroken, tmp_path):
-    out = tmp_path / "out"
-    shutil.copytree(unbroken, out)
+def test_a_result_that_was_lost_or_edited_is_computed_again_and_no_other(lab, unbroken, done):
+    out = done
     runs = read_plan(out).runs
     profile_path(out, runs[0].key).unlink()
     profile_path(out, runs[3].key).write_text("s_mm,level_mm\n0,0\n")
@@ -124,14 +88,11 @@ def test_a_result_that_was_lost_or_edited_is_computed_again_and_no_other(lab, un
     assert results_of(out) == results_of(unbroken)
 
 
-def test_a_study_that_grows_keeps_what_is_done(unbroken, tmp_path, lab):
-    out = tmp_path / "out"
-    shutil.copytree(unbroken, out)
+def test_a_study_that_grows_keeps_what_is_done(done, tmp_path, lab):
     more = tiny_lab(tmp_path / "lab", '[grid]\n"fluid.U" = [1.0, 3.0, 300.0]\n"fluid.D_cm" = [0.3]\n')
-    sweep(more, out, replace(HERE, dry_run=True), Progress())
-    assert [run.state for run in read_plan(out).runs] == ["waiting", "done", "done"]
-    sweep(lab, out, replace(HERE, dry_run=True), Progress())
-    assert [run.state for run in read_plan(out).runs] == ["done"] * 4
+    for study, states in ((more, ["waiting", "done", "done"]), (lab, ["done"] * 4)):
+        sweep(study, done, replace(HERE, dry_run=True), Progress())
+        assert [run.state for run in read_plan(done).runs] == states
 
 
 def test_a_setting_that_is_a_list_can_vary(tmp_path):
@@ -143,15 +104,21 @@ def test_a_setting_that_is_a_list_can_vary(tmp_path):
     assert '"[1, 2]"' in (out / "runs.csv").read_text()
 
 
+def _computed(study, out, **how):
+    """Compute a study in this process; return the plan's runs."""
+    sweep(study, out, replace(HERE, dry_run=True), Progress())
+    compute_here(out, **how)
+    return read_plan(out).runs
+
+
 def test_each_run_of_a_study_is_the_run_that_its_settings_make_alone(tmp_path):
     """Of two radii, so that no run may stand in the walls of another one's particles."""
     lab = tiny_lab(tmp_path, '[grid]\n"solver.radius_mm" = [0.45, 0.5]\n')
     out = tmp_path / "out"
-    sweep(lab, out, replace(HERE, dry_run=True), Progress())
-    compute_here(out)
+    runs = _computed(lab, out)
     (sample,) = (out / "samples").iterdir()
     planned = plan_runs(load_study(lab), lab, load_trial(tmp_path / "trial.toml"))
-    for run, trial in zip(read_plan(out).runs, [one.trial for one in planned], strict=True):
+    for run, trial in zip(runs, [one.trial for one in planned], strict=True):
         _, alone = fill(record_files.read_sample(sample), *trial.physics, seed=trial.seed)
         record_files.write_profile(tmp_path, alone)
         assert profile_path(out, run.key).read_bytes() == (tmp_path / "profile.csv").read_bytes()
@@ -161,9 +128,7 @@ def test_pastes_with_and_without_a_yield_stress_share_a_launch(tmp_path):
     """The volume factor, which differed, is no constant of a launch any more."""
     lab = tiny_lab(tmp_path, '[grid]\n"fluid.freeze_after_s" = ["never"]\n"fluid.yield_stress_pa" = [0.0, 12.0]\n')
     out = tmp_path / "out"
-    sweep(lab, out, replace(HERE, dry_run=True), Progress())
-    compute_here(out, batch=4, keep_runs=True)
-    runs = read_plan(out).runs
+    runs = _computed(lab, out, batch=4, keep_runs=True)
     assert [run.state for run in runs] == ["done", "done"]
     recorded = [read_json(run_path(out, run.key) / "simulation.json") for run in runs]
     assert len({run.kin for run in runs}) == 1
@@ -333,23 +298,23 @@ def test_a_plan_whose_trial_has_no_table_of_readings_is_refused(fresh):
 
 
 def _status(out):
-    answer = CliRunner().invoke(app, ["sweep", "status", str(out), "--json"])
+    answer = sealtwin("sweep", "status", out, "--json")
     assert answer.exit_code == 0, answer.output
     return json.loads(answer.stdout)
 
 
 def test_what_cannot_be_asked_for_is_a_usage_error_and_what_is_not_there_bad_input(tmp_path, lab):
-    def code(*arguments):
-        return CliRunner().invoke(app, ["sweep", *arguments]).exit_code
-
-    assert code() == 2
-    assert code("--example", str(tmp_path / "mine.toml")) == 0
-    assert code("--example", str(tmp_path / "mine.toml")) == 3
-    assert code(str(lab), "--example", str(tmp_path / "other.toml")) == 2
-    assert code("status") == 2
-    assert code(str(lab), str(lab)) == 2
-    assert code("status", str(tmp_path)) == 3
-    assert code(str(tmp_path / "missing.toml")) == 3
+    for arguments, code in (
+        ((), 2),
+        (("--example", tmp_path / "mine.toml"), 0),
+        (("--example", tmp_path / "mine.toml"), 3),
+        ((lab, "--example", tmp_path / "other.toml"), 2),
+        (("status",), 2),
+        ((lab, lab), 2),
+        (("status", tmp_path), 3),
+        ((tmp_path / "missing.toml",), 3),
+    ):
+        assert sealtwin("sweep", *arguments).exit_code == code, arguments
 
 
 def test_a_second_parent_is_refused(lab, fresh):
@@ -382,20 +347,10 @@ def test_a_sweep_says_first_what_it_will_take_and_dry_runs_leave_it_at_that(lab,
     assert viscous in again.notes
 
 
-def test_a_finished_sweep_repeats_no_remark_on_what_runs_begin_with(lab, unbroken, tmp_path):
-    shutil.copytree(unbroken, tmp_path / "out")
-    told = Narration()
-    sweep(lab, tmp_path / "out", HERE, told)
-    assert not [note for note in told.notes if "fluid.U" in note]
-
-
-def test_particles_are_kept_on_request_also_of_runs_that_are_done(lab, unbroken, tmp_path):
-    out = tmp_path / "out"
-    shutil.copytree(unbroken, out)
-    sweep(lab, out, replace(HERE, keep_runs=True, dry_run=True), Progress())
-    compute_here(out, keep_runs=True)
-    assert len(list(out.glob("runs/*/particles.csv"))) == 4
-    assert results_of(out) == results_of(unbroken)
+def test_particles_are_kept_on_request_also_of_runs_that_are_done(lab, unbroken, done):
+    sweep(lab, done, replace(HERE, keep_runs=True), Progress())
+    assert len(list(done.glob("runs/*/particles.csv"))) == 4
+    assert results_of(done) == results_of(unbroken)
 
 
 def test_folders_of_somebody_else_are_left_alone(lab, tmp_path, fresh):

@@ -1,0 +1,48 @@
+"""A study of four tiny runs: its file, its folder before and after they are computed, and pages without pictures."""
+
+import shutil
+from dataclasses import replace
+
+import pytest
+
+from sealtwin.core.progress import Progress
+from sealtwin.study.sweep import sweep
+from tests.pages import leave_out_figures
+from tests.studies import HERE, tiny_lab
+
+
+@pytest.fixture(scope="session")
+def lab(tmp_path_factory):
+    """The study file of four tiny runs."""
+    return tiny_lab(tmp_path_factory.mktemp("lab"))
+
+
+@pytest.fixture(scope="session")
+def prepared(lab, tmp_path_factory):
+    """Its folder, digitised and planned, nothing computed."""
+    out = tmp_path_factory.mktemp("prepared") / "out"
+    sweep(lab, out, replace(HERE, dry_run=True), Progress())
+    return out
+
+
+@pytest.fixture(scope="session")
+def unbroken(lab, prepared, tmp_path_factory):
+    """The same, computed in this process from beginning to end."""
+    out = shutil.copytree(prepared, tmp_path_factory.mktemp("unbroken") / "out")
+    sweep(lab, out, HERE, Progress())
+    return out
+
+
+@pytest.fixture
+def fresh(prepared, tmp_path):
+    return shutil.copytree(prepared, tmp_path / "out")
+
+
+@pytest.fixture
+def done(unbroken, tmp_path):
+    return shutil.copytree(unbroken, tmp_path / "out")
+
+
+@pytest.fixture
+def without_pictures(monkeypatch):
+    leave_out_figures(monkeypatch)
