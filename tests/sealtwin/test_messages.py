@@ -80,9 +80,8 @@ def test_numbers_as_people_write_them(text, value):
     assert read_number(text) == value
 
 
-@pytest.mark.parametrize("arguments", [("--jobs", "1_0"), ("--jobs", "2,5"), ("--jobs", "0"), ("--jobs", "65")])
-def test_counts_are_whole_and_within_their_bounds(photo, arguments):
-    assert sealtwin("digitise", photo, *PHOTO, *arguments).exit_code == 2
+def test_counts_are_whole_and_within_their_bounds(photo):
+    assert [sealtwin("digitise", photo, *PHOTO, "--jobs", n).exit_code for n in ("1_0", "2,5", "0", "65")] == [2] * 4
 
 
 @pytest.mark.parametrize(
