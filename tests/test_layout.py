@@ -14,10 +14,11 @@ PACKAGES = ("sealtwin", "digitise", "simulate", "validate")
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_package_is_the_one_in_this_checkout(name):
+def test_package_is_the_one_in_this_checkout_and_type_checkers_read_its_annotations(name):
     found = importlib.import_module(name).__file__
     assert found is not None
     assert Path(found).parent == ROOT / name
+    assert (ROOT / name / "py.typed").is_file()
 
 
 def test_constraints_pin_every_dependency_and_no_address():
@@ -52,8 +53,3 @@ def test_the_version_is_the_same_wherever_it_is_stated():
     version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))["version"] == version
-
-
-@pytest.mark.parametrize("package", PACKAGES)
-def test_type_checkers_read_the_annotations_of_each_package(package):
-    assert (ROOT / package / "py.typed").is_file()

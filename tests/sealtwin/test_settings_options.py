@@ -14,6 +14,7 @@ import typer.main
 from sealtwin.cli.answer import removed_options
 from sealtwin.cli.app import app
 from sealtwin.cli.options import OPTIONS, describe, settings_of
+from sealtwin.core.errors import present
 from sealtwin.core.settings import described, names_file, table_of
 from sealtwin.trial.trial_file import Trial
 from tests.pages import leave_out_pages
@@ -212,8 +213,7 @@ def test_every_option_of_a_setting_takes_its_help_from_the_field():
         assert one.help != text
         assert re.match(r"[\w'].{20,}\.$", text)
         assert not re.search(r"\.\s+[A-Z]", text), text
-        table = table_of(Trial, parts)
-        assert table is not None
+        table = present(table_of(Trial, parts), "table")
         # Square brackets are markup on a terminal.
         assert " ".join(described(table)[key].split()).replace("[", "(").replace("]", ")").startswith(text)
         assert one.metavar, one.name
@@ -262,13 +262,7 @@ def test_the_page_of_old_options_lists_them_all():
     assert rows == {(name, option, now) for name, gone in REMOVED.items() for option, now in gone.items()}
 
 
-@pytest.mark.parametrize(
-    "name", ["photo.mask", "mesh.path", "readings.file", "fluid.material", "path.plan", "crack.fill"]
-)
-def test_settings_that_may_name_a_file(name):
-    assert names_file(Trial, name)
-
-
-@pytest.mark.parametrize("name", ["photo.mm_per_px", "name", "phot.mask", "photo.markers", "photo.markers.size_mm"])
-def test_settings_that_name_no_file(name):
-    assert not names_file(Trial, name)
+def test_settings_that_may_name_a_file_and_settings_that_do_not():
+    files = ["photo.mask", "mesh.path", "readings.file", "fluid.material", "path.plan", "crack.fill"]
+    others = ["photo.mm_per_px", "name", "phot.mask", "photo.markers", "photo.markers.size_mm"]
+    assert [name for name in files + others if names_file(Trial, name)] == files

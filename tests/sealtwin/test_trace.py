@@ -13,6 +13,7 @@ from urllib.request import url2pathname
 
 import pytest
 
+from sealtwin.core.errors import present
 from sealtwin.trial.trial_file import load_trial
 from tests.places import FIXTURE
 from tests.programs import refusal, sealtwin
@@ -69,8 +70,7 @@ def test_what_is_clicked_is_saved_into_the_trial(trial, browser):
     # The fixture's truth, within the tracing benchmark's 0.5 %.
     assert traced[2]["walls"]["length"] == pytest.approx(80, rel=0.01)
     assert saved == [{"saved": {"file": str(trial), "changed": ["ends_px", "via_px"], **_said(answer)}, "photos": []}]
-    photo = load_trial(trial).photo
-    assert photo is not None
+    photo = present(load_trial(trial).photo, "photo")
     assert photo.ends_px == tuple(tuple(end) for end in hints["ends_px"])
     assert photo.markers == load_trial(FIXTURE / "trial.toml").photo.markers  # pyright: ignore
     assert answer.stderr.startswith("Trace page: http://127.0.0.1:")

@@ -16,7 +16,7 @@ import psutil
 import pytest
 
 from sealtwin.core.cluster import ClusterExecutor, Lost, _outcome, run_tasks
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 
 
 def _square(number):
@@ -118,8 +118,7 @@ def test_workers_of_this_machine_listen_on_no_address_and_end_in_the_middle_of_a
 
 def _slept(seconds):
     time.sleep(seconds)
-    parent = psutil.Process().parent()
-    assert parent is not None
+    parent = present(psutil.Process().parent(), "parent")
     return {
         one.laddr for each in (parent, *parent.children()) for one in each.net_connections() if one.status == "LISTEN"
     }

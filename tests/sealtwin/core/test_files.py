@@ -11,7 +11,7 @@ import pytest
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_table, sheet_text, write_table
 from sealtwin.core.records import Profile, Run, Trajectory
 from sealtwin.core.run_figures import RunHealth
@@ -225,8 +225,7 @@ def test_a_particle_that_fell_out_of_its_sample_is_still_read(tmp_path):
 
 @pytest.mark.parametrize("value", [float("nan"), "1.0", None, -1.0])
 def test_a_comparison_that_leads_with_no_error_is_named(tmp_path, value):
-    comparison = make_evidence(tmp_path, error_mm=1.0).comparison
-    assert comparison is not None
+    comparison = present(make_evidence(tmp_path, error_mm=1.0).comparison, "comparison")
     content = json.loads(files.as_json(comparison.model_dump()))
     files.write_json(tmp_path / COMPARISON, content)
     assert read_comparison(tmp_path).model_dump_json() == comparison.model_dump_json()

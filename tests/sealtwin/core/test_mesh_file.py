@@ -169,6 +169,7 @@ def one_mesh(**changes: object) -> dict[str, object]:
 HUGE = 4_000_000_000
 PLY = "ply\nformat {} 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n"
 LIST = "property list uchar int vertex_indices\nend_header\n"
+# fmt: off
 REFUSED = {
     "a text file called STL": (".stl", b"Dear colleague, the scan is attached."),
     "an empty file": (".stl", b""),
@@ -176,14 +177,10 @@ REFUSED = {
     "a binary STL cut short": (".stl", written(box(), "stl")[:-20]),
     "a word for a number in a text STL": (".stl", written(box(), "stl_ascii").replace(b"20.0", b"wide")),
     "a facet that lost a corner": (".stl", written(box(), "stl_ascii").replace(b"vertex", b"corner", 1)),
-    "facets with two numbers to a corner": (
-        ".stl",
-        b"solid a\n" + 6 * b"vertex 1 2 3\n" + b"endsolid\nsolid b\n" + 3 * b"vertex 1 2\n" + b"endsolid\n",
-    ),
-    "a text STL whose second solid has no end": (
-        ".stl",
-        b"solid a\n" + 3 * b"vertex 1 2 3\n" + b"endsolid\nsolid b\n" + 3 * b"vertex 1 2 3\n",
-    ),
+    "facets with two numbers to a corner": (".stl",
+        b"solid a\n" + 6 * b"vertex 1 2 3\n" + b"endsolid\nsolid b\n" + 3 * b"vertex 1 2\n" + b"endsolid\n"),
+    "a text STL whose second solid has no end": (".stl",
+        b"solid a\n" + 3 * b"vertex 1 2 3\n" + b"endsolid\nsolid b\n" + 3 * b"vertex 1 2 3\n"),
     "a number that is none": (".stl", written(box(), "stl_ascii").replace(b"20.0", b"nan")),
     "a number beyond any unit": (".obj", b"v 0 0 0\nv 1e300 0 0\nv 0 1e300 0\nv 1 1 1e9\nf 1 2 3 4"),
     "a PLY that claims 4 billion vertices": (".ply", (PLY.format("ascii", HUGE, 1) + LIST).encode()),
@@ -198,35 +195,24 @@ REFUSED = {
     "a face that names a vertex beyond all numbers": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999"),
     "points without faces": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"),
     "a polygon without area": (".obj", b"v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 4 0 0\nf 1 2 3 4 5"),
-    "a GLB with its numbers elsewhere": (
-        ".glb",
-        glb(one_mesh(buffers=[{"byteLength": 36, "uri": "/etc/passwd"}]), bytes(36)),
-    ),
-    "a GLB that claims more than it holds": (
-        ".glb",
-        glb(one_mesh(accessors=[{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": HUGE}]), bytes(36)),
-    ),
-    "a GLB of zeros that it does not hold": (
-        ".glb",
-        glb(one_mesh(accessors=[{"componentType": 5126, "type": "VEC3", "count": HUGE}]), bytes(36)),
-    ),
+    "a GLB with its numbers elsewhere": (".glb",
+        glb(one_mesh(buffers=[{"byteLength": 36, "uri": "/etc/passwd"}]), bytes(36))),
+    "a GLB that claims more than it holds": (".glb",
+        glb(one_mesh(accessors=[{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": HUGE}]), bytes(36))),
+    "a GLB of zeros that it does not hold": (".glb",
+        glb(one_mesh(accessors=[{"componentType": 5126, "type": "VEC3", "count": HUGE}]), bytes(36))),
     "a GLB whose nodes hang in a circle": (".glb", glb(one_mesh(nodes=[{"children": [0, 0]}]), bytes(36))),
     "a compressed GLB": (".glb", glb(one_mesh(extensionsRequired=["KHR_draco_mesh_compression"]))),
     "a GLB that is no JSON": (".glb", glb(one_mesh()).replace(b'"scenes"', b"'scenes'")),
     "a GLB without a scene": (".glb", glb({})),
     "a 3MF that is no zip": (".3mf", b"PK"),
-    "a 3MF whose entities unfold": (
-        ".3mf",
-        three_mf(xml='<!DOCTYPE m [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]><model>&b;</model>'),
-    ),
-    "a 3MF whose components hang in a circle": (
-        ".3mf",
-        three_mf(
-            xml='<model><object id="1"><component objectid="1"/><component objectid="1"/></object>'
-            '<build><item objectid="1"/></build></model>'
-        ),
-    ),
+    "a 3MF whose entities unfold": (".3mf",
+        three_mf(xml='<!DOCTYPE m [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]><model>&b;</model>')),
+    "a 3MF whose components hang in a circle": (".3mf",
+        three_mf(xml='<model><object id="1"><component objectid="1"/><component objectid="1"/></object>'
+            '<build><item objectid="1"/></build></model>')),
 }
+# fmt: on
 
 
 @pytest.mark.parametrize("name", needing(REFUSED))

@@ -5,7 +5,7 @@ import tomllib
 import pytest
 
 from digitise.trace_page.session import Hints, Shape
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.trial import photo_hints as hints_module
 from sealtwin.trial.photo_hints import NewTrial, TrialFile
 from sealtwin.trial.starter_files import TRIAL
@@ -61,8 +61,7 @@ def test_only_the_hints_lines_change(tmp_path):
     ]
     assert [line for line in before if line not in after] == ["mm_per_px   =   0.2     # from the ruler"]
     assert after.index("ends_px = [[12.5, 340.0], [905.0, 377.1]]") < after.index("#   the lamp stood left")
-    photo = load_trial(path).photo
-    assert photo is not None
+    photo = present(load_trial(path).photo, "photo")
     assert (photo.ends_px, photo.via_px, photo.mm_per_px) == (ENDS, TRACED.via_px, 0.1)
     assert Hints.of(photo) == TRACED
     content, written = real.read_bytes(), real.stat().st_mtime_ns
@@ -80,8 +79,7 @@ def test_the_shape_is_saved_into_its_table_and_what_is_not_said_stays(tmp_path):
         "wall_angle_deg",
     ]
     assert "depth_mm = 17.5           # three places" in path.read_text()
-    crack = load_trial(path).crack
-    assert crack is not None
+    crack = present(load_trial(path).crack, "crack")
     assert (crack.depth_mm, crack.tilt, crack.wall_angle_deg) == (17.5, "flare", 5.5)
     TrialFile(path).save(TRACED, SAME)
     assert "wall_angle_deg = 5.5" in path.read_text()
@@ -94,8 +92,7 @@ def test_a_path_alone_has_no_crack_until_a_depth_is_given(tmp_path):
     TrialFile(path).save(TRACED, SAME)
     assert "[crack]" not in path.read_text()
     TrialFile(path).save(TRACED, Shape(depth_mm=12.0))
-    crack = load_trial(path).crack
-    assert crack is not None
+    crack = present(load_trial(path).crack, "crack")
     assert crack.depth_mm == 12.0
 
 
@@ -104,8 +101,7 @@ def test_a_hint_that_is_not_said_goes(tmp_path):
     ends_px = ((0.1, 1e-7), (12345.6, 3.0))  # Numbers are written as they were said.
     ruler = Hints(ends_px=ends_px, ruler_px=((0.0, 0.0), (100.0, 0.0)), ruler_mm=10.0)
     assert "mm_per_px" in TrialFile(path).save(ruler, SAME)
-    photo = load_trial(path).photo
-    assert photo is not None
+    photo = present(load_trial(path).photo, "photo")
     assert (photo.ends_px, photo.mm_per_px, photo.ruler_mm) == (ends_px, None, 10.0)
 
 

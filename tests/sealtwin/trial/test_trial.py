@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.trial.starter_files import TRIAL, write_starter
 from sealtwin.trial.trial_file import load_trial, sample_trial, trial_text
 from tests.places import FIXTURE
@@ -99,8 +99,7 @@ def test_a_file_that_is_no_trial_is_refused(tmp_path, content, named):
 def test_a_trial_from_a_windows_editor_is_read(tmp_path):
     path = tmp_path / "trial.toml"
     path.write_bytes(b"\xef\xbb\xbf" + TRIAL.replace("\n", "\r\n").encode())
-    crack = load_trial(path).crack
-    assert crack is not None
+    crack = present(load_trial(path).crack, "crack")
     assert crack.depth_mm == 16.0
 
 
