@@ -35,6 +35,7 @@ def test_the_ending_of_the_name_chooses_svg_and_quiet_leaves_the_table_alone(tmp
 
 def test_a_program_gets_the_board_as_one_object(tmp_path):
     answer = _markers("--face-mm", "70x40", "--out", tmp_path / "frame.pdf", "--size-mm", "10", "--json")
+    assert "For the trial file" not in answer.stderr, "a program has no trial file to paste into"
     content = json.loads(answer.stdout)
     assert content["face_mm"] == [70, 40]
     assert content["markers"]["size_mm"] == 10
