@@ -142,7 +142,7 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
 
 
 def test_a_folder_without_photos_is_refused(tmp_path):
-    assert f"{tmp_path}: neither a photo" in refusal("trace", tmp_path)
+    assert f"{tmp_path}: contains neither a photo" in refusal("trace", tmp_path)
 
 
 def test_a_path_alone_is_traced_without_a_crack(trial, browser):
