@@ -150,7 +150,7 @@ def test_a_plan_expects_the_level_of_the_middle(tmp_path):
     folder = plannable_lab(tmp_path)
     trial = load_trial(folder / "planned.toml").loaded(folder)
     sample = Sample(OUTLINE, SOLID, OWN)
-    found = plan_on(FastModelItself(folder, trial, sample, "cpu", Progress()), Options(knots=3, rounds=1, seeds=1), [])
+    found = plan_on(FastModelItself(folder, trial, sample, "cpu", Progress()), Options(rounds=1, seeds=1), [])
     assert found.rounds[0].off_mm == pytest.approx(0.0, abs=1e-6)
     # One run shows no scatter: a band of no width would be false.
     assert found.half_width_mm is None
