@@ -69,8 +69,7 @@ def plannable_lab(folder: Path) -> Path:
     aged, fluid = "U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", "viscosity_pa_s = 1\nyield_stress_pa = 5"
     trial = TRIAL.split("[readings]")[0].replace(aged, f'{fluid}\nfreeze_after_s = "never"')
     trial = trial.replace("volume_ml = 0.08\nspeed_mm_s = 20", 'volume_ml = "cavity"\nspeed_mm_s = 8')
-    trial = trial.replace("radius_mm = 0.45\nsubsteps = 2", "radius_mm = 0.51\nsubsteps = 2\nsettle_s = 0.2")
-    (folder / "planned.toml").write_text(trial)
+    (folder / "planned.toml").write_text(trial.replace("substeps = 2", "substeps = 2\nsettle_s = 0.5"))
     cell = CELL.replace("{file}", "cell.toml").replace('["spel", "csv"]', '["csv"]')
     (folder / "cell.toml").write_text(cell)
     (folder / "draws.csv").write_text("fluid.yield_stress_pa,fluid.viscosity_pa_s\n4,1\n6,1.2\n5,0.9\n")

@@ -201,8 +201,6 @@ def test_who_replays_or_reads_a_loop_of_another_solver_is_told_so(tmp_path, monk
 
 
 def test_plan_and_loop_of_a_tiny_trial(tmp_path, monkeypatch):
-    # A plan need not be the best here.
-    monkeypatch.setattr("sealtwin.plan.search.MOST_STEPS", 3)
     monkeypatch.setattr(loop_model, "LOOP", replace(loop_model.LOOP, first=10, again=8, tried=2))
     lab, out = plannable_lab(tmp_path), tmp_path / "out"
 
