@@ -1,10 +1,14 @@
-"""Programs that a test starts, and ends."""
+"""Commands that a test calls, and programs that it starts and ends."""
 
 import signal
 import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
+
+from typer.testing import CliRunner, Result
+
+from sealtwin.cli.app import app
 
 
 @contextmanager
@@ -25,3 +29,17 @@ def start_interruptible(command: Sequence[str], **options: Any) -> "subprocess.P
     """Start a program that Ctrl-C ends, with its output and errors as text."""
     with interruptible():
         return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+
+def sealtwin(*arguments: object) -> Result:
+    """Call the command in this process: another one imports for seconds."""
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def refusal(*arguments: object) -> str:
+    """Errors of a command that must end with exit code 3, with a sentence and no traceback."""
+    answer = sealtwin(*arguments)
+    assert answer.exit_code == 3, answer.output
+    assert any(line.startswith("sealtwin: ") for line in answer.stderr.splitlines())
+    assert "Traceback" not in answer.output
+    return answer.stderr.rstrip()

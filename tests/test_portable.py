@@ -44,11 +44,14 @@ ALLOWED = {
 }
 
 
+KINDS = (ast.Import, ast.ImportFrom, ast.Attribute, ast.Call, ast.keyword, ast.Constant)
+
+
 def _uses(tree: ast.AST):
     """Each name that only POSIX has, with the function that it stands in; and whether that function guards it."""
     functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
     for node in ast.walk(tree):
-        for name in _names(node):
+        for name in _names(node) if isinstance(node, KINDS) else ():
             line = getattr(node, "lineno", 0)
             inside = [one for one in functions if one.lineno <= line <= (one.end_lineno or one.lineno)]
             where = max(inside, key=lambda one: one.lineno, default=None)

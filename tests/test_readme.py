@@ -17,7 +17,7 @@ import sealtwin
 from sealtwin.cli.app import app
 from tests import shown_output
 from tests.coarse import make_coarse
-from tests.pages import leave_out_pages
+from tests.pages import leave_out_figures, leave_out_pages
 from tests.places import ROOT
 
 PAGES = {page: (ROOT / page).read_text(encoding="utf-8") for page in shown_output.PAGES}
@@ -81,6 +81,7 @@ def test_every_sealtwin_command_parses(page):
 def test_runs_of_the_fluid_go_in_the_order_given(tmp_path, monkeypatch):
     """With the fixture's trial made coarse: seconds, and in one process."""
     monkeypatch.chdir(tmp_path)
+    leave_out_figures(monkeypatch)
     make_coarse(tmp_path / "fixtures" / "paper-trial")
     commands = [line for page in RUN_COARSE for line in _sealtwin_commands(page)]
     assert len(commands) >= 9

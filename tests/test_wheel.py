@@ -23,14 +23,8 @@ BIN = "Scripts" if sys.platform == "win32" else "bin"
 def _run(*command, code=0):
     """Standard output and errors of a program that knows nothing of this checkout and of these tests' environment."""
     names = {name: value for name, value in os.environ.items() if name not in {"VIRTUAL_ENV", "PYTHONPATH"}}
-    answer = subprocess.run(
-        [str(part) for part in command],
-        cwd=Path(command[0]).parent,
-        env=names,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    line, at = [str(part) for part in command], Path(command[0]).parent
+    answer = subprocess.run(line, cwd=at, env=names, capture_output=True, text=True, check=False)
     assert answer.returncode == code, answer.stdout + answer.stderr
     return answer.stdout, answer.stderr
 

@@ -4,14 +4,13 @@ import json
 import tomllib
 
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
+from tests.programs import sealtwin
 from tests.sheets import read_pdf, read_svg
 
 
 def _markers(*arguments):
-    return CliRunner().invoke(app, ["markers", *(str(argument) for argument in arguments)])
+    return sealtwin("markers", *arguments)
 
 
 def test_a_frame_and_its_table_are_written(tmp_path):
@@ -24,20 +23,19 @@ def test_a_frame_and_its_table_are_written(tmp_path):
     assert f"sealtwin digitise PHOTO --markers {tmp_path / 'board.toml'} --face-mm 160x40" in answer.stderr
 
 
-def test_quiet_leaves_the_table_alone(tmp_path):
-    answer = _markers("--face-mm", "160x40", "--out", tmp_path / "frame.pdf", "--quiet")
-    assert not answer.stderr
-    assert answer.stdout.startswith("# In [photo]: face_mm = [160.0, 40.0]\n[photo.markers]")
-
-
-def test_the_ending_of_the_name_chooses_svg(tmp_path):
-    answer = _markers("--face-mm", "70x40", "--out", tmp_path / "frame.SVG", "--count", "4", "--paper", "letter")
+def test_the_ending_of_the_name_chooses_svg_and_quiet_leaves_the_table_alone(tmp_path):
+    answer = _markers(
+        "--face-mm", "70x40", "--out", tmp_path / "frame.SVG", "--count", "4", "--paper", "letter", "--quiet"
+    )
     assert answer.exit_code == 0, answer.output
+    assert not answer.stderr
+    assert answer.stdout.startswith("# In [photo]: face_mm = [70.0, 40.0]\n[photo.markers]")
     assert read_svg(tmp_path / "frame.SVG").size_mm == pytest.approx((215.9, 279.4), abs=1e-3)
 
 
 def test_a_program_gets_the_board_as_one_object(tmp_path):
     answer = _markers("--face-mm", "70x40", "--out", tmp_path / "frame.pdf", "--size-mm", "10", "--json")
+    assert "For the trial file" not in answer.stderr, "a program has no trial file to paste into"
     content = json.loads(answer.stdout)
     assert content["face_mm"] == [70, 40]
     assert content["markers"]["size_mm"] == 10
@@ -63,13 +61,6 @@ def test_the_same_frame_can_be_written_again(tmp_path):
             assert answer.exit_code == 0, answer.output
 
 
-def test_page_and_table_are_two_files(tmp_path):
-    answer = _markers("--face-mm", "160x40", "--out", tmp_path / "frame.pdf", "--toml", tmp_path / "frame.pdf")
-    assert answer.exit_code == 2
-    assert "same file" in answer.stderr
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
@@ -77,16 +68,13 @@ def test_page_and_table_are_two_files(tmp_path):
         (("--face-mm", "4x40"), 3, "a face of 4 x 40 mm: a side must be 5 to 400 mm"),
         (("--face-mm", "160"), 2, "--face-mm 160: expected two numbers"),
         (("--face-mm", "160x40", "--size-mm", "1"), 2, "--size-mm"),
+        (("--face-mm", "160x40", "--out", "frame.png"), 2, ".pdf or .svg"),
+        (("--face-mm", "160x40", "--toml", "frame.pdf"), 2, "same file"),
     ],
 )
-def test_what_cannot_be_printed_is_said_and_nothing_written(tmp_path, arguments, code, said):
-    answer = _markers(*arguments, "--out", tmp_path / "frame.pdf")
+def test_what_cannot_be_printed_is_said_and_nothing_written(tmp_path, monkeypatch, arguments, code, said):
+    monkeypatch.chdir(tmp_path)
+    answer = _markers(*arguments, *([] if "--out" in arguments else ["--out", "frame.pdf"]))
     assert answer.exit_code == code
     assert said in " ".join(answer.stderr.replace("│", " ").split())
-    assert not (tmp_path / "frame.pdf").exists()
-
-
-def test_another_ending_is_refused(tmp_path):
-    answer = _markers("--face-mm", "160x40", "--out", tmp_path / "frame.png")
-    assert answer.exit_code == 2
-    assert ".pdf or .svg" in answer.stderr
+    assert not list(tmp_path.iterdir())

@@ -18,9 +18,10 @@ NOT_TO_BE_RUN = "raise SystemExit('the foreign package was imported')\n"
 
 @pytest.fixture
 def other(tmp_path):
-    """A folder first on the path, into which the distribution configobj installed a package validate."""
+    """A folder first on the path, into which configobj installed a package validate, and with our installed script."""
     (tmp_path / "validate").mkdir()
     (tmp_path / "validate" / "__init__.py").write_text(NOT_TO_BE_RUN)
+    (tmp_path / "sealtwin").write_text("from sealtwin.cli.app import main\nmain()\n")
     information = tmp_path / "configobj-5.0.9.dist-info"
     information.mkdir()
     (information / "METADATA").write_text("Metadata-Version: 2.1\nName: configobj\nVersion: 5.0.9\n")
@@ -35,34 +36,29 @@ def _python(first, *arguments):
     )
 
 
-@pytest.mark.parametrize("command", ["doctor", "--version", "run"])
-def test_the_command_names_package_distribution_and_cure_with_code_3(other, command):
-    answer = _python(other, "-m", "sealtwin", command)
-    assert answer.returncode == 3
-    (line,) = answer.stderr.splitlines()
+@pytest.mark.parametrize(
+    ("code", "command"),
+    [
+        *((3, ("-m", "sealtwin", name)) for name in ("doctor", "--version", "run")),
+        (3, ("sealtwin", "doctor", "--json")),
+        (1, ("-c", "import sealtwin")),
+    ],
+    ids=["doctor", "--version", "run", "the installed script, with an object for programs", "an import"],
+)
+def test_package_distribution_and_cure_are_named(other, code, command):
+    answer = _python(other, *command)
+    assert answer.returncode == code
+    *above, line = answer.stderr.splitlines()
     assert str(other / "validate" / "__init__.py") in line
     assert "configobj" in line
     assert "uv tool install" in line
-    assert answer.stdout == ""
-
-
-def test_the_installed_script_does_so_too_and_answers_programs_with_an_object(other):
-    script = other / "sealtwin"
-    script.write_text("from sealtwin.cli.app import main\nmain()\n")
-    answer = _python(other, str(script), "doctor", "--json")
-    assert answer.returncode == 3
-    assert len(answer.stderr.splitlines()) == 1
-    content = json.loads(answer.stdout)
-    assert content["exit_code"] == 3
-    assert "configobj" in content["error"]
-
-
-def test_an_import_is_refused_as_an_input_error(other):
-    answer = _python(other, "-c", "import sealtwin")
-    assert answer.returncode == 1
-    last = answer.stderr.splitlines()[-1]
-    assert last.startswith("sealtwin.core.errors.InputError: ")
-    assert "configobj" in last
+    assert not above or line.startswith("sealtwin.core.errors.InputError: ")
+    if "--json" in command:
+        content = json.loads(answer.stdout)
+        assert content["exit_code"] == 3
+        assert "configobj" in content["error"]
+    else:
+        assert answer.stdout == ""
 
 
 def test_a_script_of_the_users_own_of_that_name_blames_no_distribution(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 import typer
 
 from sealtwin.cli.options import along, board, points, two_numbers
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 
 
 def test_points_and_numbers_are_read_as_written():
@@ -15,38 +15,36 @@ def test_points_and_numbers_are_read_as_written():
     assert along("16", "--depth-mm") == 16.0
 
 
-@pytest.mark.parametrize("text", ["1;2", "1,2,3", "a,b", "nan,1", "1,inf", "", ","])
-def test_anything_but_two_finite_numbers_is_refused_by_its_option(text):
-    with pytest.raises(typer.BadParameter, match="--roi"):
-        two_numbers(text, ",", "--roi")
-
-
-@pytest.mark.parametrize("text", ["deep", "nan", "inf", "16 mm", ""])
-def test_a_depth_that_is_no_number_is_refused(text):
-    with pytest.raises(typer.BadParameter, match="--depth-mm"):
-        along(text, "--depth-mm")
-
-
-def test_depths_along_the_crack_come_from_a_table(tmp_path):
-    table = tmp_path / "depths.csv"
-    table.write_text("s_mm,depth_mm\n0,12\n40,16.5\n")
-    assert along(str(table), "--depth-mm") == [[0.0, 12.0], [40.0, 16.5]]
+@pytest.mark.parametrize(
+    ("read", "texts"),
+    [
+        (lambda text: two_numbers(text, ",", "--roi"), ("1;2", "1,2,3", "a,b", "nan,1", "1,inf", "", ",")),
+        (lambda text: along(text, "--roi"), ("deep", "nan", "inf", "16 mm", "")),
+    ],
+    ids=["anything but two finite numbers", "a depth that is no number"],
+)
+def test_what_cannot_be_read_is_refused_by_its_option(read, texts):
+    for text in texts:
+        with pytest.raises(typer.BadParameter, match="--roi"):
+            read(text)
 
 
 @pytest.mark.parametrize(
     "content",
     [
+        "s_mm,depth_mm\n0,12\n40,16.5\n",
+        "s_mm,depth_mm\n0,12\n40,16.5\n".encode("utf-16"),
         "\ufeffs_mm,depth_mm\r\n0,12\r\n40,16.5\r\n",
         "\ufeffs_mm;depth_mm\r\n0;12\r\n40;16,5\r\n",
         "s_mm\tdepth_mm\n0\t12\n40\t16,5\n",
         "s_mm, depth_mm\n0, 12\n\n40, 16.5\n\n",
         "note,depth_mm,s_mm\nbegin,12,0\nmiddle,16.5,40\n",
     ],
-    ids=["UTF-8 with a mark", "decimal comma", "tabs", "spaces and empty lines", "other columns"],
+    ids=["plain", "UTF-16", "UTF-8 with a mark", "decimal comma", "tabs", "spaces and empty lines", "other columns"],
 )
 def test_a_table_is_read_as_spreadsheets_save_it(tmp_path, content):
     table = tmp_path / "depths.csv"
-    table.write_bytes(content.encode())
+    table.write_bytes(content if isinstance(content, bytes) else content.encode())
     assert along(str(table), "--depth-mm") == [[0.0, 12.0], [40.0, 16.5]]
 
 
@@ -71,20 +69,13 @@ def test_a_table_of_depths_that_cannot_be_used_is_named(tmp_path: Path, content,
     assert "depths.csv" in str(fault.value)
 
 
-def test_a_table_in_a_spreadsheets_other_encoding_is_read(tmp_path):
-    table = tmp_path / "depths.csv"
-    table.write_bytes("s_mm,depth_mm\n0,16\n".encode("utf-16"))
-    assert along(str(table), "--depth-mm") == [[0.0, 16.0]]
-
-
 def test_markers_come_from_the_file_that_the_trial_takes_them_from(tmp_path):
     file = tmp_path / "markers.toml"
     rows = ", ".join(
         f"{{id = {n}, x_mm = {x}.0, y_mm = {y}.0}}" for n, x, y in [(0, 0, 0), (1, 9, 0), (2, 9, 9), (3, 0, 9)]
     )
     file.write_text(f"[photo.markers]\nsize_mm = 4.0\nmarkers = [{rows}]\n")
-    read = board(file)
-    assert read is not None
+    read = present(board(file), "read")
     assert [marker["id"] for marker in read["markers"]] == [0, 1, 2, 3]
     file.write_text("[markers]\nsize_mm = 4.0\n")
     with pytest.raises(InputError, match=r"markers\.toml"):

@@ -29,6 +29,9 @@ def _quick(lab, *more):
 
 
 def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
+    """In place of a trial of its own with other ends; one that was edited since is kept."""
+    assert _quick(lab, "--ends", "5,5", "20,190").exit_code == 3
+    assert (lab / "out" / "trial.toml").is_file()
     answer = _quick(lab, "--caliper", str(lab / "caliper.csv"), "--json")
     assert answer.exit_code == 0, answer.output
     out = lab / "out"
@@ -50,19 +53,12 @@ def test_it_writes_trial_mesh_path_run_and_report_and_says_what_it_assumed(lab):
     )
     again = CliRunner().invoke(app, ["run", str(out / "trial.toml"), "--out", str(out / "run"), "--device", "cpu"])
     assert "nothing to redo" in again.stderr
-
-
-def test_other_ends_replace_its_trial_and_an_edited_one_is_kept(lab):
-    refused = _quick(lab, "--ends", "5,5", "20,190")
-    assert refused.exit_code == 3
-    assert (lab / "out" / "trial.toml").is_file()
-    assert _quick(lab).exit_code == 0
-    trial = lab / "out" / "trial.toml"
-    trial.write_text(edited := trial.read_text().replace("U = 30.0", "U = 20.0"))
+    written = out / "trial.toml"
+    written.write_text(edited := written.read_text().replace("U = 30.0", "U = 20.0"))
     kept = _quick(lab)
     assert kept.exit_code == 3
     assert "edited by you, and not overwritten" in kept.stderr
-    assert trial.read_text() == edited
+    assert written.read_text() == edited
 
 
 @pytest.mark.parametrize(

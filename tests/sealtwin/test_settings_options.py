@@ -10,23 +10,20 @@ from pathlib import Path
 import pytest
 import typer
 import typer.main
-from typer.testing import CliRunner
 
 from sealtwin.cli.answer import removed_options
 from sealtwin.cli.app import app
 from sealtwin.cli.options import OPTIONS, describe, settings_of
+from sealtwin.core.errors import present
 from sealtwin.core.settings import described, names_file, table_of
 from sealtwin.trial.trial_file import Trial
 from tests.pages import leave_out_pages
 from tests.places import FIXTURE, ROOT
+from tests.programs import sealtwin
 from tests.studies import tiny_lab
 
 REMOVED = removed_options()
 COMMANDS = typer.main.get_command(app).commands  # pyright: ignore[reportAttributeAccessIssue]
-
-
-def _sealtwin(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.mark.parametrize(
@@ -121,7 +118,7 @@ def test_a_setting_is_given_once(options, others):
     ],
 )
 def test_a_setting_is_checked_as_in_a_trial_file(tmp_path, setting, named):
-    answer = _sealtwin("digitise", FIXTURE / "trial.toml", "--out", tmp_path / "run", "--set", setting)
+    answer = sealtwin("digitise", FIXTURE / "trial.toml", "--out", tmp_path / "run", "--set", setting)
     assert answer.exit_code == 3
     assert named in answer.stderr
     assert not (tmp_path / "run").exists()
@@ -138,24 +135,24 @@ def test_a_run_records_what_was_set_and_goes_on_from_there(lab):
     """The same command redoes nothing; another value makes the stages anew that it concerns."""
     out = lab / "out"
     line = ("run", lab / "trial.toml", "--out", out, "--device", "cpu", "--set", "crack.tilt=flare", "--seed", 5)
-    assert _sealtwin(*line).exit_code == 0
+    assert sealtwin(*line).exit_code == 0
     recorded = tomllib.loads((out / "trial.toml").read_text())
     assert (recorded["crack"]["tilt"], recorded["seed"]) == ("flare", 5)
-    assert "nothing to redo" in _sealtwin(*line).stderr
+    assert "nothing to redo" in sealtwin(*line).stderr
     stages = json.loads((out / "manifest.json").read_text())["stages"]
-    answer = _sealtwin("simulate", out, "--device", "cpu", "--set", "seed=6")
+    answer = sealtwin("simulate", out, "--device", "cpu", "--set", "seed=6")
     assert answer.exit_code == 0, answer.output
     recorded = tomllib.loads((out / "trial.toml").read_text())
     assert (recorded["crack"]["tilt"], recorded["seed"]) == ("flare", 6)
     again = json.loads((out / "manifest.json").read_text())["stages"]
     assert again["digitise"] == stages["digitise"]
     assert again["simulate"]["settings"]["seed"] == 6
-    refused = _sealtwin("simulate", out, "--set", "crack.tilt=lean")
+    refused = sealtwin("simulate", out, "--set", "crack.tilt=lean")
     assert refused.exit_code == 3
     assert "[crack] differs from what digitise ran with" in refused.stderr
     assert tomllib.loads((out / "trial.toml").read_text()) == recorded
     (lab / "other.csv").write_bytes((lab / "readings.csv").read_bytes())
-    answer = _sealtwin("validate", out, "--device", "cpu", "--set", f"readings.file={lab / 'other.csv'}")
+    answer = sealtwin("validate", out, "--device", "cpu", "--set", f"readings.file={lab / 'other.csv'}")
     assert answer.exit_code in (0, 5), answer.output
     assert tomllib.loads((out / "trial.toml").read_text())["readings"]["file"] == "inputs/other.csv"
     assert (out / "inputs" / "other.csv").is_file()
@@ -163,7 +160,7 @@ def test_a_run_records_what_was_set_and_goes_on_from_there(lab):
 
 def test_a_viscosity_replaces_the_papers_as_in_a_study(lab):
     line = ("digitise", lab / "trial.toml", "--out", lab / "out", "--set", "fluid.viscosity_pa_s=0.5")
-    assert _sealtwin(*line).exit_code == 0
+    assert sealtwin(*line).exit_code == 0
     fluid = tomllib.loads((lab / "out" / "trial.toml").read_text())["fluid"]
     assert fluid["viscosity_pa_s"] == 0.5
     assert "U" not in fluid
@@ -171,10 +168,11 @@ def test_a_viscosity_replaces_the_papers_as_in_a_study(lab):
 
 def test_a_quick_trial_assumes_nothing_that_is_given(lab):
     line = ("quick", lab / "crack.png", "--mm-per-px", 0.4, "--ends", "40,101", "160,98", "--device", "cpu")
-    needed = _sealtwin(*line, "--out", lab / "out")
+    needed = sealtwin(*line, "--out", lab / "out")
     assert needed.exit_code == 2
-    given = ("--set", "crack.depth_mm=8", "--set", "crack.tilt=vertical", "--set", "fluid.viscosity_pa_s=0.5")
-    answer = _sealtwin(*line, *given, "--seed", 3, "--out", lab / "out")
+    given = ("crack.depth_mm=8", "crack.tilt=vertical", "fluid.viscosity_pa_s=0.5", "solver.model=slot")
+    options = [word for setting in given for word in ("--set", setting)]
+    answer = sealtwin(*line, *options, "--seed", 3, "--out", lab / "out")
     assert answer.exit_code == 0, answer.output
     text = (lab / "out" / "trial.toml").read_text()
     trial = tomllib.loads(text)
@@ -187,22 +185,22 @@ def test_a_quick_trial_assumes_nothing_that_is_given(lab):
 
 def test_a_study_starts_from_the_trial_with_what_is_set(lab):
     line = ("sweep", lab / "study.toml", "--out", lab / "out", "--device", "cpu", "--dry-run", "--set")
-    assert _sealtwin(*line, "nozzle.diameter_mm=1.9").exit_code == 0
+    assert sealtwin(*line, "nozzle.diameter_mm=1.9").exit_code == 0
     runs = json.loads((lab / "out" / "plan.json").read_text())["runs"]
     assert {run["trial"]["nozzle"]["diameter_mm"] for run in runs} == {1.9}
     assert "fluid.U" in runs[0]["settings"]
     # Each run's U would take the place of a viscosity.
     for name in ("fluid.U", "fluid.viscosity_pa_s"):
-        twice = _sealtwin(*line, f"{name}=1")
+        twice = sealtwin(*line, f"{name}=1")
         assert twice.exit_code == 3
-        assert f"--set {name}: " in twice.stderr
+        assert f"--set {name}: {lab / 'study.toml'} sets it too" in twice.stderr
 
 
 def test_what_a_calibration_finds_removes_nothing_that_is_set(lab):
     line = ("calibrate", lab / "trial.toml", "--out", lab / "out", "--device", "cpu", "--free", "fluid.U=3:30", "--set")
-    refused = _sealtwin(*line, "fluid.viscosity_pa_s=1")
+    refused = sealtwin(*line, "fluid.viscosity_pa_s=1")
     assert refused.exit_code == 3
-    assert "--set fluid.viscosity_pa_s: a --free setting" in refused.stderr
+    assert "--set fluid.viscosity_pa_s: a --free setting replaces it" in refused.stderr
 
 
 def test_every_option_of_a_setting_takes_its_help_from_the_field():
@@ -215,8 +213,7 @@ def test_every_option_of_a_setting_takes_its_help_from_the_field():
         assert one.help != text
         assert re.match(r"[\w'].{20,}\.$", text)
         assert not re.search(r"\.\s+[A-Z]", text), text
-        table = table_of(Trial, parts)
-        assert table is not None
+        table = present(table_of(Trial, parts), "table")
         # Square brackets are markup on a terminal.
         assert " ".join(described(table)[key].split()).replace("[", "(").replace("]", ")").startswith(text)
         assert one.metavar, one.name
@@ -232,13 +229,15 @@ def _described(command):
 
 
 def test_help_shows_what_the_field_says():
-    shown = " ".join(_sealtwin("digitise", "--help").stdout.replace("│", " ").split())
+    shown = " ".join(sealtwin("digitise", "--help").stdout.replace("│", " ").split())
     assert "Scale of a photo taken square to the face, in mm for each pixel. (photo.mm_per_px)" in shown
 
 
-def test_help_of_all_commands_reads_no_settings():
+def test_help_of_all_commands_loads_no_heavy_library():
+    """What makes it instant: counted in modules, since a timed test fails on a busy machine."""
+    heavy = ("warp", "cv2", "trimesh", "scipy", "matplotlib", "numpy", "pydantic")
     script = "import sys; from sealtwin.cli.app import app\ntry: app(['--help'])\n"
-    script += "except SystemExit: print([name for name in ('numpy', 'pydantic') if name in sys.modules])"
+    script += f"except SystemExit: print([name for name in {heavy} if name in sys.modules])"
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
     assert shown.endswith("[]\n")
 
@@ -247,7 +246,7 @@ def test_help_of_all_commands_reads_no_settings():
 def test_an_option_that_is_gone_is_answered_by_its_new_spelling(command, option):
     assert option not in {name for shown in COMMANDS[command].params for name in shown.opts}
     for typed in ((option, "1"), (f"{option}=1",)):
-        answer = _sealtwin(command, "x", *typed, "--json")
+        answer = sealtwin(command, "x", *typed, "--json")
         assert answer.exit_code == 2
         assert f"{option}: now {REMOVED[command][option]}" in json.loads(answer.stdout)["error"]
     new, text = REMOVED[command][option].split(" ", maxsplit=1)
@@ -263,13 +262,7 @@ def test_the_page_of_old_options_lists_them_all():
     assert rows == {(name, option, now) for name, gone in REMOVED.items() for option, now in gone.items()}
 
 
-@pytest.mark.parametrize(
-    "name", ["photo.mask", "mesh.path", "readings.file", "fluid.material", "path.plan", "crack.fill"]
-)
-def test_settings_that_may_name_a_file(name):
-    assert names_file(Trial, name)
-
-
-@pytest.mark.parametrize("name", ["photo.mm_per_px", "name", "phot.mask", "photo.markers", "photo.markers.size_mm"])
-def test_settings_that_name_no_file(name):
-    assert not names_file(Trial, name)
+def test_settings_that_may_name_a_file_and_settings_that_do_not():
+    files = ["photo.mask", "mesh.path", "readings.file", "fluid.material", "path.plan", "crack.fill"]
+    others = ["photo.mm_per_px", "name", "phot.mask", "photo.markers", "photo.markers.size_mm"]
+    assert [name for name in files + others if names_file(Trial, name)] == files

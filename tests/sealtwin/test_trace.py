@@ -12,11 +12,11 @@ from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
+from sealtwin.core.errors import present
 from sealtwin.trial.trial_file import load_trial
 from tests.places import FIXTURE
+from tests.programs import refusal, sealtwin
 
 ENDS = [[719.3, 658.4], [1402.7, 258.9]]
 
@@ -60,22 +60,17 @@ def _posted(url, name, content):
         return [json.loads(line) for line in connection.getresponse()]
 
 
-def _sealtwin(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
 def test_what_is_clicked_is_saved_into_the_trial(trial, browser):
     hints = {"ends_px": ENDS[::-1], "via_px": [[1000.0, 498.0]], "face_mm": [160, 40]}
     browser.posts = (("trace", {"hints": hints, "revision": 1, "until": "walls"}), ("save", {"hints": hints}))
-    answer = _sealtwin("trace", trial)
+    answer = sealtwin("trace", trial)
     assert answer.exit_code == 0, answer.output
     traced, saved = browser.answers
     assert [next(iter(line)) for line in traced] == ["scale", "path", "walls"]
     # The fixture's truth, within the tracing benchmark's 0.5 %.
     assert traced[2]["walls"]["length"] == pytest.approx(80, rel=0.01)
     assert saved == [{"saved": {"file": str(trial), "changed": ["ends_px", "via_px"], **_said(answer)}, "photos": []}]
-    photo = load_trial(trial).photo
-    assert photo is not None
+    photo = present(load_trial(trial).photo, "photo")
     assert photo.ends_px == tuple(tuple(end) for end in hints["ends_px"])
     assert photo.markers == load_trial(FIXTURE / "trial.toml").photo.markers  # pyright: ignore
     assert answer.stderr.startswith("Trace page: http://127.0.0.1:")
@@ -90,9 +85,9 @@ def _said(answer):
 def test_the_command_that_it_names_next_runs(trial, browser, tmp_path, monkeypatch):
     hints = {"ends_px": ENDS, "via_px": [[1000.0, 498.0]], "face_mm": [160, 40]}
     browser.posts = (("save", {"hints": hints}),)
-    named = _said(_sealtwin("trace", trial, "--quiet"))["next"]
+    named = _said(sealtwin("trace", trial, "--quiet"))["next"]
     assert named == f"sealtwin run {trial}"
-    answer = _sealtwin("digitise", trial, "--out", tmp_path / "run", "--json", "--quiet")
+    answer = sealtwin("digitise", trial, "--out", tmp_path / "run", "--json", "--quiet")
     assert answer.exit_code == 0, answer.output
     assert json.loads(answer.stdout)["sample"]["path_source"] == "via"
 
@@ -101,7 +96,7 @@ def test_a_photo_gets_a_trial_beside_it(trial, browser):
     photo = trial.parent / "photo.jpg"
     hints = {"ends_px": ENDS, "mm_per_px": 0.1}
     browser.posts = (("save", {"hints": hints}), ("save", {"hints": hints, "shape": {"depth_mm": 16}}))
-    answer = _sealtwin("trace", photo, "--json", "--quiet")
+    answer = sealtwin("trace", photo, "--json", "--quiet")
     assert "crack.depth_mm is missing" in browser.answers[0][0]["refused"]
     written = photo.with_suffix(".toml")
     assert json.loads(answer.stdout) == {
@@ -132,7 +127,7 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
     (folder / "broken.png").write_bytes(b"no photo")
     hints = {"ends_px": ENDS, "mm_per_px": 0.1}
     browser.posts = (("save", {"hints": hints, "shape": {"depth_mm": 16}}), ("turn", {"photo": 1}), ("quit", {}))
-    answer = _sealtwin("trace", folder, "--json", "--quiet")
+    answer = sealtwin("trace", folder, "--json", "--quiet")
     assert answer.exit_code == 0, answer.output
     saved, turned, _ = browser.answers
     assert [(photo["name"], photo["done"]) for photo in saved[0]["photos"]] == [
@@ -147,7 +142,7 @@ def test_a_folder_goes_from_photo_to_photo(trial, browser):
 
 
 def test_a_folder_without_photos_is_refused(tmp_path):
-    assert "neither a photo" in _refusal("trace", tmp_path)
+    assert f"{tmp_path}: contains neither a photo" in refusal("trace", tmp_path)
 
 
 def test_a_path_alone_is_traced_without_a_crack(trial, browser):
@@ -155,7 +150,7 @@ def test_a_path_alone_is_traced_without_a_crack(trial, browser):
     alone = trial.with_name("alone.toml")
     alone.write_text('name = "a"\n[photo]\nfile = "photo.jpg"\ndata = "synthetic"\nmm_per_px = 0.1\npath_only = true\n')
     browser.posts = (("save", {"hints": hints}),)
-    answer = _sealtwin("trace", alone, "--json", "--quiet")
+    answer = sealtwin("trace", alone, "--json", "--quiet")
     assert answer.exit_code == 0, answer.output
     assert json.loads(answer.stdout)["changed"] == ["ends_px"]
     assert browser.answers[0][0]["saved"]["next"].startswith("sealtwin digitise")
@@ -164,7 +159,7 @@ def test_a_path_alone_is_traced_without_a_crack(trial, browser):
 def test_leaving_saves_nothing(trial, browser):
     before = trial.read_bytes()
     browser.posts = (("quit", {}),)
-    answer = _sealtwin("trace", trial)
+    answer = sealtwin("trace", trial)
     assert (answer.exit_code, answer.stdout) == (0, "Nothing was saved.\n")
     assert not browser.door.parent.exists()
     assert trial.read_bytes() == before
@@ -179,7 +174,7 @@ def test_no_browser_is_opened_when_none_is_wanted(trial, browser, monkeypatch):
 
     monkeypatch.setattr(TracePage, "wait", interrupted)
     before = trial.read_bytes()
-    answer = _sealtwin("trace", trial, "--no-browser", "--quiet")
+    answer = sealtwin("trace", trial, "--no-browser", "--quiet")
     assert answer.exit_code == 130
     assert browser.answers == ()
     assert answer.stderr.startswith("Trace page: http://127.0.0.1:")
@@ -187,26 +182,19 @@ def test_no_browser_is_opened_when_none_is_wanted(trial, browser, monkeypatch):
     assert trial.read_bytes() == before
 
 
-def _refusal(*arguments):
-    answer = _sealtwin(*arguments)
-    assert answer.exit_code == 3, answer.output
-    assert "Traceback" not in answer.output
-    return answer.stderr
-
-
 def test_what_cannot_be_traced_is_refused_before_a_page_opens(trial, browser, tmp_path):
-    assert "not found" in _refusal("trace", tmp_path / "none.jpg")
-    assert "no such file" in _refusal("trace", tmp_path / "none.toml")
+    assert "not found" in refusal("trace", tmp_path / "none.jpg")
+    assert "no such file" in refusal("trace", tmp_path / "none.toml")
     (trial.parent / "photo.toml").write_text("")
-    assert "already exists" in _refusal("trace", trial.parent / "photo.jpg")
+    assert "already exists" in refusal("trace", trial.parent / "photo.jpg")
     mesh = tmp_path / "mesh.toml"
     mesh.write_text('name = "m"\n[mesh]\nfile = "m.stl"\ndata = "measured"\nunits = "mm"\n')
-    assert "no photo to trace" in _refusal("trace", mesh)
+    assert "no photo to trace" in refusal("trace", mesh)
     (trial.parent / "photo.jpg").write_bytes(b"no photo")
-    assert "not a readable photo" in _refusal("trace", trial)
+    assert "not a readable photo" in refusal("trace", trial)
 
 
 def test_a_port_that_is_taken_is_named(trial):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        assert f"--port {port}: Address already in use" in _refusal("trace", trial, "--port", port)
+        assert f"--port {port}: Address already in use" in refusal("trace", trial, "--port", port)

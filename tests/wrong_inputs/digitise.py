@@ -10,7 +10,7 @@ import trimesh
 from ezdxf import units
 
 from tests.meshes import box, mesh_of, slotted
-from tests.wrong_inputs.table import WrongInput
+from tests.wrong_inputs.table import WrongInput, answers
 
 RING = ((0.0, 0.0), (40.0, 0.0), (40.0, 3.0), (0.0, 3.0))
 OFF, FROZEN = "off", "frozen"
@@ -93,171 +93,83 @@ def forked(_: Any, space: Any) -> None:
 
 
 DRAWN = "import-dxf {given}/a.dxf --depth-mm 8 --out {out}"
-ALONG = f"{DRAWN} --line L --width-mm 3"
+ALONG = " --line L --width-mm 3"
 OF_A_MESH = ("mesh.up", "drawing.obj", "Mesh", "Trace it again", "R2010", "px")
+ROW = {"more", "code", "lacks"}
+
+
+def drawn(name: str, draw: Callable[[Any, Any], object], *names: str, **others: Any) -> WrongInput:
+    """Words of a row, and a unit and header of the drawing."""
+    row = {key: others.pop(key) for key in ROW & others.keys()}
+    return answers(DRAWN)(name, drawing(draw, **others), *names, **row)
+
+
+# fmt: off
 DRAWINGS = [
-    WrongInput("frame of a spline-fit line", drawing(framed), ALONG, ("the drawn line is 41.2 mm long",), 0),
-    WrongInput(
-        "drawing of which nobody says where it comes from",
-        drawing(lambda _, space: ring(space)),
-        DRAWN,
-        ("undeclared", "mesh.data"),
-        0,
-    ),
-    WrongInput(
-        "two cracks on one layer",
-        drawing(lambda _, space: (ring(space), ring(space, at=(0, 20)))),
-        DRAWN,
-        ("a.dxf, layer OUTLINE", "(20, 21.5) is beside", "(20, 1.5)", "--outline"),
-    ),
-    WrongInput(
-        "stone off the crack",
-        drawing(lambda _, space: (ring(space), space.add_circle((20, 20), 1, dxfattribs=on("ISLANDS")))),
-        DRAWN,
-        ("layer ISLANDS", "(20, 20) is beside"),
-    ),
-    WrongInput(
-        "stone across the edge",
-        drawing(lambda _, space: (ring(space), space.add_circle((20, 3), 1, dxfattribs=on("OUTLINE")))),
-        DRAWN,
-        ("layer OUTLINE", "(20, 3) crosses"),
-    ),
-    WrongInput(
-        "two samples on FACE",
-        drawing(lambda _, space: (ring(space), *(ring(space, "FACE", (0, y)) for y in (0, 9)))),
-        DRAWN,
-        ("layer FACE: 2 closed lines",),
-    ),
-    WrongInput(
-        "sample beside the crack",
-        drawing(lambda _, space: (ring(space), ring(space, "FACE", (90, 0)))),
-        DRAWN,
-        ("layer FACE", "40 x 3 mm", "is beside the crack"),
-        lacks=OF_A_MESH,
-    ),
-    WrongInput(
-        "round sample",
-        drawing(lambda _, space: (ring(space), space.add_circle((20, 1.5), 60, dxfattribs=on("FACE")))),
-        DRAWN,
-        ("a.dxf", "layer FACE", "four straight sides"),
-        lacks=OF_A_MESH,
-    ),
-    WrongInput(
-        "no crack but a square",
-        drawing(lambda _, space: space.add_circle((5, 5), 6, dxfattribs=on("OUTLINE"))),
-        DRAWN,
-        ("a.dxf", "mm wide", "--units"),
-        lacks=OF_A_MESH,
-    ),
-    WrongInput(
-        "other layers that cannot be read",
-        drawing(spoilt_by_others),
-        f"{DRAWN} --outline edge",
-        ("cavity 0.95 ml", "not read: XREF, TABLE", "unit of the drawing: mm (by the drawing)"),
-        0,
-    ),
-    WrongInput("far line", drawing(lambda _, space: lines(space, ((0, 0), (9e9, 0)))), ALONG, ("layer L: its LINE #",)),
-    WrongInput(
-        "drawn in mm, said to be in inches",
-        drawing(lambda _, space: ring(space, at=(0, 0)), units.IN),
-        f"{DRAWN} --units mm",
-        ("unit of the drawing: mm (by --units; the drawing states inch)", "40 x 3 mm"),
-        0,
-    ),
-    WrongInput(
-        "too large in the drawing's unit",
-        drawing(lambda _, space: ring(space), units.IN, MEASUREMENT=1),
-        DRAWN,
-        ("a.dxf: in inch, by the drawing", "$MEASUREMENT is metric", "1000 mm", "--units mm"),
-        lacks=OF_A_MESH,
-    ),
-    WrongInput("metres for mm", drawing(lambda _, space: lines(space, ((0, 0), (0.06, 0)))), ALONG, ("--units m",)),
-    WrongInput(
-        "in a block",
-        drawing(in_a_block),
-        DRAWN,
-        ("no lines to read on a layer OUTLINE", 'lines in the block "CRACK", which is to be exploded (1)'),
-    ),
-    WrongInput(
-        "hatch alone", drawing(lambda _, space: space.add_hatch(dxfattribs=on("OUTLINE"))), DRAWN, ("HATCH (1)",)
-    ),
-    WrongInput(
-        "on paper",
-        drawing(lambda document, _: lines(document.layout("Layout1"), ((0, 0), (40, 0)))),
-        ALONG,
-        ('lines on the sheet "Layout1"', "model space"),
-    ),
-    WrongInput(
-        "gaps of some µm",
-        drawing(lambda _, space: lines(space, ((0, 0), (20, 0)), ((20.004, 0), (40, 0)))),
-        ALONG,
-        ("a.dxf, layer L", "a gap of 0.004 mm at (20"),
-    ),
-    WrongInput(
-        "edge that is not closed",
-        drawing(lambda _, space: space.add_lwpolyline([*RING, (0, 0.01)], dxfattribs=on("OUTLINE"))),
-        DRAWN,
-        ("layer OUTLINE", "a gap of 0.01 mm at (0, 0"),
-    ),
-    WrongInput(
-        "line with an arm",
-        drawing(lambda _, space: lines(space, ((0, 0), (20, 0)), ((20, 0), (40, 0)), ((20, 0), (30, 9)))),
-        ALONG,
-        ("3 lines meet at (20, 0)",),
-    ),
-    WrongInput(
-        "line that crosses itself",
-        drawing(lambda _, space: space.add_lwpolyline([(0, 0), (30, 0), (30, 9), (15, -9)], dxfattribs=on("L"))),
-        ALONG,
-        ("layer L: the line crosses itself at (22.5, 0)",),
-    ),
-    WrongInput(
-        "texts, a hidden and a second edge",
-        drawing(beside_lines),
-        DRAWN,
-        ("layer OUTLINE: left out: invisible lines (1), TEXT (1), POINT (1), exact copies of lines (1)",),
-        0,
-    ),
-    WrongInput(
-        "pen width",
-        drawing(lambda _, space: space.add_lwpolyline([(0, 0, 5, 5), (40, 0)], "xyse", dxfattribs=on("L"))),
-        ALONG,
-        ("layer L: left out: pen widths of polylines (1)",),
-        0,
-    ),
-    WrongInput(
-        "layer that is off",
-        drawing(with_a_layer(OFF, ("NEW", (0, 0)), ("OUTLINE", (0, 0)))),
-        DRAWN,
-        ("layer OUTLINE", "switched off (1)", "NEW"),
-    ),
-    WrongInput("layer that is frozen", drawing(with_a_layer(FROZEN, ("OUTLINE", (0, 0)))), DRAWN, ("frozen (1)",)),
-    WrongInput(
-        "stones on a layer that is off",
-        drawing(with_a_layer(OFF, ("OUTLINE", (0, 0)), ("ISLANDS", (0, 0)))),
-        DRAWN,
-        ("layer ISLANDS: left out: lines on a layer that is switched off (1)",),
-        0,
-    ),
-    WrongInput(
-        "drawn upright",
-        drawing(lambda _, space: lines(space, ((0, 0, 0), (20, 0, 6)), ((20, 0, 6), (40, 0, 0)))),
-        ALONG,
-        ("layer L", "z is 0 to 6 mm", "XY plane"),
-    ),
-    WrongInput(
-        "edge that crosses itself evenly",
-        drawing(lambda _, space: space.add_lwpolyline(RING[::2] + RING[1::2], close=True, dxfattribs=on("OUTLINE"))),
-        DRAWN,
-        ("layer OUTLINE", "(20, 1.5)", "crosses itself"),
-        lacks=OF_A_MESH,
-    ),
-    WrongInput("crack with arms", drawing(forked), DRAWN, ("a side arm of 31 mm is not on the path",), 0),
+    drawn("frame of a spline-fit line", framed, "the drawn line is 41.2 mm long", more=ALONG, code=0),
+    drawn("drawing of which nobody says where it comes from", lambda _, space: ring(space), "undeclared", "mesh.data",
+        code=0),
+    drawn("two cracks on one layer", lambda _, space: (ring(space), ring(space, at=(0, 20))), "a.dxf, layer OUTLINE",
+        "(20, 21.5) is beside", "(20, 1.5)", "--outline"),
+    drawn("stone off the crack",
+        lambda _, space: (ring(space), space.add_circle((20, 20), 1, dxfattribs=on("ISLANDS"))), "layer ISLANDS",
+        "(20, 20) is beside"),
+    drawn("stone across the edge",
+        lambda _, space: (ring(space), space.add_circle((20, 3), 1, dxfattribs=on("OUTLINE"))), "layer OUTLINE",
+        "(20, 3) crosses"),
+    drawn("two samples on FACE", lambda _, space: (ring(space), *(ring(space, "FACE", (0, y)) for y in (0, 9))),
+        "layer FACE: 2 closed lines"),
+    drawn("sample beside the crack", lambda _, space: (ring(space), ring(space, "FACE", (90, 0))), "layer FACE",
+        "40 x 3 mm", "is beside the crack", lacks=OF_A_MESH),
+    drawn("round sample", lambda _, space: (ring(space), space.add_circle((20, 1.5), 60, dxfattribs=on("FACE"))),
+        "a.dxf", "layer FACE", "four straight sides", lacks=OF_A_MESH),
+    drawn("no crack but a square", lambda _, space: space.add_circle((5, 5), 6, dxfattribs=on("OUTLINE")), "a.dxf",
+        "mm wide", "--units", lacks=OF_A_MESH),
+    drawn("other layers that cannot be read", spoilt_by_others, "cavity 0.95 ml", "not read: XREF, TABLE",
+        "unit of the drawing: mm (by the drawing)", more=" --outline edge", code=0),
+    drawn("far line", lambda _, space: lines(space, ((0, 0), (9e9, 0))), "layer L: its LINE #", more=ALONG),
+    drawn("drawn in mm, said to be in inches", lambda _, space: ring(space, at=(0, 0)),
+        "unit of the drawing: mm (by --units; the drawing states inch)", "40 x 3 mm", more=" --units mm",
+        unit=units.IN, code=0),
+    drawn("too large in the drawing's unit", lambda _, space: ring(space), "a.dxf: in inch, by the drawing",
+        "$MEASUREMENT is metric", "1000 mm", "--units mm", unit=units.IN, MEASUREMENT=1, lacks=OF_A_MESH),
+    drawn("metres for mm", lambda _, space: lines(space, ((0, 0), (0.06, 0))), "--units m", more=ALONG),
+    drawn("in a block", in_a_block, "no lines to read on a layer OUTLINE",
+        'lines in the block "CRACK", which is to be exploded (1)'),
+    drawn("hatch alone", lambda _, space: space.add_hatch(dxfattribs=on("OUTLINE")), "HATCH (1)"),
+    drawn("on paper", lambda document, _: lines(document.layout("Layout1"), ((0, 0), (40, 0))),
+        'lines on the sheet "Layout1"', "model space", more=ALONG),
+    drawn("gaps of some µm", lambda _, space: lines(space, ((0, 0), (20, 0)), ((20.004, 0), (40, 0))),
+        "a.dxf, layer L", "a gap of 0.004 mm at (20", more=ALONG),
+    drawn("edge that is not closed",
+        lambda _, space: space.add_lwpolyline([*RING, (0, 0.01)], dxfattribs=on("OUTLINE")), "layer OUTLINE",
+        "a gap of 0.01 mm at (0, 0"),
+    drawn("line with an arm", lambda _, space: lines(space, ((0, 0), (20, 0)), ((20, 0), (40, 0)), ((20, 0), (30, 9))),
+        "3 lines meet at (20, 0)", more=ALONG),
+    drawn("line that crosses itself",
+        lambda _, space: space.add_lwpolyline([(0, 0), (30, 0), (30, 9), (15, -9)], dxfattribs=on("L")),
+        "layer L: the line crosses itself at (22.5, 0)", more=ALONG),
+    drawn("texts, a hidden and a second edge", beside_lines,
+        "layer OUTLINE: left out: invisible lines (1), TEXT (1), POINT (1), exact copies of lines (1)", code=0),
+    drawn("pen width", lambda _, space: space.add_lwpolyline([(0, 0, 5, 5), (40, 0)], "xyse", dxfattribs=on("L")),
+        "layer L: left out: pen widths of polylines (1)", more=ALONG, code=0),
+    drawn("layer that is off", with_a_layer(OFF, ("NEW", (0, 0)), ("OUTLINE", (0, 0))), "layer OUTLINE",
+        "switched off (1)", "NEW"),
+    drawn("layer that is frozen", with_a_layer(FROZEN, ("OUTLINE", (0, 0))), "frozen (1)"),
+    drawn("stones on a layer that is off", with_a_layer(OFF, ("OUTLINE", (0, 0)), ("ISLANDS", (0, 0))),
+        "layer ISLANDS: left out: lines on a layer that is switched off (1)", code=0),
+    drawn("drawn upright", lambda _, space: lines(space, ((0, 0, 0), (20, 0, 6)), ((20, 0, 6), (40, 0, 0))), "layer L",
+        "z is 0 to 6 mm", "XY plane", more=ALONG),
+    drawn("edge that crosses itself evenly",
+        lambda _, space: space.add_lwpolyline(RING[::2] + RING[1::2], close=True, dxfattribs=on("OUTLINE")),
+        "layer OUTLINE", "(20, 1.5)", "crosses itself", lacks=OF_A_MESH),
+    drawn("crack with arms", forked, "a side arm of 31 mm is not on the path", code=0),
 ]
+# fmt: on
 
 
 def mesh(
-    name: str, content: Callable[[trimesh.Trimesh], Any], *bodies: manifold3d.Manifold
+    content: Callable[[trimesh.Trimesh], Any], *bodies: manifold3d.Manifold, name: str = "m.stl"
 ) -> Callable[[Path], object]:
     """Return a writer of a slotted block and other bodies in some format."""
 
@@ -288,104 +200,51 @@ def moved(shape: trimesh.Trimesh, y_mm: float) -> trimesh.Trimesh:
 
 def line_beside(text: str) -> Callable[[Path], object]:
     def write(folder: Path) -> None:
-        mesh("m.stl", as_stl)(folder)
+        mesh(as_stl)(folder)
         (folder / "line.csv").write_text(text)
 
     return write
 
 
-def imported(name: str) -> str:
-    return f"import-mesh {{given}}/{name} --units mm --out {{out}}"
+IMPORT = "import-mesh {given}/m.stl --units mm --out {out}"
+imported = answers(IMPORT)
 
 
 POCKET = box((0.0, 0.0, -16.0), (60.0, 40.0, 0.0)) - box((24.0, 16.0, -8.0), (36.0, 24.0, 1.0))
 SIDE_ARM = box((60.0, 22.0, -10.0), (62.0, 32.0, 1.0))
 OF_A_LIBRARY = ("charset_normalizer", "unmatched data", "codec")
+# fmt: off
 MESHES = [
-    WrongInput(
-        "mesh of which nobody says where it comes from",
-        mesh("m.stl", as_stl),
-        imported("m.stl"),
-        ("mesh: undeclared", "mesh.data"),
-        0,
-    ),
-    WrongInput(
-        "bytes after the last triangle",
-        mesh("m.stl", lambda shape: as_stl(shape) + b"abc"),
-        imported("m.stl"),
-        ("m.stl", "28 triangles", "3 bytes"),
-        lacks=OF_A_LIBRARY,
-    ),
-    WrongInput(
-        "binary STL that is cut short",
-        mesh("m.stl", lambda shape: as_stl(shape)[:-60]),
-        imported("m.stl"),
-        ("m.stl", "28 triangles", "60 bytes"),
-        lacks=OF_A_LIBRARY,
-    ),
+    imported("mesh of which nobody says where it comes from", mesh(as_stl), "mesh: undeclared", "mesh.data", code=0),
+    imported("a pocket in place of a crack",
+        mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(POCKET), process=False))), "m.stl", "long",
+        lacks=("px", "--ends", "photo", "mask", "walls not found")),
+    imported("bytes after the last triangle", mesh(lambda shape: as_stl(shape) + b"abc"), "m.stl", "28 triangles",
+        "3 bytes", lacks=OF_A_LIBRARY),
+    imported("binary STL that is cut short", mesh(lambda shape: as_stl(shape)[:-60]), "m.stl", "28 triangles",
+        "60 bytes", lacks=OF_A_LIBRARY),
     *(
-        WrongInput(
-            f"decimal commas in {kind}",
-            mesh(f"m.{kind[:3]}", lambda shape, kind=kind: as_text(shape, kind).replace(b".", b",")),
-            imported(f"m.{kind[:3]}"),
-            (f"m.{kind[:3]}", "its decimals are commas, as in "),
-            lacks=OF_A_LIBRARY,
-        )
+        answers(IMPORT.replace("m.stl", name := f"m.{kind[:3]}"))(f"decimal commas in {kind}",
+            mesh(lambda shape, kind=kind: as_text(shape, kind).replace(b".", b","), name=name),
+            name, "its decimals are commas, as in ", lacks=OF_A_LIBRARY)
         for kind in ("stl_ascii", "obj", "off")
     ),
-    WrongInput(
-        "decimal commas in a path",
-        line_beside("x_mm;y_mm\n20,5;20,0\n79,5;20,0\n"),
-        imported("m.stl") + " --set mesh.path={given}/line.csv",
-        ("line.csv", "its decimals are commas", "20,5;20,0"),
-    ),
-    WrongInput(
-        "name with an umlaut",
-        mesh("m.stl", lambda shape: as_text(shape, "stl_ascii").replace(b"solid ", b"solid W\xfcrfel ", 1)),
-        imported("m.stl"),
-        ("cavity 2.40 ml",),
-        0,
-        lacks=OF_A_LIBRARY,
-    ),
-    WrongInput(
-        "far from the origin",
-        mesh("m.stl", lambda shape: as_stl(moved(shape, 5.4e6))),
-        imported("m.stl"),
-        ("m.stl", "steps of 0.5 mm"),
-        0,
-    ),
-    WrongInput(
-        "so far from the origin that its crack is rough",
-        mesh("m.stl", lambda shape: as_stl(moved(shape, 3e7))),
-        imported("m.stl"),
-        ("m.stl", "steps of 2 mm", "mm wide"),
-    ),
-    WrongInput(
-        "two samples in one file",
-        mesh("m.stl", as_stl, slotted().translate((0, 60, 0))),
-        imported("m.stl"),
-        ("m.stl", "2 separate bodies", "100 x 40 x 20 mm round (50, 20, -10)", "round (50, 80, -10)"),
-    ),
-    WrongInput(
-        "a small body beside the sample",
-        mesh("m.stl", as_stl, box((102, 0, -20), (110, 40, 0))),
-        imported("m.stl"),
-        ("2 separate bodies", "8 x 40 x 20 mm round (106, 20, -10)"),
-        0,
-    ),
-    WrongInput(
-        "a pocket in place of a crack",
-        mesh("m.stl", lambda _: as_stl(trimesh.Trimesh(*mesh_of(POCKET), process=False))),
-        imported("m.stl"),
-        ("m.stl", "long"),
-        lacks=("px", "--ends", "photo", "mask", "walls not found"),
-    ),
-    WrongInput(
-        "mesh with a side arm",
-        mesh("m.stl", lambda _: as_stl(trimesh.Trimesh(*mesh_of(slotted(SIDE_ARM)), process=False))),
-        imported("m.stl"),
-        ("a side arm of 12 mm is not on the path",),
-        0,
-    ),
+    imported("decimal commas in a path", line_beside("x_mm;y_mm\n20,5;20,0\n79,5;20,0\n"), "line.csv",
+        "its decimals are commas", "20,5;20,0", more=" --set mesh.path={given}/line.csv"),
+    imported("name with an umlaut",
+        mesh(lambda shape: as_text(shape, "stl_ascii").replace(b"solid ", b"solid W\xfcrfel ", 1)), "cavity 2.40 ml",
+        code=0, lacks=OF_A_LIBRARY),
+    imported("far from the origin", mesh(lambda shape: as_stl(moved(shape, 5.4e6))), "m.stl", "steps of 0.5 mm",
+        code=0),
+    imported("so far from the origin that its crack is rough", mesh(lambda shape: as_stl(moved(shape, 3e7))), "m.stl",
+        "steps of 2 mm", "mm wide"),
+    imported("two samples in one file", mesh(as_stl, slotted().translate((0, 60, 0))), "m.stl", "2 separate bodies",
+        "100 x 40 x 20 mm round (50, 20, -10)", "round (50, 80, -10)"),
+    imported("a small body beside the sample", mesh(as_stl, box((102, 0, -20), (110, 40, 0))), "2 separate bodies",
+        "8 x 40 x 20 mm round (106, 20, -10)", code=0),
+    imported("mesh with a side arm",
+        mesh(lambda _: as_stl(trimesh.Trimesh(*mesh_of(slotted(SIDE_ARM)), process=False))),
+        "a side arm of 12 mm is not on the path", code=0),
 ]
+# fmt: on
 CASES: list[WrongInput] = [*DRAWINGS, *MESHES]

@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 
 from tests.pictures import mortar, with_crack, write_png
-from tests.wrong_inputs.table import WrongInput
+from tests.wrong_inputs.table import WrongInput, answers
 
 ENDS_PX = "[[20.0, 41.0], [140.0, 38.0]]"
 LAB = f"""\
@@ -29,6 +29,9 @@ model = "slot"
 """Of all samples: a depth that a note of one must not leave standing, and the fast model, which is checked soon."""
 SOME_FAILED = 6
 WITH_NOTE = "ingest {given}/folder --pairing {given}/pairing.csv --out {out} --dry-run --quiet"
+
+
+noted = answers(WITH_NOTE)
 
 
 def _folder(place: Path, lab: str = LAB, samples: Sequence[int] = (3, 4), **texts: str) -> None:
@@ -54,14 +57,12 @@ def _with_note(text: str, settings: str = "", skip: str = "", samples: Sequence[
 
 def _read(text: str, *names: str) -> WrongInput:
     said = names or ("crack.depth_mm = 9.0",)
-    return WrongInput(f"the note {text!r} is read", _with_note(text), WITH_NOTE, said, 0, ("no setting was read",))
+    return noted(f"the note {text!r} is read", _with_note(text), *said, code=0, lacks=("no setting was read",))
 
 
 def _asked(text: str, *names: str) -> WrongInput:
     told = ("N3.txt", "no setting was read", *names)
-    return WrongInput(
-        f"the note {text!r} is asked about", _with_note(text, samples=(3, 4)), WITH_NOTE, told, SOME_FAILED
-    )
+    return noted(f"the note {text!r} is asked about", _with_note(text, samples=(3, 4)), *told, code=SOME_FAILED)
 
 
 def _files(lab: str = LAB, **texts: str) -> Callable[[Path], None]:
@@ -97,11 +98,13 @@ INGEST = "ingest {given}/folder --out {out} --dry-run --quiet"
 ON_PAPER = (
     "digitise {given}/photo.png --depth-mm 16 --ends 100,130 320,132 --set crack.tilt=vertical --out {out} --mm-per-px"
 )
+ingested, typed = answers(INGEST), answers(ON_PAPER)
 SHEET = "s [mm];level [mm]\n1;-1,5\n5;-1,4\n9;-1,6\n"
 OF_SHEET = LAB + '[readings]\nrole = "held-out"\n'
 NOT_SAID = LAB.replace("0.1", "0.5").partition("[path]")[0] + '[solver]\nmodel = "slot"\n'
 OTHERS = "Luftdruck 100 kPa. Viskositaet 54 cP. Duese 3 mm vor der Kante. tilt angle 12 deg. flow 400 mm3/s"
 
+# fmt: off
 CASES: list[WrongInput] = [
     _read("depth = 9 mm"),
     _read("Sample N3: depth = 9 mm"),
@@ -121,13 +124,8 @@ CASES: list[WrongInput] = [
     _asked(OTHERS, "100 kPa; 54 cP; 3 mm; 12 deg; 400 mm3/s"),
     _asked("Zustand: halb trocken", "Zustand: halb trocken"),
     *(
-        WrongInput(
-            f"the cell {cell!r} of a note is read",
-            _files(N3_notes__csv=f"Tiefe;{cell}\nBediener;M\n"),
-            INGEST,
-            names,
-            code,
-        )
+        ingested(f"the cell {cell!r} of a note is read", _files(N3_notes__csv=f"Tiefe;{cell}\nBediener;M\n"), *names,
+            code=code)
         for cell, names, code in (
             ("ca. 9 mm", ("read as crack.depth_mm = 9.0 (ca. 9 mm)",), 0),
             ("~9 mm", ("read as crack.depth_mm = 9.0 (~9 mm)",), 0),
@@ -138,116 +136,43 @@ CASES: list[WrongInput] = [
             ("ca. 9", ("N3_notes.csv, line 1", "'ca. 9' has no unit"), SOME_FAILED),
         )
     ),
-    WrongInput(
-        "a note that names another sample too",
-        _with_note("N3: Tiefe 9 mm. N4: Tiefe 14 mm", samples=(3, 4)),
-        WITH_NOTE,
-        ("N3.txt", "N4", "role text"),
-        SOME_FAILED,
-        ("crack.depth_mm = 9",),
-    ),
-    WrongInput(
-        "a number of a note that the user says is for nobody",
-        _with_note("Tiefe 9 mm. 21 °C um 14:30", skip="14:30; 21 °C"),
-        WITH_NOTE,
-        ("crack.depth_mm = 9.0",),
-        0,
-        ("no setting was read",),
-    ),
-    WrongInput(
-        "a number of a note that the user says is a setting",
-        _with_note("am Rand 9 mm, Mitte 14 mm", settings="crack.depth_mm = [[0, 9], [10, 14]]"),
-        WITH_NOTE,
-        ("N3.txt",),
-        0,
-        ("no setting was read",),
-    ),
-    WrongInput(
-        "a text before anybody calls it a note names what it would leave open",
-        _files(N3__txt="depth = 9 mm. Am 3.5.2026 bei 21 °C, links 12 mm"),
-        INGEST,
-        ("N3.txt", "crack.depth_mm = 9.0", "3.5.2026; 21 °C; 12 mm", "set its role to note"),
-        0,
-    ),
-    WrongInput(
-        "a text of several samples is not left out in silence",
-        _files(notes__md="N3: Tiefe 9 mm. N4: Tiefe 14 mm."),
-        INGEST,
-        ("notes.md", "names N3, N4", "9 mm; 14 mm", "role ignore"),
-        SOME_FAILED,
-    ),
-    WrongInput(
-        "a text of no sample says a setting",
-        _files(README__txt="Nozzle 1.1 mm"),
-        INGEST,
-        ("README.txt", "nozzle.diameter_mm = 1.1", "role ignore"),
-        SOME_FAILED,
-    ),
-    WrongInput(
-        "a title above a sheet says another depth than lab.toml",
-        _files(OF_SHEET, N3__csv=f"Risstiefe;9 mm\n{SHEET}"),
-        INGEST,
-        ("N3.csv, row 1", "crack.depth_mm = 9.0", "lab.toml", "16.0"),
-        SOME_FAILED,
-    ),
-    WrongInput(
-        "a title above a sheet says a date, on which no run depends",
-        _files(OF_SHEET, N3__csv=f"Datum 3.5.2026\n{SHEET}"),
-        INGEST,
-        ("2 of 2 samples are sound",),
-        0,
-        ("no note says so",),
-    ),
-    WrongInput(
-        "a note in place of lab.toml",
-        _files(N3__toml="crack.depth_mm = 9.0"),
-        INGEST,
-        ("N3.toml: crack.depth_mm = 9.0, in place of 16.0 in lab.toml",),
-        0,
-    ),
-    WrongInput(
-        "a key of a note without its table",
-        _files(N3__toml="depth_mm = 9.0"),
-        INGEST,
-        ("N3.toml", "'depth_mm' = 9.0 may be crack.depth_mm"),
-        SOME_FAILED,
-    ),
-    WrongInput(
-        "a misspelt word of a note, whose depth lab.toml would replace",
-        _files(N3_notes__csv="Risstife;9 mm\nBediener;M\n"),
-        INGEST,
-        ("N3_notes.csv", "'Risstife' = '9 mm' may be crack.depth_mm"),
-        SOME_FAILED,
-    ),
-    WrongInput("a depth in a photo's name", _named("N3 9mm.png"), INGEST, ("N3 9mm.png", "its name has 9mm"), 0),
-    WrongInput(
-        "path and nozzle that nobody said",
-        _files(NOT_SAID),
-        INGEST,
-        ('path.volume_ml = "cavity"', "path.trim_mm = 10.0", "path.speed_mm_s = 4.0", "nozzle.diameter_mm = 2.4"),
-        0,
-    ),
-    WrongInput(
-        "a picture in a folder that a dry run forgets",
-        _blurred,
-        INGEST.replace(" --quiet", ""),
-        ("N3.png",),
-        SOME_FAILED,
-        ("refused.png", "inputs/photo"),
-    ),
-    WrongInput(
-        "a typed scale that markers in the photo contradict",
-        _beside_markers,
-        f"{ON_PAPER} 0.5",
-        ("4 markers of 4x4_50", "0.4 mm/px, 20.0% below photo.mm_per_px = 0.5", "20.0 mm wide", "photo.markers"),
-        0,
-    ),
-    WrongInput(
-        "a typed scale beside markers that agree",
-        _beside_markers,
-        f"{ON_PAPER} 0.4",
-        ("4 markers of 4x4_50", "0.4 mm/px, 0.0%", "photo.markers"),
-        0,
-        ("measure one",),
-    ),
+    noted("a note that names another sample too", _with_note("N3: Tiefe 9 mm. N4: Tiefe 14 mm", samples=(3, 4)),
+        "N3.txt", "N4", "role text", code=SOME_FAILED, lacks=("crack.depth_mm = 9",)),
+    noted("a number of a note that the user says is for nobody",
+        _with_note("Tiefe 9 mm. 21 °C um 14:30", skip="14:30; 21 °C"), "crack.depth_mm = 9.0", code=0,
+        lacks=("no setting was read",)),
+    noted("a number of a note that the user says is a setting",
+        _with_note("am Rand 9 mm, Mitte 14 mm", settings="crack.depth_mm = [[0, 9], [10, 14]]"), "N3.txt", code=0,
+        lacks=("no setting was read",)),
+    ingested("a text before anybody calls it a note names what it would leave open",
+        _files(N3__txt="depth = 9 mm. Am 3.5.2026 bei 21 °C, links 12 mm"), "N3.txt", "crack.depth_mm = 9.0",
+        "3.5.2026; 21 °C; 12 mm", "role to note", code=0),
+    ingested("a text of several samples is not left out in silence",
+        _files(notes__md="N3: Tiefe 9 mm. N4: Tiefe 14 mm."), "notes.md", "names N3, N4", "9 mm; 14 mm", "role ignore",
+        code=SOME_FAILED),
+    ingested("a text of no sample says a setting", _files(README__txt="Nozzle 1.1 mm"), "README.txt",
+        "nozzle.diameter_mm = 1.1", "role ignore", code=SOME_FAILED),
+    ingested("a title above a sheet says another depth than lab.toml",
+        _files(OF_SHEET, N3__csv=f"Risstiefe;9 mm\n{SHEET}"), "N3.csv, row 1", "crack.depth_mm = 9.0", "lab.toml",
+        "16.0", code=SOME_FAILED),
+    ingested("a title above a sheet says a date, on which no run depends",
+        _files(OF_SHEET, N3__csv=f"Datum 3.5.2026\n{SHEET}"), "2 of 2 samples are sound", code=0,
+        lacks=("no note says so",)),
+    ingested("a note in place of lab.toml", _files(N3__toml="crack.depth_mm = 9.0"),
+        "N3.toml: crack.depth_mm = 9.0, in place of 16.0 in lab.toml", code=0),
+    ingested("a key of a note without its table", _files(N3__toml="depth_mm = 9.0"), "N3.toml",
+        "'depth_mm' = 9.0 may be crack.depth_mm", code=SOME_FAILED),
+    ingested("a misspelt word of a note, whose depth lab.toml would replace",
+        _files(N3_notes__csv="Risstife;9 mm\nBediener;M\n"), "N3_notes.csv",
+        "'Risstife' = '9 mm' may be crack.depth_mm", code=SOME_FAILED),
+    ingested("a depth in a photo's name", _named("N3 9mm.png"), "N3 9mm.png", "its name has 9mm", code=0),
+    ingested("path and nozzle that nobody said", _files(NOT_SAID), 'path.volume_ml = "cavity"', "path.trim_mm = 10.0",
+        "path.speed_mm_s = 4.0", "nozzle.diameter_mm = 2.4", code=0),
+    answers(INGEST.replace(" --quiet", ""))("a picture in a folder that a dry run forgets", _blurred, "N3.png",
+        code=SOME_FAILED, lacks=("refused.png", "inputs/photo")),
+    typed("a typed scale that markers in the photo contradict", _beside_markers, "4 markers of 4x4_50",
+        "0.4 mm/px, 20.0% below photo.mm_per_px = 0.5", "20.0 mm wide", "photo.markers", more=" 0.5", code=0),
+    typed("a typed scale beside markers that agree", _beside_markers, "4 markers of 4x4_50", "0.4 mm/px, 0.0%",
+        "photo.markers", more=" 0.4", code=0, lacks=("measure one",)),
 ]
+# fmt: on

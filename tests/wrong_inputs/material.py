@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tests.wrong_inputs.table import WrongInput
+from tests.wrong_inputs.table import WrongInput, answers
 
 USAGE = 2
 DATA = "--data synthetic"
@@ -23,6 +23,7 @@ def curve(name: str, rows: str, *names: str, options: str = DATA, exit_code: int
     return WrongInput(name, make, command, names, exit_code, ("pydantic", "viscosity_error_percent"))
 
 
+# fmt: off
 CASES: list[WrongInput] = [
     curve("a plateau", "0.1,11.9 0.3,12.1 1,12.0 3,12.1 10,12.0", "curve.csv", "viscosity_pa_s", "0.1 to 10 /s"),
     curve("five equal stresses", "1,12 3,12 10,12 30,12 100,12", "curve.csv", "viscosity_pa_s", "1 to 100 /s"),
@@ -35,20 +36,10 @@ CASES: list[WrongInput] = [
     curve("a stiff paste", "1000,53000 3000,59000 10000,80000 90000,320000 30000,140000", "yield_stress_pa"),
     curve("a number as Python writes it", "1,12.5 3,13.5 1_0,17 30,27 100,62", "row 4", "shear_rate_per_s", "'1_0'"),
     curve("half of the density", LINE, "density_error_kg_m3", "900", options=f"{DATA} --density-error-kg-m3 900"),
-    curve(
-        "an error beyond all densities",
-        LINE,
-        "--density-error-kg-m3",
-        "1e9",
-        options=f"{DATA} --density-error-kg-m3 1e9",
-        exit_code=USAGE,
-    ),
-    WrongInput(
-        "a paste whose origin nobody states is not called measured",
-        curve("", LINE).make,
-        "material rheometer {given}/curve.csv --density-kg-m3 1690 --out {out}/material.toml",
-        ("--data",),
-        USAGE,
-        ("Yield stress",),
-    ),
+    curve("an error beyond all densities", LINE, "--density-error-kg-m3", "1e9",
+        options=f"{DATA} --density-error-kg-m3 1e9", exit_code=USAGE),
+    answers("material rheometer {given}/curve.csv --density-kg-m3 1690 --out {out}/material.toml")(
+        "a paste whose origin nobody states is not called measured", curve("", LINE).make, "--data", code=USAGE,
+        lacks=("Yield stress",)),
 ]
+# fmt: on

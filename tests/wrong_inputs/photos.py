@@ -11,7 +11,7 @@ from PIL import Image, ImageCms, PngImagePlugin, TiffImagePlugin
 
 from sealtwin.core.records import Floats
 from tests.pictures import mortar, with_crack, write_png
-from tests.wrong_inputs.table import WrongInput
+from tests.wrong_inputs.table import WrongInput, answers
 
 SIZE_PX = (420, 260)
 CRACK = [(20.0, 60.0), (150.0, 90.0), (260.0, 75.0), (400.0, 110.0)]
@@ -193,194 +193,96 @@ SCANS: tuple[tuple[str, Callable[[], dict[str, Any]]], ...] = (
     ("photo.webp", _exif_resolution),
 )
 
+digitised = answers(DIGITISE)
+followed = answers(f"{DIGITISE} --set photo.path_only=true".replace("--depth-mm 10 ", ""))
+
+
+def lit(light: Callable[[], Floats]) -> Callable[[Path], object]:
+    return lambda folder: write_png(folder / "photo.png", light())
+
+
+def clicked(
+    name: str, make: Callable[[Path], object], *names: str, photo: str = "photo.png", **others: Any
+) -> WrongInput:
+    return answers(CLICKED.replace("photo.png", photo))(name, make, *names, **others)
+
+
+def masked(
+    name: str, mask: Callable[[], np.ndarray], *names: str, light: Callable[[], Floats] = _crack, **others: Any
+) -> WrongInput:
+    return answers(MASKED)(name, partial(_masked, mask, light=light), *names, **others)
+
+
+# fmt: off
 CASES: list[WrongInput] = [
     *(
-        WrongInput(
-            f"pixels that are not square: {name}",
-            partial(_scan, name=name, stated=stated),
-            CLICKED.replace("photo.png", name),
-            (name, "not square"),
-        )
+        clicked(f"pixels that are not square: {name}", partial(_scan, name=name, stated=stated), name, "not square",
+            photo=name)
         for name, stated in SCANS
     ),
-    WrongInput(
-        "photo of which nobody says where it comes from",
-        lambda at: write_png(at / "photo.png", _crack()),
-        CLICKED,
-        ("photo: undeclared", "photo.data"),
-        0,
-    ),
-    WrongInput(
-        "photo of which somebody says where it comes from",
-        lambda at: write_png(at / "photo.png", _crack()),
-        f"{CLICKED} --set photo.data=reconstructed",
-        ("mm long",),
-        0,
-        ("undeclared",),
-    ),
-    WrongInput(
-        "photos of which nobody says where they come from",
-        lambda at: [write_png(at / f"{name}.png", _crack()) for name in "ab"],
-        "digitise {given} --depth-mm 10 --mm-per-px 0.1 --out {out}",
-        ("2 photos of undeclared origin", "photo.data"),
-        0,
-    ),
-    WrongInput(
-        "mask turned by 180 degrees", partial(_masked, lambda: _paint()[::-1, ::-1]), MASKED, ("photo.mask", "EXIF")
-    ),
-    WrongInput("mask mirrored", partial(_masked, lambda: _paint()[::-1]), MASKED, ("photo.mask", "0%", "mirrored")),
-    WrongInput("mask shifted", partial(_masked, lambda: np.roll(_paint(), 45, 0)), MASKED, ("photo.mask", "shifted")),
-    WrongInput(
-        "mask shifted by half a width",
-        partial(_masked, lambda: np.roll(_paint(), 8, 0)),
-        MASKED,
-        ("photo.mask", "8 px away"),
-        0,
-    ),
-    WrongInput(
-        "mask three times as wide as the crack",
-        partial(_masked, lambda: _paint(41)),
-        MASKED,
-        ("photo.mask", "4.2 mm", "1.5 mm", "painted too", "ends_px"),
-        0,
-    ),
-    WrongInput(
-        "mask of a part of the crack's width",
-        partial(_masked, lambda: _paint(11), light=lambda: _crack(40)),
-        MASKED,
-        ("photo.mask", "1.2 mm", "3.9 mm", "not painted"),
-        0,
-    ),
-    WrongInput("mask half as wide again", partial(_masked, lambda: _paint(21)), MASKED, ("mm long",), 0, ("painted",)),
-    WrongInput(
-        "a warning with --quiet",
-        partial(_masked, lambda: np.roll(_paint(), 8, 0)),
-        f"{MASKED} --quiet",
-        ("note: photo.mask", "8 px away"),
-        0,
-        ("Digitising",),
-    ),
-    WrongInput(
-        "option given twice",
-        lambda at: write_png(at / "photo.png", _crack()),
-        f"{CLICKED} --depth-mm 12",
-        ("--depth-mm", "2 times"),
-        2,
-    ),
-    WrongInput("mask across the crack", partial(_masked, _across), MASKED, ("photo.mask", "px away", "turned"), 0),
-    WrongInput("negative", lambda at: write_png(at / "photo.png", 1 - _crack()), CLICKED, ("bright", "photo.mask")),
-    WrongInput("mask of a bright crack", partial(_masked, _paint, light=_bright), MASKED, ("photo.mask", "ends_px")),
-    WrongInput(
-        "mask of a bright crack, with its ends",
-        partial(_masked, _paint, light=_bright),
-        f"{MASKED} --ends 22,60 398,110",
-        ("photo.mask", "its light"),
-        0,
-    ),
-    WrongInput(
-        "mask of a line", partial(_masked, lambda: _paint(1)), MASKED, ("photo.mask", "1.0 px", "line", "ends_px")
-    ),
-    WrongInput("mask of an outline", partial(_masked, _outlined), MASKED, ("photo.mask", "outline", "fill it")),
-    WrongInput("mask of 0 and 1", partial(_masked, lambda: _paint() // 255), MASKED, ("mask.png", "1 of 255")),
-    WrongInput("mask in green", partial(_masked, lambda: _coloured((0, 120, 0))), MASKED, ("(0, 120, 0)",)),
-    WrongInput("mask in grey", partial(_masked, lambda: _coloured((120, 120, 120))), MASKED, ("120 of 255",)),
-    WrongInput("mask of classes", partial(_masked, _classes), MASKED, ("brightness 120 of 255", "classes")),
-    WrongInput(
-        "mask of 16 bits",
-        partial(_masked, lambda: np.uint16(257) * _paint()),
-        MASKED,
-        ("mask.png", "8 bits per channel", "PNG"),
-        lacks=("JPEG",),
-    ),
-    WrongInput(
-        "mask cut short",
+    clicked("photo of which nobody says where it comes from", lit(_crack), "photo: undeclared", "photo.data", code=0),
+    clicked("photo of which somebody says where it comes from", lit(_crack), "mm long",
+        more=" --set photo.data=reconstructed", code=0, lacks=("undeclared",)),
+    answers(DIGITISE.replace("/photo.png", ""))("photos of which nobody says where they come from",
+        lambda at: [write_png(at / f"{name}.png", _crack()) for name in "ab"], "2 photos of undeclared origin",
+        "photo.data", code=0),
+    masked("mask turned by 180 degrees", lambda: _paint()[::-1, ::-1], "photo.mask", "EXIF"),
+    masked("mask mirrored", lambda: _paint()[::-1], "photo.mask", "0%", "mirrored"),
+    masked("mask shifted", lambda: np.roll(_paint(), 45, 0), "photo.mask", "shifted"),
+    masked("mask shifted by half a width", lambda: np.roll(_paint(), 8, 0), "photo.mask", "8 px away", code=0),
+    masked("mask three times as wide as the crack", lambda: _paint(41), "photo.mask", "4.2 mm", "1.5 mm",
+        "painted too", "ends_px", code=0),
+    masked("mask of a part of the crack's width", lambda: _paint(11), "photo.mask", "1.2 mm", "3.9 mm", "not painted",
+        light=lambda: _crack(40), code=0),
+    masked("mask half as wide again", lambda: _paint(21), "mm long", code=0, lacks=("painted",)),
+    masked("a warning with --quiet", lambda: np.roll(_paint(), 8, 0), "note: photo.mask", "8 px away",
+        more=" --quiet", code=0, lacks=("Digitising",)),
+    clicked("option given twice", lit(_crack), "--depth-mm", "2 times", more=" --depth-mm 12", code=2),
+    masked("mask across the crack", _across, "photo.mask", "px away", "turned", code=0),
+    clicked("negative", lit(lambda: 1 - _crack()), "bright", "photo.mask"),
+    masked("mask of a bright crack", _paint, "photo.mask", "ends_px", light=_bright),
+    masked("mask of a bright crack, with its ends", _paint, "photo.mask", "its light", more=" --ends 22,60 398,110",
+        light=_bright, code=0),
+    masked("mask of a line", lambda: _paint(1), "photo.mask", "1.0 px", "line", "ends_px"),
+    masked("mask of an outline", _outlined, "photo.mask", "outline", "fill it"),
+    masked("mask of 0 and 1", lambda: _paint() // 255, "mask.png", "1 of 255"),
+    masked("mask in green", lambda: _coloured((0, 120, 0)), "(0, 120, 0)"),
+    masked("mask in grey", lambda: _coloured((120, 120, 120)), "120 of 255"),
+    masked("mask of classes", _classes, "brightness 120 of 255", "classes"),
+    masked("mask of 16 bits", lambda: np.uint16(257) * _paint(), "mask.png", "8 bits per channel", "PNG",
+        lacks=("JPEG",)),
+    answers(MASKED)("mask cut short",
         lambda at: (_masked(_paint, at), (at / "mask.png").write_bytes((at / "mask.png").read_bytes()[:300])),
-        MASKED,
-        ("mask.png", "the mask is damaged"),
-        lacks=("camera",),
-    ),
-    WrongInput("mask exchanged", partial(_masked, lambda: 255 - _paint()), MASKED, ("exchanged",)),
-    WrongInput(
-        "mask half transparent", partial(_masked, lambda: _with_opacity(100)), MASKED, ("opacity is 100 of 255",)
-    ),
-    WrongInput(
-        "mask white on black, opaque",
-        partial(_masked, lambda: _with_opacity(255)),
-        MASKED,
-        ("mm long",),
-        0,
-        ("paints",),
-    ),
-    WrongInput(
-        "crack brighter than its ground", lambda at: write_png(at / "photo.png", _bright()), CLICKED, ("bright",)
-    ),
-    WrongInput(
-        "path of a crack brighter than its ground",
-        lambda at: write_png(at / "photo.png", _bright()),
-        f"{CLICKED} --set photo.path_only=true".replace("--depth-mm 10 ", ""),
-        ("bright", "photo.mask"),
-    ),
-    WrongInput(
-        "path that jumps to a joint",
-        _hairline_beside_a_joint,
-        "digitise {given}/photo.png --set photo.path_only=true --mm-per-px 0.1 --ends 130,6 139,414 --out {out}",
-        ("photo.via_px", "px from ("),
-        0,
-    ),
-    WrongInput("hairline with a gap", _interrupted, CLICKED, ("shows no crack", "photo.via_px"), 0),
-    WrongInput(
-        "wide crack at the border, clicked",
-        _wedge,
-        f"{DIGITISE} --ends 14,130 540,363",
-        ("(14, 130)", "border", "photo.mask", "photo.roi_px"),
-        lacks=("inside photo.roi_px",),
-    ),
-    WrongInput(
-        "wide crack at the border, clicked at its wall",
-        _wedge,
-        f"{DIGITISE} --ends 2,66 540,363",
-        ("close to a dark region", "border", "photo.mask"),
-    ),
-    WrongInput(
-        "soft wide crack at the border, clicked at its wall",
-        partial(_wedge, blur_px=3.0),
-        f"{DIGITISE} --ends 2,66 540,363",
-        ("along a dark region", "border", "photo.mask", "photo.roi_px"),
-        0,
-    ),
-    WrongInput("edge of a marking", _marking, DIGITISE, ("sides", "ends_px"), 0),
-    WrongInput("debris beside a thin crack", _debris, CLICKED, ("dark over about 3", "photo.mask", "width_mm"), 0),
-    WrongInput("black crack in coarse ground", _coarse, CLICKED, ("walls not found", "photo.mask")),
-    WrongInput(
-        "ends on a part of the crack",
-        lambda at: write_png(at / "photo.png", _crack()),
-        f"{DIGITISE} --ends 100,78 390,107",
-        ("goes on beyond the end (10",),
-        0,
-    ),
-    WrongInput("PNG of gamma 1", partial(_linear, stated=_gamma_chunk), CLICKED, ("gamma 1", "PNG gAMA"), 0),
-    WrongInput("ICC profile of gamma 1", partial(_linear, stated=_linear_profile), CLICKED, ("tone curve", "ICC"), 0),
-    WrongInput(
-        "JPEG of gamma 1",
-        partial(_linear, stated=_exif_gamma, name="photo.jpg"),
-        CLICKED.replace(".png", ".jpg"),
-        ("gamma 1", "EXIF Gamma"),
-        0,
-    ),
-    WrongInput(
-        "TIFF of gamma 1",
-        partial(_linear, stated=_transfer_function, name="photo.tif"),
-        CLICKED.replace(".png", ".tif"),
-        ("gamma 1", "TransferFunction"),
-        0,
-    ),
-    WrongInput(
-        "unreadable ICC profile",
-        partial(_linear, stated=lambda: {"icc_profile": b"?" * 200}),
-        CLICKED,
-        ("ICC", "gamma"),
-        0,
-    ),
-    WrongInput("CMYK without its marker", _inks, CLICKED.replace(".png", ".jpg"), ("CMYK", "Adobe", "RGB")),
-    WrongInput("TIFF of floats", _floats, CLICKED.replace(".png", ".tif"), ("32-bit floats", "8 bits")),
+        "mask.png", "the mask is damaged", lacks=("camera",)),
+    masked("mask exchanged", lambda: 255 - _paint(), "exchanged"),
+    masked("mask half transparent", lambda: _with_opacity(100), "opacity is 100 of 255"),
+    masked("mask white on black, opaque", lambda: _with_opacity(255), "mm long", code=0, lacks=("paints",)),
+    clicked("crack brighter than its ground", lit(_bright), "bright"),
+    followed("path of a crack brighter than its ground", lit(_bright), "bright", "photo.mask",
+        more=" --ends 22,60 398,110"),
+    followed("path that jumps to a joint", _hairline_beside_a_joint, "photo.via_px", "px from (",
+        more=" --ends 130,6 139,414", code=0),
+    clicked("hairline with a gap", _interrupted, "shows no crack", "photo.via_px", code=0),
+    digitised("wide crack at the border, clicked", _wedge, "(14, 130)", "border", "photo.mask", "photo.roi_px",
+        more=" --ends 14,130 540,363", lacks=("inside photo.roi_px",)),
+    digitised("wide crack at the border, clicked at its wall", _wedge, "close to a dark region", "border",
+        "photo.mask", more=" --ends 2,66 540,363"),
+    digitised("soft wide crack at the border, clicked at its wall", partial(_wedge, blur_px=3.0),
+        "along a dark region", "border", "photo.mask", "photo.roi_px", more=" --ends 2,66 540,363", code=0),
+    digitised("edge of a marking", _marking, "sides", "ends_px", code=0),
+    clicked("debris beside a thin crack", _debris, "dark over about 3", "photo.mask", "width_mm", code=0),
+    clicked("black crack in coarse ground", _coarse, "walls not found", "photo.mask"),
+    digitised("ends on a part of the crack", lit(_crack), "goes on beyond the end (10", more=" --ends 100,78 390,107",
+        code=0),
+    clicked("PNG of gamma 1", partial(_linear, stated=_gamma_chunk), "gamma 1", "PNG gAMA", code=0),
+    clicked("ICC profile of gamma 1", partial(_linear, stated=_linear_profile), "tone curve", "ICC", code=0),
+    clicked("JPEG of gamma 1", partial(_linear, stated=_exif_gamma, name="photo.jpg"), "gamma 1", "EXIF Gamma",
+        photo="photo.jpg", code=0),
+    clicked("TIFF of gamma 1", partial(_linear, stated=_transfer_function, name="photo.tif"), "gamma 1",
+        "TransferFunction", photo="photo.tif", code=0),
+    clicked("unreadable ICC profile", partial(_linear, stated=lambda: {"icc_profile": b"?" * 200}), "ICC", "gamma",
+        code=0),
+    clicked("CMYK without its marker", _inks, "CMYK", "Adobe", "RGB", photo="photo.jpg"),
+    clicked("TIFF of floats", _floats, "32-bit floats", "8 bits", photo="photo.tif"),
 ]
+# fmt: on

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.studies import plannable_lab
-from tests.wrong_inputs.table import WrongInput
+from tests.wrong_inputs.table import WrongInput, answers
 
 DEVICE = Path(os.devnull)
 """A device of which a reader gets nothing, so that one that opens it ends; /dev/zero would fill the memory."""
@@ -76,156 +76,74 @@ def lab_of(catalogue: Content = CATALOGUE, **others: Content) -> Callable[[Path]
     return folder_of({"catalogue.json": catalogue} | {places[name]: content for name, content in given.items()})
 
 
+filmed = answers("film {given} --out {out}.gif")
+listed = answers("lab list {given}")
+followed = answers("sweep status {given}")
+mapped = answers("map {given}")
+merged = answers("sweep merge {given} --out {out}")
+validated = answers("validate {given}")
+looped = answers("loop {given} --replay {given}/log.jsonl")
+planned = answers("plan {given}/planned.toml --posterior {given}/none.csv --out {out}")
+
+# fmt: off
 CASES: list[WrongInput] = [
-    WrongInput(
-        "film of a run whose outline is a device",
-        folder_of({"manifest.json": RUN, "frames/fill.pvd": "<VTKFile/>", "outline.json": DEVICE}),
-        "film {given} --out {out}.gif",
-        ("outline.json", "device"),
-    ),
-    WrongInput(
-        "outline whose wall lost a point",
-        film_of(outline={**OUTLINE, "left_wall_mm": LINE[:1]}),
-        "film {given} --out {out}.gif",
-        ("outline.json", "left_wall_mm", "centreline_mm"),
-    ),
-    WrongInput(
-        "solid whose sections lost a depth",
-        film_of(solid={**SOLID, "sections": {**SECTIONS, "depth_mm": [8.0]}}),
-        "film {given} --out {out}.gif",
-        ("solid.json", "depth_mm", "s_mm"),
-    ),
-    WrongInput(
-        "solid whose sections are in another order",
-        film_of(solid={**SOLID, "sections": {**SECTIONS, "s_mm": [10.0, 0.0]}}),
-        "film {given} --out {out}.gif",
-        ("solid.json", "s_mm should grow"),
-    ),
-    WrongInput(
-        "solid whose areas by level lack a level",
+    filmed("film of a run whose outline is a device",
+        folder_of({"manifest.json": RUN, "frames/fill.pvd": "<VTKFile/>", "outline.json": DEVICE}), "outline.json",
+        "device"),
+    filmed("outline whose wall lost a point", film_of(outline={**OUTLINE, "left_wall_mm": LINE[:1]}), "outline.json",
+        "left_wall_mm", "centreline_mm"),
+    filmed("solid whose sections lost a depth", film_of(solid={**SOLID, "sections": {**SECTIONS, "depth_mm": [8.0]}}),
+        "solid.json", "depth_mm", "s_mm"),
+    filmed("solid whose sections are in another order",
+        film_of(solid={**SOLID, "sections": {**SECTIONS, "s_mm": [10.0, 0.0]}}), "solid.json", "s_mm should grow"),
+    filmed("solid whose areas by level lack a level",
         film_of(solid={**SOLID, "sections": {**SECTIONS, "levels_mm": [-8.0, 0.0], "below_mm2": [[0.0], [0.0]]}}),
-        "film {given} --out {out}.gif",
-        ("solid.json", "below_mm2", "levels_mm"),
-    ),
-    WrongInput(
-        "replay of a loop whose tables are a device",
-        folder_of({"loop.json": DEVICE, "log.jsonl": "{}"}),
-        "loop {given} --replay {given}/log.jsonl",
-        ("loop.json", "device"),
-    ),
-    WrongInput(
-        "lab whose record is a device",
-        lab_of(record=DEVICE),
-        "lab list {given}",
-        ("record.json", "device"),
-    ),
-    WrongInput(
-        "catalogue whose source lacks its faults",
-        lab_of({**CATALOGUE, "sources": {"photos (8855451d)": {"decisions": [], "faultss": []}}}),
-        "lab list {given}",
-        ("catalogue.json", "sources.photos (8855451d).faults"),
-    ),
-    WrongInput(
-        "catalogue whose checks are a number",
-        lab_of({**CATALOGUE, "checked": {"P1": 3}}),
-        "lab list {given}",
-        ("catalogue.json", "checked.P1 = 3"),
-    ),
-    WrongInput(
-        "record of a sample whose files are a word",
-        lab_of(record={**RECORD, "files": "none"}),
-        "lab list {given}",
-        ("P1/record.json", "files", "none"),
-    ),
-    WrongInput(
-        "run of a lab whose time is a word",
+        "solid.json", "below_mm2", "levels_mm"),
+    looped("replay of a loop whose tables are a device", folder_of({"loop.json": DEVICE, "log.jsonl": "{}"}),
+        "loop.json", "device"),
+    listed("lab whose record is a device", lab_of(record=DEVICE), "record.json", "device"),
+    listed("catalogue whose source lacks its faults",
+        lab_of({**CATALOGUE, "sources": {"photos (8855451d)": {"decisions": [], "faultss": []}}}), "catalogue.json",
+        "sources.photos (8855451d).faults"),
+    listed("catalogue whose checks are a number", lab_of({**CATALOGUE, "checked": {"P1": 3}}), "catalogue.json",
+        "checked.P1 = 3"),
+    listed("record of a sample whose files are a word", lab_of(record={**RECORD, "files": "none"}), "P1/record.json",
+        "files", "none"),
+    listed("run of a lab whose time is a word",
         lab_of(run={"version": 2, "name": "P1", "folder": "run", "wall_time_s": "short", "stages": []}),
-        "lab list {given}",
-        ("P1/run/run.json", "wall_time_s = 'short'"),
-    ),
-    WrongInput(
-        "outcome of a run whose time is a list",
-        study_of({**OUTCOME, "wall_s": [1, 2]}),
-        "sweep status {given}",
-        ("outcome.json", "wall_s = [1, 2]"),
-    ),
-    WrongInput(
-        "outcome of a run whose volume ratio is a word",
-        study_of({**OUTCOME, "figures": {**FIGURES, "volume_ratio": "whole"}}),
-        "map {given}",
-        ("outcome.json", "figures.volume_ratio = 'whole'"),
-    ),
-    WrongInput(
-        "outcome of a run without the hash of its profile",
-        study_of({**OUTCOME, "figures": {"volume_ratio": 1.0, "fluid_warnings": []}}),
-        "map {given}",
-        ("outcome.json", "figures.profile_sha256"),
-    ),
-    WrongInput(
-        "outcome of a run without its volume ratio",
-        study_of({**OUTCOME, "figures": {"profile_sha256": ""}}),
-        "sweep status {given}",
-        ("outcome.json", "figures.volume_ratio"),
-    ),
-    WrongInput(
-        "outcome of a run that is done and has no figures",
-        study_of({**OUTCOME, "figures": None}),
-        "sweep status {given}",
-        ("outcome.json", "figures"),
-    ),
-    WrongInput(
-        "plan of a study whose run has no settings",
-        study_of(OUTCOME, runs=[{**PLANNED, "settings": None}]),
-        "sweep merge {given} --out {out}",
-        ("plan.json", "runs.0.settings = None"),
-    ),
-    WrongInput(
-        "plan of a study whose run has a key that no run has",
-        study_of(OUTCOME, runs=[{**PLANNED, "radius_mm": 0.4}]),
-        "sweep merge {given} --out {out}",
-        ("plan.json", "runs.0.radius_mm"),
-    ),
-    WrongInput(
-        "plan of a study with a setting that is no number",
+        "P1/run/run.json", "wall_time_s = 'short'"),
+    followed("outcome of a run whose time is a list", study_of({**OUTCOME, "wall_s": [1, 2]}), "outcome.json",
+        "wall_s = [1, 2]"),
+    mapped("outcome of a run whose volume ratio is a word",
+        study_of({**OUTCOME, "figures": {**FIGURES, "volume_ratio": "whole"}}), "outcome.json",
+        "figures.volume_ratio = 'whole'"),
+    mapped("outcome of a run without the hash of its profile",
+        study_of({**OUTCOME, "figures": {"volume_ratio": 1.0, "fluid_warnings": []}}), "outcome.json",
+        "figures.profile_sha256"),
+    followed("outcome of a run without its volume ratio", study_of({**OUTCOME, "figures": {"profile_sha256": ""}}),
+        "outcome.json", "figures.volume_ratio"),
+    followed("outcome of a run that is done and has no figures", study_of({**OUTCOME, "figures": None}),
+        "outcome.json", "figures"),
+    merged("plan of a study whose run has no settings", study_of(OUTCOME, runs=[{**PLANNED, "settings": None}]),
+        "plan.json", "runs.0.settings = None"),
+    merged("plan of a study whose run has a key that no run has",
+        study_of(OUTCOME, runs=[{**PLANNED, "radius_mm": 0.4}]), "plan.json", "runs.0.radius_mm"),
+    merged("plan of a study with a setting that is no number",
         folder_of({"plan.json": json.dumps(PLAN).replace('"solver": {}', '"solver": {"radius_mm": NaN}')}),
-        "sweep merge {given} --out {out}",
-        ("plan.json", "expected value"),
-    ),
-    WrongInput(
-        "plan of a study with a setting that is too large for a number",
+        "plan.json", "expected value"),
+    merged("plan of a study with a setting that is too large for a number",
         folder_of({"plan.json": json.dumps(PLAN).replace('"solver": {}', '"solver": {"radius_mm": 1e999}')}),
-        "sweep merge {given} --out {out}",
-        ("plan.json", "a number is too large"),
-    ),
-    WrongInput(
-        "plan of a study whose name has half of a character",
-        study_of(OUTCOME, study="\ud800"),
-        "sweep merge {given} --out {out}",
-        ("plan.json", "hex escape"),
-    ),
-    WrongInput(
-        "manifest of a run with half of a character",
-        folder_of({"manifest.json": {**RUN, "\ud800": 1}}),
-        "validate {given}",
-        ("manifest.json", "damaged"),
-    ),
-    WrongInput(
-        "manifest of a run with a list in 600 others",
+        "plan.json", "a number is too large"),
+    merged("plan of a study whose name has half of a character", study_of(OUTCOME, study="\ud800"), "plan.json",
+        "hex escape"),
+    validated("manifest of a run with half of a character", folder_of({"manifest.json": {**RUN, "\ud800": 1}}),
+        "manifest.json", "damaged"),
+    validated("manifest of a run with a list in 600 others",
         folder_of({"manifest.json": f'{{"version": 1, "stages": {{}}, "x": {600 * "["}{600 * "]"}}}'}),
-        "validate {given}",
-        ("manifest.json", "damaged"),
-    ),
-    WrongInput(
-        "study that merges a link to a device",
-        folder_of({"plan.json": PLAN, "study.toml": DEVICE}),
-        "sweep merge {given} --out {out}",
-        ("study.toml", "device"),
-    ),
-    WrongInput(
-        "draws of a sealant that are missing, of which no column is needed",
-        plannable_lab,
-        "plan {given}/planned.toml --posterior {given}/none.csv --out {out}",
-        ("none.csv", "fluid.yield_stress_pa"),
-        lacks=("columns ,",),
-    ),
+        "manifest.json", "damaged"),
+    merged("study that merges a link to a device", folder_of({"plan.json": PLAN, "study.toml": DEVICE}), "study.toml",
+        "device"),
+    planned("draws of a sealant that are missing, of which no column is needed", plannable_lab, "none.csv",
+        "fluid.yield_stress_pa", lacks=("columns ,",)),
 ]
+# fmt: on

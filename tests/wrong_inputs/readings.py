@@ -204,6 +204,7 @@ def along_the_crack(name: str, rows: str, *named: str, quantity: str = "depth") 
     return WrongInput(name, make, command, ("along.csv", *named), lacks=("P01.png",))
 
 
+# fmt: off
 CASES: list[WrongInput] = [
     # A number beside a unit.
     sheet("a decimal before the unit", under("s_mm;Tiefe (0,1 mm)"), "'Tiefe (0,1 mm)'", "'0,1 mm'", "as_written"),
@@ -214,15 +215,13 @@ CASES: list[WrongInput] = [
     sheet("a factor beside a declared unit", under("s_mm;depth 1/100"), "'/100'", settings=IN_MM),
     sheet("a factor of inches", under("s_mm;depth (1/1000 in)"), "'1/1000 in'", settings=IN_MM),
     sheet("a factor of places", under("Pos (0,1 mm);depth_mm"), "'0,1 mm'", "as_written"),
-    sheet(
-        "tenths and a declared unit", under("s_mm;Tiefe [1/10 mm]"), "1/10 mm and mm", "readings.unit", settings=IN_MM
-    ),
+    sheet("tenths and a declared unit", under("s_mm;Tiefe [1/10 mm]"), "1/10 mm and mm", "readings.unit",
+        settings=IN_MM),
     sheet("a factor below the header", "s;depth\nmm;0,1 mm\n1;21.5\n4;24\n", "'0,1 mm', below 'depth'", settings=IN_MM),
     sheet("tenths below the header", "s;depth\nmm;1/10 mm\n1;21.5\n4;24\n", "1/10 mm and mm", settings=IN_MM),
     # Units beside the readings.
-    sheet(
-        "a row in inches", with_unit("mm", "inch", "mm", "mm"), "line 3", "'0.0945'", "'inch'", "unit", settings=IN_MM
-    ),
+    sheet("a row in inches", with_unit("mm", "inch", "mm", "mm"), "line 3", "'0.0945'", "'inch'", "unit",
+        settings=IN_MM),
     sheet("all rows in inches", with_unit(*["inch"] * 4), "line 2", "'inch'", "in mm", settings=IN_MM),
     sheet("a column of units without a name", with_unit(*["cm"] * 4, head=""), "'cm'", "column C", settings=IN_MM),
     sheet("units that are not read", with_unit(*["\u00b5m"] * 4), "'\u00b5m'", "column C", settings=IN_MM),
@@ -240,69 +239,35 @@ CASES: list[WrongInput] = [
     sheet("a text in an attribute", ods(*SOUND, NOBODY), "B5", "'kaputt'", suffix=".ods"),
     sheet("zeros of formulas in ODS", ods(*[number("0", "", FORMULA)] * 3), "3 formulas", "B2 to B4", suffix=".ods"),
     sheet("zeros of formulas", xlsx(*["<f>1-1</f><v>0</v>"] * 3), "3 formulas", "B2 to B4", suffix=".xlsx"),
-    sheet(
-        "a zero that is left to the next program",
-        xlsx("<f>1+1</f><v>2</v>", "<f>1-1</f><v>0</v>", "<v>1.5</v>", on_load=True),
-        "1 formula",
-        "B3",
-        suffix=".xlsx",
-    ),
+    sheet("a zero that is left to the next program",
+        xlsx("<f>1+1</f><v>2</v>", "<f>1-1</f><v>0</v>", "<v>1.5</v>", on_load=True), "1 formula", "B3",
+        suffix=".xlsx"),
     # What is no sheet.
     sheet("a page in HTML", "<!DOCTYPE html>\n<table><tr><td>1</td></tr></table>\n", "HTML", suffix=".xls"),
     sheet("columns by blanks", "s_mm   depth_mm\n1   2.15\n4   2.4\n7   1.3\n", "blanks only", "'1   2.15'"),
     sheet("columns by blanks with decimal commas", "s_mm   depth_mm\n1   2,15\n4   2,4\n7   1,3\n", "blanks only"),
     # Doubts, which need the crack.
-    lab(
-        "numbers of places",
-        {"P01.csv": "Messstelle;Tiefe\n1;1.5\n2;1.4\n3;1.3\n"},
-        "column Messstelle",
-        "readings.unit",
-        "1 to 3",
-        'readings.as_written = ["unit"]',
-        settings=IN_MM,
-    ),
-    lab(
-        "hundredths with digits of a micrometre",
-        {"P01.csv": table("2.15", "2.41", "1.37", head="s_mm;Tiefe [1/100 mm]")},
-        "1/100 mm",
-        "as_written",
-    ),
+    lab("numbers of places", {"P01.csv": "Messstelle;Tiefe\n1;1.5\n2;1.4\n3;1.3\n"}, "column Messstelle",
+        "readings.unit", "1 to 3", 'readings.as_written = ["unit"]', settings=IN_MM),
+    lab("hundredths with digits of a micrometre",
+        {"P01.csv": table("2.15", "2.41", "1.37", head="s_mm;Tiefe [1/100 mm]")}, "1/100 mm", "as_written"),
     lab("a row of zeros", {"P01.csv": f"s_mm;depth_1_mm;depth_2_mm\n1;{SIX}0;0;0\n"}, "line 8", '["8"]'),
     lab("a factor above", {"P01.csv": f"Faktor;0.1\n{table('1.5', '1.4', '1.3', '1.2')}"}, "line 1", "'Faktor'"),
     lab("a correction above", {"P01.csv": f"Korrektur: 0,35 mm\n{table('1.5', '1.4', '1.3')}"}, "'Korrektur: 0,35 mm'"),
-    lab(
-        "a row of no height",
-        {"P01.xlsx": xlsx(*[f"<v>{depth}</v>" for depth in (1.5, 1.4, 1.3)], row='ht="0" customHeight="1"')},
-        "hidden",
-        '["4"]',
-    ),
-    lab(
-        "a column of no width",
-        {
-            "P01.ods": ods(
-                *SOUND, styles=FLAT, columns='<table:table-column/><table:table-column table:style-name="c0"/>'
-            )
-        },
-        "hidden",
-        '["B"]',
-    ),
+    lab("a row of no height",
+        {"P01.xlsx": xlsx(*[f"<v>{depth}</v>" for depth in (1.5, 1.4, 1.3)], row='ht="0" customHeight="1"')}, "hidden",
+        '["4"]'),
+    lab("a column of no width",
+        {"P01.ods": ods(*SOUND, styles=FLAT, columns=COLUMNS)},
+        "hidden", '["B"]'),
     # Sisters.
     sheet("a line of NUL bytes", "s_mm,depth_mm\n1,1.5\n\0\0\0\0\n7,1.3\n", "line 3", "NUL"),
-    sheet(
-        "a quotation mark that does not close",
-        's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,\n',
-        "line 2",
-        "quotation",
-    ),
-    sheet(
-        "a quotation mark that closes in another row",
-        's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,edge"\n10,1.2,\n',
-        "line 4",
-        "quotation",
-    ),
-    along_the_crack(
-        "a depth in inches", ";Einheit\n0;8;mm\n9;0.3;inch\n", "line 3", "column depth_mm", "0.3", "'inch'"
-    ),
+    sheet("a quotation mark that does not close", 's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,\n', "line 2",
+        "quotation"),
+    sheet("a quotation mark that closes in another row",
+        's_mm,depth_mm,note\n1,1.5,"left\n4,1.4,\n7,1.3,edge"\n10,1.2,\n', "line 4", "quotation"),
+    along_the_crack("a depth in inches", ";Einheit\n0;8;mm\n9;0.3;inch\n", "line 3", "column depth_mm", "0.3",
+        "'inch'"),
     along_the_crack("depths out of order", "\n0;8\n44;9\n10;9\n", "line 4", "s_mm = 10 after 44"),
     along_the_crack("two depths at one place", "\n0;8\n0;9\n", "line 3", "s_mm = 0 after 0"),
     along_the_crack("a depth in µm", "\n0;8\n10;9000\n", "line 3", "depth_mm = 9000", "500"),
@@ -316,3 +281,4 @@ CASES: list[WrongInput] = [
     lab("a note by a formula", {"P01_note.xlsx": note_by_formula}, "P01_note.xlsx", "'Tiefe [mm]'"),
     lab("a note in percent", {"P01_note.xlsx": percent_note}, "'Schwindung [%]'", "2.5 %"),
 ]
+# fmt: on

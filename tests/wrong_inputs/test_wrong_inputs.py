@@ -21,9 +21,9 @@ def test_the_answer_names_what_is_wrong(row: WrongInput, tmp_path):
     row.make(given)
     words = [word.format(given=given, out=out) for word in shlex.split(row.command)]
     answer = sealtwin(*words)
-    assert answer.exit_code == row.exit_code, answer.output
+    assert answer.exit_code == row.code, answer.output
     assert [name for name in row.names if name not in answer.output] == [], answer.output
     assert [word for word in row.lacks if word in answer.output] == [], answer.output
-    if row.exit_code == REFUSED:
+    if row.code == REFUSED:
         assert "Traceback" not in answer.output
         assert answer.stdout == "", "a refusal has no result"

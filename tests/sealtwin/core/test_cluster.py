@@ -16,7 +16,7 @@ import psutil
 import pytest
 
 from sealtwin.core.cluster import ClusterExecutor, Lost, _outcome, run_tasks
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 
 
 def _square(number):
@@ -118,8 +118,7 @@ def test_workers_of_this_machine_listen_on_no_address_and_end_in_the_middle_of_a
 
 def _slept(seconds):
     time.sleep(seconds)
-    parent = psutil.Process().parent()
-    assert parent is not None
+    parent = present(psutil.Process().parent(), "parent")
     return {
         one.laddr for each in (parent, *parent.children()) for one in each.net_connections() if one.status == "LISTEN"
     }
@@ -176,17 +175,21 @@ def test_without_dask_a_scheduler_is_refused_with_the_extra_that_brings_it(monke
         next(run_tasks(pow, [(0, (1, 1))], 0, "tls://node7:8786"))
 
 
-@pytest.mark.parametrize("address", ["tcp://10.1.2.3:8786", "node7:8786", "ws://node7:80", "ucx://10.1.2.3:1"])
-def test_an_unencrypted_scheduler_of_another_machine_is_refused(address, monkeypatch):
+@pytest.mark.parametrize(
+    ("fault", "address"),
+    [
+        *(
+            ("the connection is not encrypted", address)
+            for address in ("tcp://10.1.2.3:8786", "node7:8786", "ws://node7:80", "ucx://10.1.2.3:1")
+        ),
+        *(("no scheduler answers", address) for address in ("tcp://127.0.0.1:9", "localhost:9", "tls://127.0.0.1:9")),
+    ],
+)
+def test_an_unencrypted_scheduler_of_another_machine_and_one_that_does_not_answer_are_named(
+    fault, address, monkeypatch
+):
     monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.2)
-    with pytest.raises(InputError, match=f"--scheduler {address}: the connection is not encrypted"):
-        next(run_tasks(pow, [(0, (1, 1))], 0, address))
-
-
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "localhost:9", "tls://127.0.0.1:9"])
-def test_a_scheduler_that_does_not_answer_is_named(address, monkeypatch):
-    monkeypatch.setattr("sealtwin.core.cluster.CONNECT_S", 0.5)
-    with pytest.raises(InputError, match=f"--scheduler {address}: no scheduler answers there"):
+    with pytest.raises(InputError, match=f"--scheduler {address}: {fault}"):
         next(run_tasks(pow, [(0, (1, 1))], 0, address))
 
 

@@ -11,7 +11,7 @@ import pytest
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core import files, record_files
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_table, sheet_text, write_table
 from sealtwin.core.records import Profile, Run, Trajectory
 from sealtwin.core.run_figures import RunHealth
@@ -20,19 +20,15 @@ from tests.shapes import straight_slot
 from validate.result import COMPARISON, read_comparison
 
 
-def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path):
-    path = tmp_path / "profile.csv"
+@pytest.mark.parametrize("fault", [RuntimeError("crack.stl"), OSError(errno.ENOSPC, "No space left on device")])
+def test_a_writer_that_fails_leaves_the_old_file_and_no_litter(tmp_path, fault):
+    """A full disk is told by the file that found no room."""
+    path = tmp_path / "crack.stl"
     files.write_text(path, "old")
-
-    def fail_half_way():
-        with files.replacing(path) as temporary:
-            temporary.write_text("half of the n")
-            raise RuntimeError
-
-    with pytest.raises(RuntimeError):
-        fail_half_way()
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
+    with pytest.raises(type(fault), match=r"crack\.stl"), files.replacing(path) as temporary:  # noqa: PT012
+        temporary.write_text("half of the n")
+        raise fault
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("crack.stl", "old")]
 
 
 def test_what_is_half_written_keeps_its_suffix_and_has_a_name_of_ours_however_long_its_own_is(tmp_path):
@@ -92,20 +88,6 @@ def test_json_within_json_without_end_is_no_bug_of_ours(tmp_path, text):
         files.read_json(tmp_path / "outline.json")
 
 
-def test_a_full_disk_is_told_by_the_file_that_found_no_room(tmp_path):
-    path = tmp_path / "crack.stl"
-    path.write_text("old")
-
-    def fill_the_disk():
-        with files.replacing(path) as temporary:
-            temporary.write_text("half of the n")
-            raise OSError(errno.ENOSPC, "No space left on device")
-
-    with pytest.raises(OSError, match=r"crack\.stl"):
-        fill_the_disk()
-    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("crack.stl", "old")]
-
-
 def test_json_has_no_word_that_json_does_not_know():
     content = {"a": np.float64("nan"), "b": np.array([1.0, np.inf]), "c": np.int64(3), "d": (True, np.bool_(False))}
     assert json.loads(files.as_json(content)) == {"a": None, "b": [1.0, None], "c": 3, "d": [True, False]}
@@ -130,26 +112,35 @@ def test_a_trajectory_and_a_profile_survive_their_files(tmp_path):
     np.testing.assert_array_equal(record_files.read_profile(tmp_path).level_mm, profile.level_mm)
 
 
-def test_a_run_survives_its_files(tmp_path):
-    rng = np.random.default_rng(0)
+def written_run(folder, count=1):
+    """A run of particles at random places, of which the second one is spilled, and of which no density was measured."""
+    chance = np.random.default_rng(0)
     run = Run(
-        position_mm=rng.normal(size=(5, 3)),
-        velocity_mm_s=rng.normal(size=(5, 3)),
-        age_s=rng.uniform(size=5),
-        spilled=np.array([False, True, False, False, False]),
+        position_mm=chance.normal(size=(count, 3)),
+        velocity_mm_s=chance.normal(size=(count, 3)),
+        age_s=chance.uniform(size=count),
+        spilled=np.arange(count) == 1,
         radius_mm=0.4,
         particle_volume_mm3=0.33,
         escaped_particles=0,
         device="cpu",
-        settings={"substeps": 4},
-        health=RunHealth(frames=3),
+        settings={"solver": {"substeps": 4, "preset": "accurate"}, "seed": 0},
+        health=RunHealth(frames=3, volume_ratio=1.0, density_error_mean=np.nan),
     )
-    record_files.write_run(tmp_path, run)
+    record_files.write_run(folder, run)
+    return run
+
+
+def test_a_run_survives_its_files(tmp_path):
+    """Also what no number was found for, and settings in their order."""
+    run = written_run(tmp_path, 5)
     again = record_files.read_run(tmp_path)
     np.testing.assert_allclose(again.position_mm, run.position_mm, atol=1e-6)
     assert again.spilled_particles == 1
     assert again.dispensed_volume_mm3 == pytest.approx(5 * 0.33)
-    assert again.settings == run.settings
+    assert again.health == run.health
+    assert again.health.density_error_mean is None
+    assert json.dumps(again.settings) == json.dumps(run.settings)
 
 
 @pytest.mark.parametrize(
@@ -177,23 +168,6 @@ def test_a_file_that_somebody_broke_is_named_with_the_way_back(tmp_path, name, c
     assert str(tmp_path) in str(fault.value)
 
 
-def one_particle(folder):
-    run = Run(
-        position_mm=np.zeros((1, 3)),
-        velocity_mm_s=np.zeros((1, 3)),
-        age_s=np.zeros(1),
-        spilled=np.array([False]),
-        radius_mm=0.4,
-        particle_volume_mm3=0.33,
-        escaped_particles=0,
-        device="cpu",
-        settings={"solver": {"substeps": 4, "preset": "accurate"}, "seed": 0},
-        health=RunHealth(frames=3, volume_ratio=1.0, density_error_mean=np.nan),
-    )
-    record_files.write_run(folder, run)
-    return run
-
-
 @pytest.mark.parametrize(
     ("key", "value"),
     [
@@ -213,21 +187,13 @@ def one_particle(folder):
 )
 def test_a_run_of_another_kind_or_size_is_named_by_its_field(tmp_path, key, value):
     """Seen to fail with the content taken as it is: "particles": "many" made a report."""
-    one_particle(tmp_path)
+    written_run(tmp_path)
     path = tmp_path / "simulation.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
     with pytest.raises(InputError, match=rf"simulation\.json.*{key}|simulation\.json has {value}") as fault:
         record_files.read_run(tmp_path)
     assert len(str(fault.value).splitlines()) == 1
     assert "again." in str(fault.value)
-
-
-def test_what_no_number_was_found_for_and_settings_in_their_order_come_back(tmp_path):
-    written = one_particle(tmp_path)
-    again = record_files.read_run(tmp_path)
-    assert again.health == written.health
-    assert again.health.density_error_mean is None
-    assert json.dumps(again.settings) == json.dumps(written.settings)
 
 
 @pytest.mark.parametrize(
@@ -242,7 +208,7 @@ def test_what_no_number_was_found_for_and_settings_in_their_order_come_back(tmp_
     ],
 )
 def test_a_row_that_no_stage_can_have_written_is_named(tmp_path, name, row, said):
-    one_particle(tmp_path)
+    written_run(tmp_path)
     record_files.write_profile(tmp_path, Profile(np.array([0.0]), np.array([-1.0])))
     with (tmp_path / name).open("a") as table:
         table.write(row + "\n")
@@ -252,15 +218,14 @@ def test_a_row_that_no_stage_can_have_written_is_named(tmp_path, name, row, said
 
 def test_a_particle_that_fell_out_of_its_sample_is_still_read(tmp_path):
     """For twenty seconds, as one that escaped early in the paper's trial: two kilometres."""
-    one_particle(tmp_path)
+    written_run(tmp_path)
     write_table(tmp_path / "particles.csv", record_files.PARTICLE_COLUMNS, np.array([[0, 0, -2e6, 0, 0, -2e5, 20, 0]]))
     assert record_files.read_run(tmp_path).position_mm[0, 2] == -2e6
 
 
 @pytest.mark.parametrize("value", [float("nan"), "1.0", None, -1.0])
 def test_a_comparison_that_leads_with_no_error_is_named(tmp_path, value):
-    comparison = make_evidence(tmp_path, error_mm=1.0).comparison
-    assert comparison is not None
+    comparison = present(make_evidence(tmp_path, error_mm=1.0).comparison, "comparison")
     content = json.loads(files.as_json(comparison.model_dump()))
     files.write_json(tmp_path / COMPARISON, content)
     assert read_comparison(tmp_path).model_dump_json() == comparison.model_dump_json()

@@ -185,10 +185,7 @@ def test_a_manifest_from_somebody_else_cannot_reach_out_of_its_folder(tmp_path, 
         (folder.path / "link").symlink_to(tmp_path)
         folder.manifest["stages"]["digitise"]["outputs"] = {name.format(home=tmp_path): "0" * 64}
         folder.save()
-    with (
-        pytest.raises(InputError, match="damaged"),
-        open_folder(tmp_path / "run", create=True) as folder,
-    ):
+    with pytest.raises(InputError, match="damaged"), open_folder(tmp_path / "run", create=True) as folder:
         folder.clear("digitise")
     assert mine.read_text() == "mine"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.txt", "run"]

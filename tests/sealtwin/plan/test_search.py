@@ -53,14 +53,22 @@ def test_dwell_gives_its_own_sealant_at_the_ends():
     assert not longer.given_mm3[:first].any()
 
 
-def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping():
+def searched(margin_mm=0.0):
+    """The plan of a bed so far below the face."""
+    sections = CASE.fill(OWN).sections
+    goal = Goal(target_of(sections, margin_mm), np.zeros(32))
+    return search([CASE], KNOTS, LIMITS, goal, KNOTS.first_guess(goal.target_mm2, sections.s_mm, LIMITS))
+
+
+@pytest.fixture(scope="module")
+def level_plan():
+    return searched()
+
+
+def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping(level_plan):
     """Four times better on the model that is searched; particles judge it elsewhere."""
     own = CASE.fill(OWN, 20, 60)
-    goal = Goal(target_of(CASE.fill(OWN).sections, 0.0), np.zeros(32))
-    plan = search(
-        [CASE], KNOTS, LIMITS, goal, KNOTS.first_guess(goal.target_mm2, own.sections.s_mm[:1].repeat(32), LIMITS)
-    )
-    found = KNOTS.trajectory(plan)
+    found = KNOTS.trajectory(level_plan)
     bed = CASE.fill(found)
     planned = misfit(OUTLINE, SOLID, bed.sections.s_mm, bed.level_mm).total_mm3
     assert planned < 0.25 * misfit(OUTLINE, SOLID, own.sections.s_mm, own.level_mm).total_mm3
@@ -71,22 +79,14 @@ def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping():
 
 def test_a_search_aims_by_the_level_of_the_middle():
     """Paste of 5 Pa stands 0.2 mm higher there than on average, where it lies a millimetre below the face."""
-    sections = CASE.fill(OWN).sections
-    goal = Goal(target_of(sections, 1.0), np.zeros(32))
-    plan = search([CASE], KNOTS, LIMITS, goal, KNOTS.first_guess(goal.target_mm2, sections.s_mm, LIMITS))
-    bed = CASE.fill(KNOTS.trajectory(plan))
+    bed = CASE.fill(KNOTS.trajectory(searched(1.0)))
     assert np.median(bed.level_mm) == pytest.approx(-1.0, abs=0.07)
 
 
-def test_last_bits_of_a_solver_do_not_reach_a_plan(monkeypatch):
+def test_last_bits_of_a_solver_do_not_reach_a_plan(level_plan, monkeypatch):
     """By them processors differ, and pours by particles part at any difference."""
-    sections = CASE.fill(OWN).sections
-    goal = Goal(target_of(sections, 0.0), np.zeros(32))
-    guess = KNOTS.first_guess(goal.target_mm2, sections.s_mm, LIMITS)
-    here = search([CASE], KNOTS, LIMITS, goal, guess)
     monkeypatch.setattr("scipy.optimize.lsq_linear", with_other_last_bits)
-    there = search([CASE], KNOTS, LIMITS, goal, guess)
-    assert there.tolist() == here.tolist()
+    assert searched().tolist() == level_plan.tolist()
 
 
 def test_a_discrepancy_moves_the_goal():
@@ -155,7 +155,7 @@ def test_a_plan_expects_the_level_of_the_middle(tmp_path):
     # One run shows no scatter: a band of no width would be false.
     assert found.half_width_mm is None
     with pytest.raises(InputError, match=r"seed = 0 and with seed = 1 have the same level .* solver.radius_mm"):
-        plan_on(FastModelItself(folder, trial, sample, "cpu", Progress()), Options(rounds=1, seeds=2), [])
+        plan_on(FastModelItself(folder, trial, sample, "cpu", Progress()), Options(knots=3, rounds=1, seeds=2), [])
 
 
 def test_a_stretch_that_stays_low_is_told_and_a_short_one_is_not():

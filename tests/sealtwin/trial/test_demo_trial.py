@@ -1,8 +1,5 @@
 """The demo runs the fixture's own files."""
 
-import pytest
-
-from sealtwin.core.errors import InputError
 from sealtwin.trial.starter_files import DEMO, place_paper_trial
 from tests.places import FIXTURE
 
@@ -12,10 +9,3 @@ def test_the_demo_copies_the_fixture_to_the_byte_and_may_be_repeated(tmp_path):
         place_paper_trial(tmp_path)
         assert sorted(path.name for path in tmp_path.iterdir()) == sorted(DEMO)
         assert all((tmp_path / name).read_bytes() == (FIXTURE / name).read_bytes() for name in DEMO)
-
-
-def test_a_file_of_the_users_stops_it_before_anything_is_written(tmp_path):
-    (tmp_path / "caliper.csv").write_text("mine")
-    with pytest.raises(InputError, match=r"caliper\.csv"):
-        place_paper_trial(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["caliper.csv"]

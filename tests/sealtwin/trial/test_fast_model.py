@@ -15,6 +15,7 @@ from sealtwin.trial.job import STAGES, StageName, resume_job
 from sealtwin.trial.pipeline import FinishedStages, run_trial
 from sealtwin.trial.trial_file import load_trial
 from simulate.profile import measure_profile
+from tests.pages import leave_out_figures
 from tests.studies import TRIAL, tiny_lab
 
 QUIET = Progress()
@@ -27,10 +28,10 @@ def run(lab: Path, text: str, stages: tuple[StageName, ...] = STAGES) -> Finishe
     return run_trial(load_trial(trial), lab, lab / "out", stages, "cpu", QUIET)
 
 
-def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path):
+def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypatch):
+    leave_out_figures(monkeypatch)
     tiny_lab(tmp_path)
     out = tmp_path / "out"
-    # A report takes its time to draw.
     assert run(tmp_path, PASTE, STAGES[:2]).redone == ("digitise", "simulate")
     assert (out / "snapshots" / "snapshots.pvd").is_file()
     fast = PASTE.replace("[solver]", '[solver]\nmodel = "slot"')
@@ -57,10 +58,7 @@ def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path):
     assert tables["Dispensed sealant, by place"]["over the sample's edge"] == "not computed by the fast model"
     assert any("fast model, without particles" in line for line in result_lines(finished.result, "validate"))
     assert run(tmp_path, fast).redone == ()
-    with (
-        open_folder(out, create=False) as folder,
-        pytest.raises(InputError, match=r"\[uncertainty\] declares no"),
-    ):
+    with open_folder(out, create=False) as folder, pytest.raises(InputError, match=r"\[uncertainty\] declares no"):
         vary(resume_job(folder, "cpu", QUIET))
     assert run(tmp_path, PASTE, STAGES[:2]).redone == ("simulate",)
     assert "bed" not in read_json(out / "simulation.json")

@@ -10,6 +10,7 @@ import pytest
 from digitise.settings import CrackShape, NozzlePath
 from digitise.solid.build_solid import build_solid
 from digitise.trajectory import plan_trajectory
+from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Outline
 from sealtwin.core.run_folder import open_folder
@@ -44,8 +45,7 @@ def modelled(tmp_path: Path, outline: Outline | None = None, **tables: object) -
 
 
 def test_the_page_has_what_the_run_had_and_ranges_that_a_trial_may_have(tmp_path):
-    found = modelled(tmp_path)
-    assert found is not None
+    found = present(modelled(tmp_path), "found")
     # 28 mm at 4 mm/s take 7 s; the lead of 4 mm takes one more, without sealant.
     assert found.path["t_s"][-1] == pytest.approx(7.0)
     assert found.after_s == pytest.approx(1.0)
@@ -61,8 +61,7 @@ def test_the_page_has_what_the_run_had_and_ranges_that_a_trial_may_have(tmp_path
 
 
 def test_the_trial_file_is_completed_by_four_lines_and_nothing_in_its_texts_is_one(tmp_path):
-    found = modelled(tmp_path)
-    assert found is not None
+    found = present(modelled(tmp_path), "found")
     lines = [line for line in found.trial.split("\n") if line.endswith(' = "@"')]
     assert lines == [f'{key} = "@"' for key in ("mean_width_mm", "volume_ml", "speed_mm_s", "yield_stress_pa")]
     text = found.trial.replace('"@"', "1.5")
@@ -86,8 +85,7 @@ def test_what_the_fast_model_cannot_do_has_no_chapter(tmp_path, tables):
 
 
 def test_side_cracks_keep_their_width(tmp_path):
-    found = modelled(tmp_path, replace(straight_slot(40.0), branches_kept=True))
-    assert found is not None
+    found = present(modelled(tmp_path, replace(straight_slot(40.0), branches_kept=True)), "found")
     assert "mean_width_mm" not in found.sliders
     assert "mean_width_mm" not in found.trial
     assert list(found.widths) == [0]
@@ -97,17 +95,15 @@ def test_side_cracks_keep_their_width(tmp_path):
 def test_a_width_that_the_trial_gave_is_written_where_it_is_not_moved(tmp_path):
     photo = {"file": "crack.png", "data": "synthetic", "mm_per_px": 1.0, "mean_width_mm": 3.1}
     without = {key: value for key, value in photo.items() if key != "mean_width_mm"}
-    for given, in_trial in ((photo, True), (without, False)):
-        found = modelled(tmp_path, photo=given)
-        assert found is not None
-        assert found.sliders["mean_width_mm"].in_trial == in_trial
+    for given, said in ((photo, True), (without, False)):
+        found = present(modelled(tmp_path, photo=given), "found")
+        assert found.sliders["mean_width_mm"].in_trial == said
 
 
 def test_a_long_path_is_thinned(tmp_path):
     path = {"volume_ml": 1.2, "trim_mm": 6.0, "spacing_mm": 0.02}
     assert len(plan_trajectory(straight_slot(40.0), NozzlePath.model_validate(path)).t_s) > MOST_PLACES
-    found = modelled(tmp_path, path=path)
-    assert found is not None
+    found = present(modelled(tmp_path, path=path), "found")
     assert len(found.path["t_s"]) == len(found.widths[0].given_mm3) == MOST_PLACES
     assert found.widths[0].given_mm3[-1] == pytest.approx(1200.0)
 
@@ -115,6 +111,5 @@ def test_a_long_path_is_thinned(tmp_path):
 def test_the_page_says_what_the_crack_s_shape_hides_from_its_model(tmp_path):
     """A bar along half of the slot; the page, which computes no such reason, called it fit."""
     ring_mm = np.array([(10.0, -0.4), (10.0, 0.4), (30.0, 0.4), (30.0, -0.4)])
-    found = modelled(tmp_path, replace(straight_slot(40.0), islands_mm=(ring_mm,)))
-    assert found is not None
+    found = present(modelled(tmp_path, replace(straight_slot(40.0), islands_mm=(ring_mm,))), "found")
     assert any(why.startswith("Stones,") for why in found.unknown)

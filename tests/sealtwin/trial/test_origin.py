@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import sha256
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import RunFolder
@@ -40,8 +40,7 @@ def job(tmp_path) -> Job:
 
 
 def test_a_sheet_is_named_as_the_lab_named_it_and_in_the_run_folder_still(job):
-    sheet = sheet_of(job)
-    assert sheet is not None
+    sheet = present(sheet_of(job), "sheet")
     assert (sheet.name, sheet.operator, sheet.date) == ("P01 Messung.csv", "A. B.", "1.3.2026")
     keep_origin(job)
     kept = (job.path / ORIGIN).read_text()
@@ -51,8 +50,7 @@ def test_a_sheet_is_named_as_the_lab_named_it_and_in_the_run_folder_still(job):
 
 def test_another_sheet_than_the_lab_gave_has_no_operator(job):
     job.sheet.write_text("s_mm,level_1_mm\n0,1\n")
-    sheet = sheet_of(job)
-    assert sheet is not None
+    sheet = present(sheet_of(job), "sheet")
     assert (sheet.name, sheet.operator) == ("readings.csv, not as the lab gave it", None)
     assert sheet.sha256 == sha256(job.sheet)
 
@@ -62,15 +60,15 @@ def test_a_trial_of_no_lab_has_the_name_of_its_file(job, content):
     (job.source / RECORD).unlink()
     if content is not None:
         (job.source / RECORD).write_text(content)
-    sheet = sheet_of(job)
-    assert sheet is not None
+    sheet = present(sheet_of(job), "sheet")
     assert (sheet.name, sheet.operator, sheet.date) == ("readings.csv", None, None)
     keep_origin(job)
     assert not (job.path / ORIGIN).exists()
 
 
-@pytest.mark.parametrize("files", [7, [{"role": "readings", "original": 7, "sha256": "73cf"}], [{"role": "readings"}]])
-def test_a_record_that_somebody_broke_is_named(job, files):
-    (job.source / RECORD).write_text(json.dumps({"ingested_utc": "", "files": files, "operator": None, "date": None}))
-    with pytest.raises(InputError, match=r"record\.json: not as its stage wrote it"):
-        sheet_of(job)
+def test_a_record_that_somebody_broke_is_named(job):
+    for files in (7, [{"role": "readings", "original": 7, "sha256": "73cf"}], [{"role": "readings"}]):
+        record = {"ingested_utc": "", "files": files, "operator": None, "date": None}
+        (job.source / RECORD).write_text(json.dumps(record))
+        with pytest.raises(InputError, match=r"record\.json: not as its stage wrote it"):
+            sheet_of(job)

@@ -20,8 +20,8 @@ from sealtwin.cli.app import app
 from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core.files import sha256
 from tests.coarse import NO_PICTURES
-from tests.pages import leave_out_pages
-from tests.programs import start_interruptible
+from tests.pages import leave_out_figures, leave_out_pages
+from tests.programs import sealtwin, start_interruptible
 from tests.studies import TRIAL, tiny_lab
 from tests.vtk_reader import read_polydata, read_pvd
 from validate.result import FluidFigures, TrialResult, read_comparison, read_result
@@ -55,7 +55,7 @@ def _start(*arguments: object) -> "subprocess.Popen[str]":
 
 def _finish(*arguments: object) -> tuple[int, str, str]:
     """Exit code, standard output and narration of a command, called here: a process imports for seconds."""
-    answer = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    answer = sealtwin(*arguments)
     return answer.exit_code, answer.stdout, answer.stderr
 
 
@@ -131,7 +131,9 @@ def test_a_complete_folder_is_left_alone(unbroken):
     assert before == {path: path.stat().st_mtime_ns for path in before}
 
 
-def test_only_what_depends_on_a_changed_setting_is_redone_and_a_failed_gate_keeps_its_report(unbroken, copied):
+def test_only_what_depends_on_a_changed_setting_is_redone_and_a_failed_gate_keeps_its_report(
+    unbroken, copied, no_figures
+):
     trial, run = unbroken[0], copied
     particles = (run / "particles.csv").stat().st_mtime_ns
     strict = trial.with_name("strict.toml")
@@ -170,10 +172,10 @@ def test_gigabytes_are_refused_before_they_are_hashed(tmp_path):
         opened.truncate(20_000_000_000)
     arguments = ("digitise", photo, "--depth-mm", "16", "--mm-per-px", "0.1", "--out", tmp_path / "run")
     began = time.process_time()
-    answer = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    code, _, err = _finish(*arguments)
     assert time.process_time() - began < 5  # 20 s to hash; otherwise what it takes to import OpenCV
-    assert answer.exit_code == 3
-    assert "20000 MB" in answer.stderr
+    assert code == 3
+    assert "20000 MB" in err
 
 
 @pytest.fixture
@@ -186,6 +188,11 @@ def copied(unbroken, tmp_path) -> Path:
 @pytest.fixture
 def no_pages(monkeypatch):
     leave_out_pages(monkeypatch)
+
+
+@pytest.fixture
+def no_figures(monkeypatch):
+    leave_out_figures(monkeypatch)
 
 
 def test_a_fluid_that_is_not_sound_is_said_at_the_end_of_every_command(copied, no_pages):
@@ -224,7 +231,7 @@ def test_validate_refuses_results_of_other_settings(copied):
     assert "[crack]" in err
 
 
-def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied):
+def test_a_profile_brought_by_hand_is_shown_and_gets_no_verdict(copied, no_figures):
     """Any stage can be replaced, that is what plain files are for; but nobody signs what a hand has changed."""
     profile = copied / "profile.csv"
     rows = [line.split(",")[0] + ",-1.0" for line in profile.read_text().splitlines()[1:]]
@@ -302,16 +309,18 @@ def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_th
     assert not (copied / "checkpoint.npz").exists()
 
 
-def test_a_time_between_frames_that_cannot_be_is_one_sentence(unbroken):
-    answer = CliRunner().invoke(app, ["simulate", str(unbroken[1]), "--set", "output.frames_every_s=0"])
-    assert answer.exit_code == 3
-    assert answer.stderr.endswith("--set: output.frames_every_s = 0: should be greater than or equal to 0.001.\n")
-
-
-def test_a_film_without_frames_says_how_to_get_them(unbroken):
-    answer = CliRunner().invoke(app, ["film", str(unbroken[1])])
-    assert answer.exit_code == 3
-    assert "--set output.frames_every_s=0.1" in answer.stderr
+@pytest.mark.parametrize(
+    ("command", "more", "said"),
+    [
+        ("simulate", ("--set", "output.frames_every_s=0"), ": should be greater than or equal to 0.001.\n"),
+        ("film", (), "--set output.frames_every_s=0.1"),
+    ],
+    ids=["a time between frames that cannot be", "a film without frames"],
+)
+def test_frames_that_cannot_be_are_one_sentence_with_the_way_to_get_them(unbroken, command, more, said):
+    code, _, err = _finish(command, unbroken[1], *more)
+    assert code == 3
+    assert said in err
 
 
 def _kill_until_done(trial: Path, run: Path, delays_s: list[float]) -> int:
@@ -337,7 +346,7 @@ def _assert_same_run(run: Path, unbroken_run: Path) -> None:
     assert left == LEFT
 
 
-def test_a_killed_run_is_finished_by_the_same_command(unbroken, tmp_path):
+def test_a_killed_run_is_finished_by_the_same_command(unbroken, tmp_path, no_figures):
     """Killed while it imports, digitises and simulates; the result is the unbroken one to the bit."""
     trial, run, answer = unbroken
     delays_s = [0.4, 1.2, 0.5 * answer["wall_time_s"]]
@@ -346,7 +355,7 @@ def test_a_killed_run_is_finished_by_the_same_command(unbroken, tmp_path):
 
 
 @pytest.mark.slow
-def test_runs_killed_at_twenty_random_moments_come_out_the_same(unbroken, tmp_path):
+def test_runs_killed_at_twenty_random_moments_come_out_the_same(unbroken, tmp_path, no_figures):
     """Early kills three times a folder, then a late one: a run that gets done leaves nothing to be killed in."""
     trial, run, answer = unbroken
     moments = random.Random(20)
@@ -385,19 +394,11 @@ main()
 """As slow as a run that somebody kills, which a tiny one is not."""
 
 
-def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_path):
+def test_a_fluid_run_that_is_killed_goes_on_from_its_checkpoint(unbroken, tmp_path, no_figures):
     """With kill -9, and to the bit; settings that changed since begin again, and say so."""
     trial, run, _ = unbroken
-    arguments = [
-        "run",
-        str(trial),
-        "--out",
-        str(tmp_path / "run"),
-        "--device",
-        "cpu",
-        "--set",
-        "output.frames_every_s=0.02",
-    ]
+    arguments = ["run", str(trial), "--out", str(tmp_path / "run"), "--device", "cpu"]
+    arguments += ["--set", "output.frames_every_s=0.02"]
     process = subprocess.Popen([sys.executable, "-c", KEEPING_EVERY_FRAME, *arguments], stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 60
     while not (tmp_path / "run" / "checkpoint.npz").is_file():

@@ -5,27 +5,22 @@ import shutil
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from sealtwin.cli.app import app
 from sealtwin.core import files
 from sealtwin.core.files import sha256
 from sealtwin.trial.starter_files import CELL
 from tests.digitise.robots.test_cell import uncommented
 from tests.places import FIXTURE
+from tests.programs import sealtwin
 from tests.robot_readers import read_gcode, read_spel, read_urscript
 
 EVERY = {"path.txt", "path.csv", "path.prg", "path.gcode", "path.script", "robot.json"}
 
 
-def _sealtwin(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
 @pytest.fixture(scope="module")
 def digitised(tmp_path_factory) -> Path:
     lab = tmp_path_factory.mktemp("lab")
-    answer = _sealtwin("digitise", FIXTURE / "trial.toml", "--out", lab / "run", "--quiet")
+    answer = sealtwin("digitise", FIXTURE / "trial.toml", "--out", lab / "run", "--quiet")
     assert answer.exit_code == 0, answer.stderr
     return lab / "run"
 
@@ -59,7 +54,7 @@ def _left(folder: Path) -> dict[str, str]:
 def _refusal(run: Path, *arguments) -> str:
     """The sentences of a command that must end with exit code 3 and leave the run as it was."""
     before = _left(run)
-    answer = _sealtwin("robot", run, *arguments)
+    answer = sealtwin("robot", run, *arguments)
     assert answer.exit_code == 3, answer.output
     assert "Traceback" not in answer.output
     assert answer.stdout == ""
@@ -68,7 +63,7 @@ def _refusal(run: Path, *arguments) -> str:
 
 
 def test_all_formats_of_one_run_tell_of_the_same_path(run, cell):
-    answer = _sealtwin("robot", run, "--cell", cell, "--format", "all", "--json")
+    answer = sealtwin("robot", run, "--cell", cell, "--format", "all", "--json")
     assert answer.exit_code == 0, answer.stderr
     report = json.loads(answer.stdout)
     assert {path.name for path in (run / "robot").iterdir()} == EVERY
@@ -90,7 +85,7 @@ def test_all_formats_of_one_run_tell_of_the_same_path(run, cell):
 
 
 def test_every_program_says_where_it_comes_from(run, cell):
-    assert _sealtwin("robot", run, "--cell", cell, "--format", "all", "--quiet").exit_code == 0
+    assert sealtwin("robot", run, "--cell", cell, "--format", "all", "--quiet").exit_code == 0
     report = files.read_json(run / "robot" / "robot.json")
     for name, mark in (("path.prg", "'"), ("path.gcode", ";"), ("path.script", "#")):
         head = (run / "robot" / name).read_text(encoding="utf-8")
@@ -104,9 +99,9 @@ def test_every_program_says_where_it_comes_from(run, cell):
 
 
 def test_the_formats_asked_for_are_written_and_no_others(run, cell):
-    assert _sealtwin("robot", run, "--cell", cell).exit_code == 0
+    assert sealtwin("robot", run, "--cell", cell).exit_code == 0
     assert {path.name for path in (run / "robot").iterdir()} == {"path.prg", "path.csv", "robot.json"}
-    answer = _sealtwin("robot", run, "--cell", cell, "--format", "txt,gcode")
+    answer = sealtwin("robot", run, "--cell", cell, "--format", "txt,gcode")
     # What the call before left would pass for this one's.
     assert {path.name for path in (run / "robot").iterdir()} == {"path.txt", "path.gcode", "robot.json"}
     report = json.loads((run / "robot" / "robot.json").read_text())
@@ -115,13 +110,13 @@ def test_the_formats_asked_for_are_written_and_no_others(run, cell):
     assert report["duration_s"] == pytest.approx(report["length_mm"] / 4.0, rel=1e-6)
     told = f"Path: {report['length_mm']:.1f} mm in {report['duration_s']:.1f} s, 4.8 ml; the worst of 3 taught points"
     assert answer.stdout.startswith(f"{told} is off by 0.00 mm")
-    assert _sealtwin("robot", run, "--cell", cell, "--format", "txt,krl").exit_code == 2
-    assert _sealtwin("robot", run).exit_code == 2
+    assert sealtwin("robot", run, "--cell", cell, "--format", "txt,krl").exit_code == 2
+    assert sealtwin("robot", run).exit_code == 2
 
 
 def test_all_are_those_that_the_cell_has_tables_for(run, cell):
     cell.write_text(CELL, encoding="utf-8")
-    assert _sealtwin("robot", run, "--cell", cell, "--format", "all").exit_code == 0
+    assert sealtwin("robot", run, "--cell", cell, "--format", "all").exit_code == 0
     assert {path.name for path in (run / "robot").iterdir()} == {"path.txt", "path.csv", "path.prg", "robot.json"}
     assert "no [gcode] table, which format gcode needs" in _refusal(run, "--cell", cell, "--format", "gcode")
 
@@ -133,7 +128,7 @@ def _found_by(run: Path, source: str) -> None:
 
 def test_the_number_of_a_crack_is_the_decision(run, cell):
     _found_by(run, "choice")
-    assert _sealtwin("robot", run, "--cell", cell, "--format", "csv").exit_code == 0
+    assert sealtwin("robot", run, "--cell", cell, "--format", "csv").exit_code == 0
     assert files.read_json(run / "robot" / "robot.json")["confirmed"] is True
 
 
@@ -141,7 +136,7 @@ def test_no_robot_is_sent_along_a_path_that_nobody_has_confirmed(run, cell):
     _found_by(run, "automatic")
     assert "found automatically" in _refusal(run, "--cell", cell, "--format", "all")
     assert not (run / "robot").exists()
-    assert _sealtwin("robot", run, "--cell", cell, "--allow-automatic").exit_code == 0
+    assert sealtwin("robot", run, "--cell", cell, "--allow-automatic").exit_code == 0
     assert "' path found by: automatic - NOT CONFIRMED BY ANYBODY\n" in (run / "robot" / "path.prg").read_text()
     report = files.read_json(run / "robot" / "robot.json")
     assert report["confirmed"] is False
@@ -149,7 +144,7 @@ def test_no_robot_is_sent_along_a_path_that_nobody_has_confirmed(run, cell):
 
 
 def test_one_refused_format_leaves_no_file_of_any(run, cell):
-    assert _sealtwin("robot", run, "--cell", cell, "--format", "csv").exit_code == 0
+    assert sealtwin("robot", run, "--cell", cell, "--format", "csv").exit_code == 0
     cell.write_text(cell.read_text().replace("blend_mm = 0.4", "blend_mm = 0.9"), encoding="utf-8")
     assert "urscript.blend_mm is 0.9" in _refusal(run, "--cell", cell, "--format", "all")
     assert {path.name for path in (run / "robot").iterdir()} == {"path.csv", "robot.json"}
@@ -180,20 +175,20 @@ def test_a_missing_cell_an_unfinished_run_and_no_run_are_refused(run, cell, tmp_
     files.write_json(run / "manifest.json", {**manifest, "stages": {}})
     assert "digitise is not finished" in _refusal(run, "--cell", cell)
     (tmp_path / "empty").mkdir()
-    assert _sealtwin("robot", tmp_path / "empty", "--cell", cell).exit_code == 3
+    assert sealtwin("robot", tmp_path / "empty", "--cell", cell).exit_code == 3
 
 
 def test_the_files_go_elsewhere_where_asked_and_replace_only_their_own(run, cell, tmp_path):
     out = tmp_path / "stick"
     for kind, name in (("csv", "path.csv"), ("csv", "path.csv"), ("txt", "path.txt")):
-        assert _sealtwin("robot", run, "--cell", cell, "--format", kind, "--out", out).exit_code == 0
+        assert sealtwin("robot", run, "--cell", cell, "--format", kind, "--out", out).exit_code == 0
         # What the call before left would pass for this one's.
         assert {path.name for path in out.iterdir()} == {name, "robot.json"}
     assert not (run / "robot").exists()
     (out / "path.csv").write_text("mine")
     (out / "notes.txt").write_text("mine")
     assert "path.csv: not as sealtwin robot wrote it" in _refusal(run, "--cell", cell, "--format", "csv", "--out", out)
-    assert _sealtwin("robot", run, "--cell", cell, "--format", "txt", "--out", out).exit_code == 0
+    assert sealtwin("robot", run, "--cell", cell, "--format", "txt", "--out", out).exit_code == 0
     (out / "path.txt").write_text("edited")
     assert "path.txt: not as" in _refusal(run, "--cell", cell, "--format", "gcode", "--out", out)
     left = {path.name: path.read_text() for path in out.iterdir() if path.name != "robot.json"}
@@ -205,30 +200,30 @@ def test_a_forged_report_deletes_nothing_but_robot_files(run, cell, tmp_path):
     forged = {"files": {"../diary.txt": sha256(tmp_path / "diary.txt")}}
     files.write_json(tmp_path / "stick" / "robot.json", forged)
     call = ("robot", run, "--cell", cell, "--format", "txt", "--out", tmp_path / "stick")
-    assert _sealtwin(*call).exit_code == 0
+    assert sealtwin(*call).exit_code == 0
     assert (tmp_path / "diary.txt").read_text() == "mine"
     (tmp_path / "stick" / "robot.json").write_text("[]")
-    assert _sealtwin(*call).exit_code == 3
+    assert sealtwin(*call).exit_code == 3
 
 
 def test_a_new_path_takes_the_programs_of_the_old_one_with_it(run, cell):
     """A robot that follows last week's path beside today's report is the worst that this folder can do."""
-    assert _sealtwin("robot", run, "--cell", cell).exit_code == 0
+    assert sealtwin("robot", run, "--cell", cell).exit_code == 0
     listed = files.read_json(run / "manifest.json")["stages"]["robot"]["outputs"]
     assert set(listed) == {"robot/path.prg", "robot/path.csv", "robot/robot.json"}
     (run / "robot" / "path.prg").write_text("' mine now\n")
     trial = shutil.copytree(FIXTURE, run.parent / "lab") / "trial.toml"
     trial.write_text(trial.read_text().replace("[path]\n", "[path]\nreverse = true\n"), encoding="utf-8")
-    answer = _sealtwin("digitise", trial, "--out", run)
+    answer = sealtwin("digitise", trial, "--out", run)
     assert answer.exit_code == 0, answer.stderr
     assert {path.name for path in (run / "robot").iterdir()} == {"path.changed.prg"}
     assert "robot" not in files.read_json(run / "manifest.json")["stages"]
 
 
 def test_the_example_is_written_and_nothing_else_is_asked(tmp_path, run):
-    answer = _sealtwin("robot", "--example", tmp_path / "mine.toml")
+    answer = sealtwin("robot", "--example", tmp_path / "mine.toml")
     assert answer.exit_code == 0
     assert (tmp_path / "mine.toml").read_text() == CELL.replace("{file}", "mine.toml")
-    assert _sealtwin("robot", "--example", tmp_path / "mine.toml").exit_code == 3
-    assert _sealtwin("robot", run, "--example", tmp_path / "other.toml").exit_code == 2
+    assert sealtwin("robot", "--example", tmp_path / "mine.toml").exit_code == 3
+    assert sealtwin("robot", run, "--example", tmp_path / "other.toml").exit_code == 2
     assert not (tmp_path / "other.toml").exists()

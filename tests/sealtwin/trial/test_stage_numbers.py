@@ -55,8 +55,7 @@ def redone_in(run: Path, lab: Path) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize(
-    ("raised", "redone"),
-    [("digitise", STAGES), ("simulate", ("simulate", "validate")), ("validate", ("validate",))],
+    ("raised", "redone"), [("digitise", STAGES), ("simulate", ("simulate", "validate")), ("validate", ("validate",))]
 )
 def test_a_raised_number_makes_its_stage_and_those_after_it_anew(run, lab, monkeypatch, raised, redone):
     assert redone_in(run, lab) == ()
@@ -119,7 +118,7 @@ def test_extra_runs_of_another_solver_than_the_level_are_refused(run, monkeypatc
     """Their differences from the level would be taken for the scatter of one solver."""
     own = NUMBERS["simulate"]
     monkeypatch.setitem(NUMBERS, "simulate", 999)
-    with open_folder(run, create=False) as folder, pytest.raises(InputError, match="simulate 999") as fault:
+    with open_folder(run, create=False) as folder, pytest.raises(InputError, match="from another solver") as fault:
         vary(resume_job(folder, "cpu", Narration()))
     assert f"simulate {own}, while this version has simulate 999" in str(fault.value)
 

@@ -79,6 +79,9 @@ def test_a_new_run_leaves_no_frame_of_the_last_one(tmp_path):
 def test_progress_is_said_in_numbers_that_a_program_can_use(tmp_path, monkeypatch):
     monkeypatch.setattr("simulate.watchers.PROGRESS_EVERY_S", 0.0)
     file, run = tmp_path / "progress.json", injection()
+    with ProgressFile(file):
+        pass
+    assert not file.exists(), "of a run that did not begin"
     with ProgressFile(file) as progress:
         progress.begin(run)
         assert json.loads(file.read_text())["eta_s"] is None
@@ -115,12 +118,6 @@ def test_progress_is_written_once_a_second_and_says_how_a_run_ended(tmp_path, en
         raise end
     last = json.loads(file.read_text())
     assert (last["state"], last["error"], last["frame"]) == (state, error, 1)
-
-
-def test_a_run_that_never_began_says_nothing(tmp_path):
-    with ProgressFile(tmp_path / "progress.json"):
-        pass
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_folder_that_is_removed_while_its_fluid_runs_is_not_half_made_again(tmp_path):

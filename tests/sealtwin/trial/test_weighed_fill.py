@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from sealtwin.cli.app import app
 from sealtwin.core import record_files
-from sealtwin.core.errors import InputError
+from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import open_folder
@@ -49,8 +49,7 @@ def test_a_fill_makes_the_solid_and_travels_with_its_run(tmp_path):
     assert recorded["depth_mm"] == pytest.approx(weighed["depth_mm"])
     assert recorded["cavity_volume_95_mm3"][0] < recorded["cavity_volume_mm3"] < recorded["cavity_volume_95_mm3"][1]
     assert record_files.read_solid(out).figures.weighed is not None
-    crack = load_trial(out / "trial.toml").crack
-    assert crack is not None
+    crack = present(load_trial(out / "trial.toml").crack, "crack")
     assert crack.fill is not None
     assert crack.fill.mass_g == (0.109, 0.174, 0.246)
     # Its content counts, not its name; and so does how well width and depth are known.
@@ -110,8 +109,7 @@ def test_the_extra_runs_move_width_angle_and_depth_together(tmp_path):
         job = resume_job(folder, "cpu", QUIET)
         base = Base.of(job)
         variants = _variants(base, designed=True)
-    weighed = base.sample.solid.figures.weighed
-    assert weighed is not None
+    weighed = present(base.sample.solid.figures.weighed, "weighed")
     names = ("width_mm", "wall_angle_deg", "depth_mm")
     root = np.array(weighed.steps)
     assert [base.inputs[name] for name in names] == pytest.approx(root.diagonal())
