@@ -43,46 +43,35 @@ def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
     assert chart.best.share_under_1_mm == 1
 
 
-def test_readings_tell_pairs_apart_by_their_own_doubt():
-    """All runs stand too high, so an error of the readings moves all of them alike and hides no difference.
-
-    The mean level is known to 0.07 mm by repeats that scatter by 0.5, and neighbours are 0.1 mm apart.
-
-    Broken on purpose with other draws for each run, the pairs nearest in D pass for the best.
-    """
-    readings = make_readings(scatter_mm=0.5)
+@pytest.mark.parametrize(
+    ("readings_mm", "runs_mm", "near"),
+    [
+        # The mean level is known to 0.07 mm by repeats that scatter by 0.5, and neighbours are 0.1 mm apart. Broken on
+        # purpose with other draws for each run, the pairs nearest in D pass for the best.
+        (0.5, 0.0, {BEST}),
+        # Two runs of 0.05 mm scatter each differ by 0.07 times 1.96 mm in 95 of 100 cases.
+        (0.1, 0.05, {(30.0, d_cm) for d_cm in D_CM if error_mm(30.0, d_cm) - 0.5 < 0.139}),
+        # With 5 mm nothing could be told apart; the nearest is 0.5 mm off, and 0.67 mm are a third more.
+        (0.1, 5.0, {(u, d_cm) for u in U for d_cm in D_CM if error_mm(u, d_cm) <= 0.5 * 4 / 3}),
+    ],
+    ids=["readings tell pairs apart", "neighbours within the scatter of runs", "a third worse is not as near"],
+)
+def test_pairs_are_as_near_as_the_doubts_of_readings_and_runs_allow(readings_mm, runs_mm, near):
+    """All runs stand too high, so an error of the readings moves all of them alike and hides no difference."""
+    readings = make_readings(scatter_mm=readings_mm)
     compared, _ = held(make_runs(), readings)
-    alike = as_near_as_the_best(compared, readings, make_budget(readings), 0.0)
-    assert [run.at for run, near in zip(compared, alike, strict=True) if near] == [BEST]
+    alike = as_near_as_the_best(compared, readings, make_budget(readings), runs_mm)
+    assert {run.at for run, is_near in zip(compared, alike, strict=True) if is_near} == near
+    assert 0 < len(near) < len(compared)
 
 
-def test_scatter_of_single_runs_makes_neighbours_as_near():
-    """Two runs of 0.05 mm scatter each differ by 0.07 times 1.96 mm in 95 of 100 cases."""
-    readings = make_readings()
-    compared, _ = held(make_runs(), readings)
-    near = as_near_as_the_best(compared, readings, make_budget(readings), 0.05)
-    assert {run.at for run, alike in zip(compared, near, strict=True) if alike} == {
-        (30.0, d_cm) for d_cm in D_CM if error_mm(30.0, d_cm) - 0.5 < 0.139
-    }
+def test_flatness_names_the_pairs_and_what_they_rest_on():
     chart = make_chart()
     assert "fit equally well: U = 30 and D from 0.01 to 3 cm" in chart.flatness
     assert "scatter by 0.10 mm (one standard deviation, 1 pair repeated, 4 degrees of freedom)" in chart.flatness
-
-
-def test_without_replicates_no_other_pair_is_called_as_near():
-    told = make_chart(replicates=None).flatness
-    assert "No pair was repeated" in told
-
-
-def test_what_is_a_third_worse_is_not_as_near_whatever_the_doubt():
-    """With 5 mm of scatter nothing could be told apart; the nearest is 0.5 mm off, and 0.67 mm are a third more."""
-    readings = make_readings()
-    compared, _ = held(make_runs(), readings)
-    near = as_near_as_the_best(compared, readings, make_budget(readings), 5.0)
-    assert {run.at for run, alike in zip(compared, near, strict=True) if alike} == {
-        run.at for run in compared if run.mean_error_mm <= 0.5 * 4 / 3
-    }
-    assert 1 < sum(near) < len(near)
+    assert "No pair was repeated" in make_chart(replicates=None).flatness
+    alone = tuple(run is chart.best for run in chart.runs)
+    assert replace(chart, as_near=alone).flatness.endswith("no other pair fits equally well.")
 
 
 def test_replicates_are_runs_of_a_pair_with_other_seeds():
@@ -120,12 +109,6 @@ def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
 def test_a_seed_is_no_axis():
     settings = [{"seed": s, "fluid.U": u, "fluid.D_cm": d} for u, d, s in ((1, 1, 0), (2, 1, 0), (1, 2, 0), (1, 2, 1))]
     assert [axis.setting for axis in axes_of(settings)] == ["fluid.U", "fluid.D_cm"]
-
-
-def test_a_best_pair_that_stands_alone_is_said_to():
-    chart = make_chart()
-    alone = tuple(run is chart.best for run in chart.runs)
-    assert replace(chart, as_near=alone).flatness.endswith("no other pair fits equally well.")
 
 
 def test_each_run_is_held_against_the_best_flat_line():

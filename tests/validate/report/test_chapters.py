@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from sealtwin.core.records import SHOWN_AROUND
 from tests.evidence import axes_of, make_evidence
 from validate.compare import assess
-from validate.report.chapters import Chapter, Model, Paragraph, PhotoBlock, Plate, _around_crack, chapters, fill_plates
+from validate.report.chapters import Chapter, Paragraph, PhotoBlock, Plate, _around_crack, chapters, fill_plates
 from validate.report.report_data import report_data
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
@@ -60,13 +60,6 @@ def test_plates_that_follow_each_other_stand_in_pairs():
     table = PageTable("a", ())
     rows = [*Chapter("t", "n", (*plates[:3], table, plates[3])).rows]
     assert rows == [(plates[0], plates[1]), (plates[2],), (table,), (plates[3],)]
-
-
-def test_figures_are_numbered_through(content):
-    captions = [
-        item.caption for chapter in content for item in chapter.items if isinstance(item, PhotoBlock | Model | Plate)
-    ]
-    assert [caption.split(".")[0] for caption in captions] == [f"Figure {number}" for number in range(1, 11)]
 
 
 def test_an_error_that_was_not_assessed_has_no_interval_and_says_so(plain, content):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from sealtwin.core.records import Profile
+from sealtwin.core.records import Floats, Profile
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.budget import DRAWS, MOST, Budget, Component, Curve, half_width
 from validate.uncertainty.reading_errors import budget_of, possible_scatter_mm, resolution_of, rounded_errors_mm
@@ -14,6 +14,7 @@ from validate.uncertainty.reading_errors import budget_of, possible_scatter_mm, 
 S_MM = np.linspace(0, 80, 17)
 MOUTH_MM = np.full(17, 3.1)
 NO_PASSES = Uncertainty(pass_mm=0.0)
+ERROR = Curve.of(S_MM, np.ones(17), S_MM)
 
 
 def readings(**settings) -> Readings:
@@ -25,9 +26,12 @@ def measured(repeats_mm) -> Profile:
     return Profile(S_MM, np.nanmean(repeats_mm, axis=1), repeats_mm)
 
 
-def scattered(deviation_mm, repeats: int = 3, seed: int = 2) -> Profile:
-    noise = np.random.default_rng(seed).standard_normal((17, repeats))
-    return measured(np.asarray(deviation_mm) * noise)
+def noise_mm(deviation_mm: float, repeats: int = 3) -> Floats:
+    return deviation_mm * np.random.default_rng(2).standard_normal((17, repeats))
+
+
+def scattered(deviation_mm: float, repeats: int = 3) -> Profile:
+    return measured(noise_mm(deviation_mm, repeats))
 
 
 def budget(profile: Profile, declared: Uncertainty | None = None, **settings) -> Budget:
@@ -40,15 +44,13 @@ def part(found: Budget, begins: str) -> Component:
 
 
 def bias_mm(found: Budget) -> float:
-    return found.mean_mm(Curve.of(S_MM, np.ones(17), S_MM).weights())
+    return found.mean_mm(ERROR.weights())
 
 
 def test_scatter_of_repeats_is_students_where_they_are_no_passes():
     """Seventeen stations of three share 34 degrees of freedom, t = 2.03; a station's own part is a tenth wider."""
-    profile = scattered(0.15)
-    assert profile.repeats_mm is not None
-    deviation_mm = np.sqrt(profile.repeats_mm.var(axis=1, ddof=1).mean())
-    band_mm = half_width(part(budget(profile, NO_PASSES), "scatter").draws_mm)
+    deviation_mm = np.sqrt(noise_mm(0.15).var(axis=1, ddof=1).mean())
+    band_mm = half_width(part(budget(scattered(0.15), NO_PASSES), "scatter").draws_mm)
     assert np.median(band_mm) == pytest.approx(2.03 * deviation_mm / np.sqrt(3), rel=0.15)
 
 
@@ -58,22 +60,18 @@ def test_passes_that_agree_are_allowed_to_differ_and_a_declaration_excludes_it()
     allowed, none = budget(profile), budget(profile, NO_PASSES)
     assert part(allowed, "passes").source == "allowed for"
     assert bias_mm(allowed) > 1.5 * bias_mm(none)
-    (note,) = [
-        text for text in allowed.summary(Curve.of(S_MM, np.ones(17), S_MM)).notes if "uncertainty.pass_mm" in text
-    ]
+    (note,) = [text for text in allowed.summary(ERROR).notes if "uncertainty.pass_mm" in text]
     assert "times narrower" in note
-    assert none.summary(Curve.of(S_MM, np.ones(17), S_MM)).notes == ()
+    assert none.summary(ERROR).notes == ()
 
 
 def test_passes_that_differ_show_in_the_repeats():
     """Offsets of -0.4, 0 and 0.4 mm: their mean is known to no better than t2 times 0.4 / sqrt(3), and no worse."""
-    alike = scattered(0.02)
-    assert alike.repeats_mm is not None
-    apart = measured(alike.repeats_mm + np.array([-0.4, 0.0, 0.4]))
-    assert bias_mm(budget(apart)) > 4 * bias_mm(budget(alike))
-    assert 0.3 < bias_mm(budget(apart)) < 4.3 * 0.4 / np.sqrt(3)
+    alike, apart = (budget(measured(noise_mm(0.02) + np.array([-mm, 0.0, mm]))) for mm in (0.0, 0.4))
+    assert bias_mm(apart) > 4 * bias_mm(alike)
+    assert 0.3 < bias_mm(apart) < 4.3 * 0.4 / np.sqrt(3)
     # What the passes differ by is none of the stations' scatter.
-    assert half_width(part(budget(apart), "scatter").draws_mm).max() < 0.06
+    assert half_width(part(apart, "scatter").draws_mm).max() < 0.06
 
 
 def test_a_declared_pass_sets_the_scale():
@@ -141,7 +139,7 @@ def test_what_is_not_declared_is_named_with_what_it_would_do():
     }
     told = Uncertainty(station_mm=0.5, station_each_mm=0.5, common_mm=0.1)
     assert budget(profile, told, datum_error_mm=0.05, probe_mm=0.5).missing == ()
-    found = budget(profile).summary(Curve.of(S_MM, np.ones(17), S_MM))
+    found = budget(profile).summary(ERROR)
     (datum,) = [one for one in found.missing if one.setting == "readings.datum_error_mm"]
     assert datum.mean_level_mm == pytest.approx(0.98 * 0.2, rel=1e-3)
 
@@ -151,9 +149,7 @@ def test_a_declared_nothing_is_nothing():
 
 
 def test_a_pass_without_a_reading_counts_for_nothing():
-    read_mm = scattered(0.1).repeats_mm
-    assert read_mm is not None
-    repeats_mm = np.column_stack([read_mm, np.full(17, np.nan)])
+    repeats_mm = np.column_stack([noise_mm(0.1), np.full(17, np.nan)])
     assert np.isfinite(budget(measured(repeats_mm)).band_mm).all()
 
 
@@ -172,38 +168,30 @@ def test_stations_read_once_have_the_scatter_that_was_declared_or_none():
     assert half_width(part(known, "scatter").draws_mm) == pytest.approx(1.96 * 0.12, rel=1e-3)
 
 
-def test_an_outlier_is_named_and_kept():
-    """One reading of 51 is 3 mm off, twenty times the scatter: its station's band is wider, and the sheet says so."""
-    repeats_mm = scattered(0.15).repeats_mm
-    assert repeats_mm is not None
-    repeats_mm[5, 1] += 3.0
-    found = budget(measured(repeats_mm), NO_PASSES)
-    assert any("At 1 station (s = 25 mm) a reading is more than 6 robust" in text for text in found.notes)
-    assert found.band_mm[5] > 2 * np.median(found.band_mm)
-    assert budget(scattered(0.15), NO_PASSES).notes == ()
+def with_outliers(*off_mm: float, repeats: int = 3) -> Floats:
+    """Readings of station 5, the first ones of it, that are so far off."""
+    far_mm = noise_mm(0.15, repeats)
+    far_mm[5, : len(off_mm)] += off_mm
+    return far_mm
 
 
 @pytest.mark.parametrize("off_mm", [3.0, -3.0])
-def test_the_level_of_a_station_with_an_outlier_is_taken_for_that_of_its_other_readings(off_mm):
-    """The mean of three is off by a third of it; the others know it as well as any two readings do."""
-    sound_mm, far_mm = scattered(0.15).repeats_mm, scattered(0.15).repeats_mm
-    assert sound_mm is not None
-    assert far_mm is not None
-    far_mm[5, 1] += off_mm
-    far = part(budget(measured(far_mm), NO_PASSES), "scatter").draws_mm
-    sound = part(budget(measured(sound_mm), NO_PASSES), "scatter").draws_mm
-    others_mm = far_mm[5, [0, 2]].mean()
-    assert np.median(far[:, 5]) == pytest.approx(far_mm[5].mean() - others_mm, abs=0.01)
+def test_an_outlier_is_named_and_kept_and_its_station_is_taken_for_what_its_other_readings_say(off_mm):
+    """One of 51 is twenty times the scatter off, the mean of three by a third of it; two readings know the level."""
+    far_mm = with_outliers(0.0, off_mm)
+    found, plain = budget(measured(far_mm), NO_PASSES), budget(scattered(0.15), NO_PASSES)
+    assert any("At 1 station (s = 25 mm) a reading is more than 6 robust" in text for text in found.notes)
+    assert found.band_mm[5] > 2 * np.median(found.band_mm)
+    assert plain.notes == ()
+    far, sound = (part(each, "scatter").draws_mm for each in (found, plain))
+    assert np.median(far[:, 5]) == pytest.approx(far_mm[5].mean() - far_mm[5, [0, 2]].mean(), abs=0.01)
     assert far[:, 5].std() == pytest.approx(np.sqrt(3 / 2) * np.median(sound.std(axis=0)), rel=0.15)
     rest = np.arange(17) != 5
     assert far[:, rest].std(axis=0) == pytest.approx(sound[:, rest].std(axis=0), rel=0.1)
 
 
 def test_of_two_readings_that_are_far_apart_neither_is_believed():
-    far_mm = scattered(0.15, repeats=2).repeats_mm
-    assert far_mm is not None
-    far_mm[5, 1] += 3.0
-    found = budget(measured(far_mm), NO_PASSES)
+    found = budget(measured(with_outliers(0.0, 3.0, repeats=2)), NO_PASSES)
     assert any("At 1 station (s = 25 mm)" in text for text in found.notes)
     assert np.median(part(found, "scatter").draws_mm[:, 5]) == pytest.approx(0.0, abs=0.01)
     assert found.band_mm[5] > 2 * np.median(found.band_mm)
@@ -211,18 +199,14 @@ def test_of_two_readings_that_are_far_apart_neither_is_believed():
 
 def test_a_station_with_two_outliers_of_four_scatters_by_itself():
     """One is told apart; the other leaves a scatter that no other station has."""
-    far_mm = scattered(0.15, repeats=4).repeats_mm
-    assert far_mm is not None
-    far_mm[5, :2] += [3.0, -2.5]
-    band_mm = half_width(part(budget(measured(far_mm), NO_PASSES), "scatter").draws_mm)
+    found = budget(measured(with_outliers(3.0, -2.5, repeats=4)), NO_PASSES)
+    band_mm = half_width(part(found, "scatter").draws_mm)
     assert band_mm[5] > 3 * np.median(band_mm)
 
 
 def test_an_outlier_among_coarse_readings_is_told_apart_too():
     """Multiples of 0.5 mm hide a scatter of 0.1 mm, and a reading 6 mm off is no part of it."""
-    coarse_mm = scattered(0.1).repeats_mm
-    assert coarse_mm is not None
-    coarse_mm = np.round((coarse_mm + 0.25 * np.sin(S_MM)[:, None]) / 0.5) * 0.5
+    coarse_mm = np.round((noise_mm(0.1) + 0.25 * np.sin(S_MM)[:, None]) / 0.5) * 0.5
     coarse_mm[5] = [0.0, 6.0, 0.0]
     draws_mm = part(budget(measured(coarse_mm), NO_PASSES), "scatter and last digit").draws_mm
     assert np.median(draws_mm[:, 5]) == pytest.approx(2.0, abs=0.05)
@@ -237,8 +221,7 @@ def test_one_station_that_scatters_more_is_less_sure():
 
 
 def test_a_missing_repeat_costs_its_station():
-    repeats_mm = scattered(0.15).repeats_mm
-    assert repeats_mm is not None
+    repeats_mm = noise_mm(0.15)
     repeats_mm[4, 1] = np.nan
     scatter_mm = half_width(part(budget(measured(repeats_mm), NO_PASSES), "scatter").draws_mm)
     assert scatter_mm[4] > 1.05 * np.median(scatter_mm)
