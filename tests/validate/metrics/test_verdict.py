@@ -9,6 +9,7 @@ from validate.result import Comparison
 from validate.settings import Gate
 
 GATE = 1.6
+FITTED = "fluid.U", "fluid.freeze_after_s", "crack.wall_angle_deg"
 ENOUGH = Basis(17, 1.0, 5.0, True)  # Of a crack of 80 mm, as all in this file
 JUDGED = {
     "mean_error_mm": 0.1,
@@ -138,17 +139,23 @@ def test_the_headline_holds_the_run_against_its_baseline(flat_mm, loses):
     assert ("no closer to these readings than a baseline" in sentence) is loses
 
 
-def test_what_was_fitted_is_named():
-    names = "fluid.U", "fluid.freeze_after_s", "crack.wall_angle_deg"
-    fitted = judgement_of(role="calibrated-on", fitted=names, stations_compared=16)
-    assert "(fitted at 16 stations: U, age at freezing, wall angle)" in fitted.verdict
-    assert "(the fitted settings are not declared)" in judgement_of(role="calibrated-on").verdict
-    assert "(declared: no setting was fitted): not a test." in judgement_of(role="calibrated-on", fitted=()).verdict
-
-
-def test_held_out_by_word_and_by_the_catalogue_are_told_apart():
-    assert "Held out, as declared" in judgement_of().verdict
-    assert "as declared" not in judgement_of(lab_searched=True).verdict
+@pytest.mark.parametrize(
+    ("case", "words"),
+    [
+        (
+            {"role": "calibrated-on", "fitted": FITTED, "stations_compared": 16},
+            "(fitted at 16 stations: U, age at freezing, wall angle)",
+        ),
+        ({"role": "calibrated-on"}, "(the fitted settings are not declared)"),
+        ({"role": "calibrated-on", "fitted": ()}, "(declared: no setting was fitted): not a test."),
+        ({}, "Held out, as declared"),
+        ({"lab_searched": True}, "Held out"),
+    ],
+)
+def test_what_was_fitted_or_held_out_is_named(case, words):
+    verdict = judgement_of(**case).verdict
+    assert words in verdict
+    assert ("as declared" in verdict) == (case == {})
 
 
 def test_a_leak_speaks_before_thin_readings():
