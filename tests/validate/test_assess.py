@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -36,6 +37,11 @@ def spread(levels_mm=(0.45, 0.5, 0.6), effects=(), scatter_mm=None, apart_mm=(-0
         for ratio, z_mm in zip((1 / 1.3, 1.0, 1.3), levels_mm, strict=True)
     )
     return Spread(S_MM, (fine, middle, coarse), tuple(effects), scatter_mm, 0.65 if effects else None)
+
+
+def all_of(evidence: Evidence, declared: Uncertainty = NO_PASSES, runs: Spread | None = None) -> Any:
+    """The comparison, whose parts are all there."""
+    return assess(evidence, SHEET, declared, runs)
 
 
 def metrics(evidence: Evidence, declared: Uncertainty = NO_PASSES, runs: Spread | None = None, **changes):
@@ -113,9 +119,7 @@ def test_stations_that_are_off_stand_in_every_interval(evidence):
 
     The bed is rough by 0.1 mm, as stations that are off by themselves leave it.
     """
-    assert evidence.readings is not None
     read, rough_mm = evidence.readings, 0.05 * (-1.0) ** np.arange(9)
-    assert read.repeats_mm is not None
     levels = {"level_mm": read.level_mm + rough_mm, "repeats_mm": read.repeats_mm + rough_mm[:, None]}
     evidence = replace(evidence, readings=replace(read, **levels))
     moved, each = (
@@ -147,13 +151,10 @@ def test_three_sizes_of_three_runs_give_the_numerics(varied):
 def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(evidence):
     """The particles fill 3 % more than was dispensed, in a slot of 40 x 3.1 mm, of which some left."""
     fuller = replace(evidence, volume_ratio=1.03)
-    comparison = assess(fuller, SHEET, NO_PASSES, None)
-    assert comparison.volumes is not None
+    comparison = all_of(fuller)
     level_mm = -comparison.volumes.mass_balance.lost_mm3 / (40 * 3.1)
     assert level_mm > 0.1
-    one, several = comparison.uncertainty, assess(fuller, SHEET, NO_PASSES, spread()).uncertainty
-    assert one is not None
-    assert several is not None
+    one, several = comparison.uncertainty, all_of(fuller, runs=spread()).uncertainty
     for found in (one, several):
         assert found.mean_level.volume_level_mm == pytest.approx(level_mm, rel=1e-3)
     assert one.mean_level.numerics_mm is None, "one run alone has no u_num"
@@ -227,12 +228,10 @@ def test_volumes_of_the_readings_stand_beside_those_of_the_run(evidence):
 def test_a_gate_within_the_interval_is_in_doubt(tmp_path, limit_mm, outcome, passed):
     """The mean error is 0.46 to 0.54 mm. Seen to fail with the interval kept from the judgement."""
     gated = make_evidence(tmp_path, gate=Gate(mean_error_mm=limit_mm), error_mm=0.5)
-    comparison = assess(gated, SHEET, NO_PASSES, None, Gate(mean_error_mm=limit_mm))
+    comparison: Any = assess(gated, SHEET, NO_PASSES, None, Gate(mean_error_mm=limit_mm))
     assert (comparison.outcome, comparison.passed) == (outcome, passed)
     assert comparison.verdict.startswith("Gate in doubt: ") is (outcome == "undecided")
-    found = comparison.uncertainty
-    assert found is not None
-    assert comparison.findings == found.sentences
+    assert comparison.findings == comparison.uncertainty.sentences
     assert "not assessed" in comparison.findings[0]
 
 
@@ -251,15 +250,10 @@ def test_of_an_edited_run_nothing_is_found(tmp_path):
 
 
 def test_what_the_runs_left_survives_its_file():
-    kept = spread(effects=[LIFTED], scatter_mm=0.02)
-    again = Spread.of(json.loads(as_json(kept.content())))
-    assert again.content()["effect_scatter_mm"] == 0.02
-    assert again.sizes is not None
-    assert kept.sizes is not None
-    assert [vars(size)["radius_mm"] for size in again.sizes] == [vars(size)["radius_mm"] for size in kept.sizes]
-    assert again.sizes[1].levels_mm.tolist() == kept.sizes[1].levels_mm.tolist()
-    assert again.effects[0].level_mm.tolist() == kept.effects[0].level_mm.tolist()
-    broken = json.loads(as_json(kept.content()))
+    written = as_json(spread(effects=[LIFTED], scatter_mm=0.02).content())
+    assert json.loads(written)["effect_scatter_mm"] == 0.02
+    assert as_json(Spread.of(json.loads(written)).content()) == written
+    broken = json.loads(written)
     for level_mm in broken["sizes"][1]["levels_mm"]:
         level_mm.pop()
     with pytest.raises(ValueError, match="not one level for each s_mm"):
@@ -267,16 +261,14 @@ def test_what_the_runs_left_survives_its_file():
 
 
 def test_every_table_has_units(evidence):
-    declared = Uncertainty(volume_ml=0.1)
     runs = spread(effects=[LIFTED], scatter_mm=0.02)
-    comparison = assess(evidence, SHEET, declared, runs)
-    told = comparison.uncertainty
-    assert told is not None
-    titles = [table.title for table in uncertainty_tables(told)]
+    comparison = all_of(evidence, Uncertainty(volume_ml=0.1), runs)
+    tables = uncertainty_tables(comparison.uncertainty)
+    titles = [table.title for table in tables]
     assert titles[0] == "Error and its uncertainty"
     assert {"Origin of s", "Particle size"} < set(titles)
     assert any(title.startswith("Budget: u of the mean level") for title in titles)
-    rows = dict(row for table in uncertainty_tables(told) for row in table.rows)
+    rows = dict(row for table in tables for row in table.rows)
     assert rows["volume given, by 0.1 ml"].startswith("mean level +0.300 mm")
     assert ", of order 0." in rows["mean level"]
     assert rows["radius of the particles"] == "0.385, 0.5, 0.65 mm, in 3, 3, 3 runs that differ in seed"
@@ -287,10 +279,7 @@ def test_every_table_has_units(evidence):
 
 
 def test_the_figure_shows_each_station_and_each_part(evidence):
-    runs = spread(effects=[LIFTED])
-    found, alone = (assess(evidence, SHEET, Uncertainty(), each).uncertainty for each in (runs, None))
-    assert found is not None
-    assert alone is not None
+    found, alone = (all_of(evidence, Uncertainty(), runs).uncertainty for runs in (spread(effects=[LIFTED]), None))
     figure = draw_uncertainty(found.stations)
     upper, lower = axes_of(figure)
     # Titles stand to the left in the page's style, and in the middle without it.
@@ -298,5 +287,5 @@ def test_the_figure_shows_each_station_and_each_part(evidence):
     marked = sum(len(heights(line)) for line in upper.lines if line.get_marker() == "o")
     assert marked == 9
     assert len(lower.lines) == 4
-    without = draw_uncertainty(alone.stations)
-    assert len(axes_of(without)[1].lines) == 1, "the readings are all that is known"
+    (_, lower) = axes_of(draw_uncertainty(alone.stations))
+    assert len(lower.lines) == 1, "the readings are all that is known"

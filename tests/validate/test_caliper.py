@@ -1,6 +1,7 @@
 """Caliper sheets: what is read, and what is refused by file, line, column, value and remedy."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,15 +31,14 @@ def sheet(tmp_path):
     return write
 
 
-def read(path: Path):
-    return read_readings(path, SETTINGS, length_mm=80.0, depth_mm=16.0)
+def read(path: Path, settings: Readings = SETTINGS) -> Any:
+    return read_readings(path, settings, length_mm=80.0, depth_mm=16.0)
 
 
 def test_levels_are_means_of_the_readings_that_are_there(sheet):
     profile = read(sheet(GOOD))
     assert profile.s_mm.tolist() == [0, 5, 10]
     assert profile.level_mm == pytest.approx([-16.0, -13.1, -10.0])
-    assert profile.repeats_mm is not None
     assert np.isnan(profile.repeats_mm[1, 2])
     assert (profile.data, profile.source) == ("measured", "caliper.csv")
 
@@ -52,11 +52,9 @@ def test_a_labs_workbook_gives_the_profile_of_the_plain_sheet(sheet, tmp_path):
     """In centimetres, downward from the caliper's base 4 mm above the face, as a trial declares it."""
     hand = Hand(workbook=True, language="german", quantity="depth", unit="cm", units="brackets", long=True)
     plain = read(sheet(GOOD))
-    assert plain.repeats_mm is not None
     lab = write_sheet(tmp_path / "lab.xlsx", hand, plain.s_mm.tolist(), plain.repeats_mm - 4.0)
     declared = SETTINGS.model_copy(update={"datum": "caliper_base", "datum_level_mm": 4.0})
-    profile = read_readings(lab, declared, length_mm=80.0, depth_mm=16.0)
-    assert profile.repeats_mm is not None
+    profile = read(lab, declared)
     # Centimetres and a shift of 4 mm leave the last bits of a double.
     np.testing.assert_allclose(profile.level_mm, plain.level_mm, rtol=0, atol=1e-9)
     np.testing.assert_allclose(profile.repeats_mm, plain.repeats_mm, rtol=0, atol=1e-9)

@@ -81,9 +81,7 @@ def test_replicates_are_runs_of_a_pair_with_other_seeds():
     again += [_with_error(other, value) for value in (1.0, 1.1, 1.2)]
     firsts, replicates = first_of_each_pair([*again, third])
     assert [run.mean_error_mm for run in firsts] == [0.5, 1.0, third.mean_error_mm]
-    assert replicates is not None
-    assert (replicates.runs, replicates.pairs) == (3, 2)
-    assert replicates.scatter_mm == pytest.approx(np.sqrt(0.04 / 3))
+    assert vars(replicates) == {"runs": 3, "pairs": 2, "scatter_mm": pytest.approx(np.sqrt(0.04 / 3))}
     assert first_of_each_pair(make_chart().runs)[1] is None
 
 
@@ -97,8 +95,7 @@ def test_copies_of_a_run_are_no_replicates():
     with pytest.raises(InputError, match=r"maps: the runs 1 \(seed 0\) and 9 \(seed 1\) .* solver.radius_mm"):
         first_of_each_pair(copies, "maps")
     _, replicates = first_of_each_pair(copies, fast=True)
-    assert replicates is not None
-    assert replicates.scatter_mm is None
+    assert vars(replicates) == {"runs": 1, "pairs": 1, "scatter_mm": None}
 
 
 def _with_error(run: HeldRun, error_mm: float) -> HeldRun:

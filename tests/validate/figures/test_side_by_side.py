@@ -1,6 +1,7 @@
 """Runs side by side: what differs, whose readings are the same, and when replicates may be compared."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,8 +28,7 @@ def test_only_settings_that_differ_are_told():
 
 def test_the_same_numbers_are_the_same_readings_whatever_sheet_holds_them():
     """Copied in inches and back they move by rounding; taken again, by more than a caliper's last digit."""
-    one = side("a", 0.1)
-    assert one.readings is not None
+    one: Any = side("a", 0.1)
     in_inches_mm = np.round(one.readings.level_mm / 25.4, 4) * 25.4
     copied = replace(one, readings=replace(one.readings, level_mm=in_inches_mm, source="inches.xlsx", repeats_mm=None))
     again = side("b", 0.1, lowered_mm=2 * SAME_MM)

@@ -6,7 +6,7 @@ import pytest
 
 from sealtwin.core.run_figures import RunHealth
 from sealtwin.core.solid_figures import WeighedCavity
-from tests.evidence import make_evidence
+from tests.evidence import RADIUS_MM, make_evidence
 from validate.settings import Gate
 from validate.wording.headline import cautions, headline, in_short, key_figures, run_warnings
 
@@ -50,39 +50,43 @@ def test_only_what_was_not_measured_is_named(tmp_path, readings_data, photo_data
     assert "alidated" not in headline(evidence)[0]
 
 
-def with_preset(run, preset: str):
-    return replace(run, settings={**run.settings, "solver": {**run.settings["solver"], "preset": preset}})
+PASTE = {"fluid": {"yield_stress_pa": 15.6, "density_kg_m3": 1000.0}}
+"""Stands between walls 3.1 mm apart: 15.2 Pa do."""
+THIN = {"fluid": {"yield_stress_pa": 14.9, "density_kg_m3": 1000.0}}
+TWO, WIDE = {"particles_across": 2.07}, {"particles_across": 3.1 / (2 * RADIUS_MM)}
+BED = "The bed is compressed: 5 % of its particles by more than "
+LOST = "The fluid lost 22 % of its volume (0.775; 0.95 to 1.05 is sound)"
+GAINED = "The fluid gained 11 % of its volume, or covers hollows (1.107"
+
+WARNED = {
+    **{f"{ratio} is kept": ({}, {}, ratio, [], []) for ratio in (0.9495, 0.95, 0.997, 1.05, 1.0504)},
+    "preset paper loses": ({"solver": {"preset": "paper"}}, {}, 0.775, [LOST, 'Preset "paper"'], []),
+    "preset accurate does not": ({"solver": {"preset": "accurate"}}, {}, 0.775, [LOST], ["known"]),
+    "two particles across": ({}, TWO, 1.107, [GAINED, "Only 2.1 particles", "solver.radius_mm"], []),
+    "four particles across": ({}, {"particles_across": 3.87}, 1.107, ["so its levels are too high."], ["Only"]),
+    "hollows under paste that stands": (PASTE, WIDE, 1.5, ["between walls 3.1 mm apart"], ["solver.radius_mm"]),
+    "hollows under paste that sinks": (THIN, WIDE, 1.5, ["levels are too high"], ["between walls", "solver.radius_mm"]),
+    "a bed of 9.99 %": ({}, {"density_error_p95": 0.0999}, 1.0, [], []),
+    "a bed of 10.1 %": ({}, {"density_error_p95": 0.101}, 1.0, [BED + "10 %", 'solver.pressure = "two-level"'], []),
+    "what is on already is not advised": (
+        {"solver": {"pressure": "two-level"}},
+        {"density_error_p95": 0.2},
+        1.0,
+        [BED, "solver.substeps"],
+        ["two-level"],
+    ),
+}
 
 
-@pytest.mark.parametrize("ratio", [0.9495, 0.95, 0.997, 1.05, 1.0504])
-def test_a_volume_that_is_kept_is_no_news(run, ratio):
-    assert run_warnings(run, ratio) == ()
-
-
-def test_the_volume_that_preset_paper_loses_is_known(run):
-    (text,) = run_warnings(with_preset(run, "paper"), 0.775)
-    assert text.startswith("The fluid lost 22 % of its volume (0.775; 0.95 to 1.05 is sound)")
-    assert 'Preset "paper"' in text
-    assert "known" not in run_warnings(with_preset(run, "accurate"), 0.775)[0]
-
-
-def test_a_gain_with_two_particles_across_names_the_radius(run):
-    (text,) = run_warnings(replace(run, health=RunHealth(particles_across=2.07)), 1.107)
-    assert text.startswith("The fluid gained 11 % of its volume, or covers hollows (1.107")
-    assert "Only 2.1 particles" in text
-    assert "solver.radius_mm" in text
-    (plain,) = run_warnings(replace(run, health=RunHealth(particles_across=3.87)), 1.107)
-    assert plain.endswith("so its levels are too high.")
-
-
-@pytest.mark.parametrize(("stress_pa", "stands"), [(14.9, False), (15.6, True)])
-def test_hollows_under_paste_that_stands_are_the_paste_s(run, stress_pa, stands):
-    """1,000 kg/m3 between walls 3.1 mm apart: 15.2 Pa."""
-    fluid = {"yield_stress_pa": stress_pa, "density_kg_m3": 1000.0}
-    two = RunHealth(particles_across=3.1 / (2 * run.radius_mm))
-    (text,) = run_warnings(replace(run, settings={**run.settings, "fluid": fluid}, health=two), 1.5)
-    assert ("between walls 3.1 mm apart" in text) == stands
-    assert ("solver.radius_mm" in text) == (not stands and 3.1 / (2 * run.radius_mm) < 3)
+@pytest.mark.parametrize(("settings", "health", "ratio", "words", "absent"), WARNED.values(), ids=WARNED)
+def test_volume_and_bed_are_told_with_their_reason_and_remedy(run, settings, health, ratio, words, absent):
+    merged = {name: run.settings.get(name, {}) | more for name, more in settings.items()}
+    changed = replace(run, settings=run.settings | merged, health=RunHealth.model_validate(health))
+    texts = run_warnings(changed, ratio)
+    assert len(texts) == bool(words)
+    for text in texts:
+        assert text.startswith((BED, "The fluid lost", "The fluid gained"))
+        assert [each for each in words if each not in text] + [each for each in absent if each in text] == []
 
 
 def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
@@ -116,21 +120,6 @@ def test_files_that_somebody_edited_come_before_everything(run, evidence):
     edited = replace(evidence, run=replace(run, escaped_particles=1), edited=("profile.csv", "simulation.json"))
     assert cautions(edited)[0].startswith("Edited by hand since (profile.csv, simulation.json): ")
     assert headline(replace(edited, run=run, comparison=None))[1] == "undecided"
-
-
-@pytest.mark.parametrize(("compressed", "warned"), [(0.0999, False), (0.101, True), (None, False)])
-def test_a_bed_that_is_compressed_is_told_with_what_to_do(run, compressed, warned):
-    texts = run_warnings(replace(run, health=RunHealth(density_error_p95=compressed)), 1.0)
-    assert len(texts) == warned
-    begins = "The bed is compressed: 5 % of its particles by more than 10 %"
-    assert all(text.startswith(begins) and 'solver.pressure = "two-level"' in text for text in texts)
-
-
-def test_what_is_on_already_is_not_advised(run):
-    settings = {"solver": {"pressure": "two-level"}}
-    (text,) = run_warnings(replace(run, settings=settings, health=RunHealth(density_error_p95=0.2)), 1.0)
-    assert "two-level" not in text
-    assert "solver.substeps" in text
 
 
 @pytest.mark.parametrize(
