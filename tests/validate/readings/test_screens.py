@@ -73,7 +73,7 @@ def test_zero_among_deep_readings_is_named_and_stays(written):
     assert profile.repeats_mm[2].tolist() == [-10.0, 0.0, -10.06]
 
 
-def bed(level_mm, *, every_mm: float = 5.0) -> Floats:
+def bed(level_mm, *, every_mm: float = 5.0):
     return np.column_stack([every_mm * np.arange(len(level_mm)), level_mm])
 
 
