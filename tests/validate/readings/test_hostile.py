@@ -79,7 +79,7 @@ def test_damaged_files_are_read_or_refused(tmp_path, workbook):
     assert outcomes[False] > DAMAGES / 2
 
 
-DAMAGES = 80
+DAMAGES = 150
 
 
 def damaged(content: bytes, dice: random.Random) -> bytes:

@@ -278,6 +278,8 @@ def test_the_sample_has_its_depths_its_angles_and_a_volume_for_each_tilt(evidenc
         "width in the photo, mean",
         "mean width of the mouth, of the floor",
     }
+    bare = replace(evidence, solid=replace(evidence.solid, figures=SolidFigures()))
+    assert not any(name.startswith("volume for each tilt") for name, _ in geometry_table(bare).rows)
     sections = Sections(np.array([0.0, 40.0]), np.array([10.0, 4.0]), np.array([1.0, 1.0]))
     solid = replace(evidence.solid, tilt="flare", wall_angles_deg=(5.0, 12.5), sections=sections)
     odd = dict(geometry_table(replace(evidence, solid=solid)).rows)
