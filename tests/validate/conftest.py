@@ -8,12 +8,12 @@ from tests.evidence import RADIUS_MM, make_evidence
 from validate.figures.snapshots import PANELS, FillScene
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def evidence(tmp_path_factory):
     return make_evidence(tmp_path_factory.mktemp("evidence"))
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def scene(evidence):
     return FillScene(evidence.outline, evidence.solid, evidence.trajectory, RADIUS_MM, 2.4)
 
@@ -29,12 +29,12 @@ def frame_of(run, t_s: float) -> Frame:
     return Frame(t_s, run.position_mm[:count], velocity_mm_s, np.linspace(t_s, 0, count), np.ones(count), state)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def frames(evidence):
     return [frame_of(evidence.run, t_s) for t_s in (0.5, 7.0, 10.0)]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def health():
     """Of a run in which nothing moved at the end."""
     columns = {name: np.linspace(0.0, 0.1, 6) for _, curves in PANELS for name in curves}

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,17 +39,40 @@ def spread(levels_mm=(0.45, 0.5, 0.6), effects=(), scatter_mm=None, apart_mm=(-0
     return Spread(S_MM, (fine, middle, coarse), tuple(effects), scatter_mm, 0.65 if effects else None)
 
 
+def all_of(evidence: Evidence, declared: Uncertainty = NO_PASSES, runs: Spread | None = None) -> Any:
+    """The comparison, whose parts are all there."""
+    return assess(evidence, SHEET, declared, runs)
+
+
 def metrics(evidence: Evidence, declared: Uncertainty = NO_PASSES, runs: Spread | None = None, **changes):
     comparison = assess(evidence, SHEET.model_copy(update=changes), declared, runs)
     return json.loads(as_json(comparison.model_dump()))
 
 
-def test_the_readings_doubt_is_there_without_any_run(evidence):
+@pytest.fixture(scope="module")
+def alone(evidence):
+    """What the readings of a single run tell."""
+    return metrics(evidence)
+
+
+@pytest.fixture(scope="module")
+def varied(evidence):
+    """With three runs of three sizes."""
+    return metrics(evidence, runs=spread())
+
+
+@pytest.fixture(scope="module")
+def lifted(evidence):
+    """With an input that moves the level besides."""
+    return metrics(evidence, Uncertainty(volume_ml=0.1), spread(effects=[LIFTED]))
+
+
+def test_the_readings_doubt_is_there_without_any_run(alone):
     """Repeats that are no passes: deviation 0.1 mm, eighteen degrees: 2.10 x 0.1 / sqrt(3), and their last digit.
 
     They are all tenths of a millimetre, which is their resolution, and each repeat's own.
     """
-    found = metrics(evidence)["uncertainty"]
+    found = alone["uncertainty"]
     half_mm = np.hypot(2.101 * 0.1, 1.96 * 0.1 / np.sqrt(12)) / np.sqrt(3)
     assert found["levels"]["band_95_mm"] == pytest.approx(np.full(9, half_mm), rel=0.15)
     low_mm, high_mm = found["bias_interval_mm"]
@@ -95,22 +119,22 @@ def test_stations_that_are_off_stand_in_every_interval(evidence):
 
     The bed is rough by 0.1 mm, as stations that are off by themselves leave it.
     """
-    assert evidence.readings is not None
     read, rough_mm = evidence.readings, 0.05 * (-1.0) ** np.arange(9)
-    assert read.repeats_mm is not None
     levels = {"level_mm": read.level_mm + rough_mm, "repeats_mm": read.repeats_mm + rough_mm[:, None]}
     evidence = replace(evidence, readings=replace(read, **levels))
-    for declared in (Uncertainty(pass_mm=0.0, station_mm=1.0), Uncertainty(pass_mm=0.0, station_each_mm=1.0)):
-        found = metrics(evidence, declared)["uncertainty"]
+    moved, each = (
+        metrics(evidence, Uncertainty.model_validate({"pass_mm": 0.0, key: 1.0}))["uncertainty"]
+        for key in ("station_mm", "station_each_mm")
+    )
+    for found in (moved, each):
         assert np.median(found["levels"]["band_95_mm"]) > 0.38
-    moved = metrics(evidence, Uncertainty(pass_mm=0.0, station_mm=1.0))["uncertainty"]
     assert np.ptp(moved["bias_interval_mm"]) > 2 * 0.38
     assert np.ptp(moved["mean_error_interval_mm"]) > 2 * 0.35
 
 
-def test_three_sizes_of_three_runs_give_the_numerics(evidence):
+def test_three_sizes_of_three_runs_give_the_numerics(varied):
     """Alike at all stations, u of a station is that of the mean level: size, scatter and volume together."""
-    found = metrics(evidence, runs=spread())["uncertainty"]
+    found = varied["uncertainty"]
     level, error = found["numerics"]["mean_level_mm"], found["numerics"]["mean_error_mm"]
     assert level["runs"] == [3, 3, 3]
     assert level["scatter"] == pytest.approx(0.02)
@@ -127,58 +151,51 @@ def test_three_sizes_of_three_runs_give_the_numerics(evidence):
 def test_volume_that_the_numerics_gained_stands_beside_the_bias_in_mm_of_level(evidence):
     """The particles fill 3 % more than was dispensed, in a slot of 40 x 3.1 mm, of which some left."""
     fuller = replace(evidence, volume_ratio=1.03)
-    balance = metrics(fuller)["volumes"]["mass_balance"]
-    level_mm = -balance["lost_mm3"] / (40 * 3.1)
+    comparison = all_of(fuller)
+    level_mm = -comparison.volumes.mass_balance.lost_mm3 / (40 * 3.1)
     assert level_mm > 0.1
-    alone, varied = (metrics(fuller, runs=runs)["uncertainty"] for runs in (None, spread()))
-    for found in (alone, varied):
-        assert found["mean_level"]["volume_level_mm"] == pytest.approx(level_mm, rel=1e-3)
-    assert alone["mean_level"]["numerics_mm"] is None, "one run alone has no u_num"
-    (part,) = (one for one in varied["budget"]["parts"] if one["name"].startswith("volume gained or lost"))
-    assert part["mean_level_mm"] == pytest.approx(0.95 * level_mm / 2, rel=1e-3)
-    told = assess(fuller, SHEET, NO_PASSES, None).uncertainty
-    assert told is not None
-    rows = dict(row for table in uncertainty_tables(told) for row in table.rows)
+    one, several = comparison.uncertainty, all_of(fuller, runs=spread()).uncertainty
+    for found in (one, several):
+        assert found.mean_level.volume_level_mm == pytest.approx(level_mm, rel=1e-3)
+    assert one.mean_level.numerics_mm is None, "one run alone has no u_num"
+    (part,) = (each for each in several.budget.parts if each.name.startswith("volume gained or lost"))
+    assert part.mean_level_mm == pytest.approx(0.95 * level_mm / 2, rel=1e-3)
+    rows = dict(row for table in uncertainty_tables(one) for row in table.rows)
     assert rows["part of E by volume that the numerics gained (below 0: lost)"] == f"+{level_mm:.3f} mm"
 
 
-def test_only_declared_inputs_count_and_the_others_are_named(evidence):
-    """A volume that lifts all by 0.3 mm."""
-    found = metrics(evidence, Uncertainty(volume_ml=0.1), spread(effects=[LIFTED]))["uncertainty"]
+def test_only_declared_inputs_count_and_the_others_are_named(evidence, lifted, varied):
+    """A volume that lifts all by 0.3 mm. One that no run has moved yet is missing."""
+    found = lifted["uncertainty"]
     assert found["stations"]["inputs_mm"] == pytest.approx([0.98 * 0.3] * 9, rel=2e-3)
     assert [one["name"] for one in found["inputs"]] == ["volume_ml"]
     assert "speed_mm_s" in found["inputs_left_out"]
     assert "volume_ml" not in found["inputs_left_out"]
-    assert metrics(evidence, runs=spread())["uncertainty"]["mean_level"]["inputs_mm"] is None
+    assert varied["uncertainty"]["mean_level"]["inputs_mm"] is None
+    waiting = metrics(evidence, Uncertainty(speed_mm_s=0.1, volume_ml=0.1), spread(effects=[LIFTED]))["uncertainty"]
+    assert "not assessed" in waiting["sentences"][0]
 
 
-def test_a_repeatability_that_repeats_contradict_is_a_finding(evidence):
+def test_a_repeatability_that_repeats_contradict_is_a_finding(evidence, alone):
     """Findings are printed by the terminal and by the report."""
-    for declared, told in ((NO_PASSES, 0), (Uncertainty(pass_mm=0.0, repeatability_mm=5.0), 1)):
-        found = metrics(evidence, declared)["uncertainty"]
-        for sentences in (found["sentences"], found["unused"]):
-            assert sum("repeatability_mm = 5 is not used" in sentence for sentence in sentences) == told
+    large = metrics(evidence, Uncertainty(pass_mm=0.0, repeatability_mm=5.0))
+    for found, times in ((alone, 0), (large, 1)):
+        for sentences in (found["uncertainty"]["sentences"], found["uncertainty"]["unused"]):
+            assert sum("repeatability_mm = 5 is not used" in sentence for sentence in sentences) == times
 
 
-def test_inputs_that_no_run_has_moved_yet_are_said_to_be_missing(evidence):
-    speed = Uncertainty(speed_mm_s=0.1, volume_ml=0.1)
-    sentences = metrics(evidence, speed, spread(effects=[LIFTED]))["uncertainty"]["sentences"]
-    assert "not assessed" in sentences[0]
-
-
-def test_the_validation_uncertainty_is_that_of_all_errors_together(evidence):
+def test_the_validation_uncertainty_is_that_of_all_errors_together(lifted):
     """The root of the sum of squares, as in V&V 20, but for tails that are not normal and an error that was found."""
-    found = metrics(evidence, runs=spread(effects=[LIFTED]))
-    mean = found["uncertainty"]["mean_level"]
+    mean = lifted["uncertainty"]["mean_level"]
     parts = [mean["data_mm"], mean["numerics_mm"], mean["inputs_mm"]]
     assert mean["validation_mm"] == pytest.approx(np.sqrt(np.square(parts).sum()), rel=0.05)
     assert mean["error_mm"] == pytest.approx(0.5, abs=1e-3)
     assert mean["resolved"] is (2 * mean["validation_mm"] < 0.5)
 
 
-def test_the_band_of_the_profile_is_wider_than_that_of_a_station(evidence):
+def test_the_band_of_the_profile_is_wider_than_that_of_a_station(alone):
     """Nine stations of mostly their own errors: 1.2 to 1.7 times; chance leaves 0.45 of them outside their own."""
-    found = metrics(evidence)["uncertainty"]
+    found = alone["uncertainty"]
     ratio = np.array(found["levels"]["profile_band_95_mm"]) / np.array(found["levels"]["band_95_mm"])
     assert ratio == pytest.approx(np.full(9, ratio[0]))
     assert 1.2 < ratio[0] < 1.7
@@ -186,11 +203,11 @@ def test_the_band_of_the_profile_is_wider_than_that_of_a_station(evidence):
     assert "fewer than 1 would by chance" in found["sentences"][1]
 
 
-def test_a_datum_that_is_off_is_shared_and_does_not_average_out(evidence):
-    alone, shared = (metrics(evidence, datum_error_mm=value)["uncertainty"] for value in (None, 0.2))
+def test_a_datum_that_is_off_is_shared_and_does_not_average_out(evidence, alone):
+    shared = metrics(evidence, datum_error_mm=0.2)["uncertainty"]
     # A symmetric half-width: the bed's shape adds nothing on a straight slope.
     assert shared["bias_systematic_mm"] == pytest.approx(0.98 * 0.2, rel=0.02)
-    assert np.ptp(shared["bias_interval_mm"]) > 5 * np.ptp(alone["bias_interval_mm"])
+    assert np.ptp(shared["bias_interval_mm"]) > 5 * np.ptp(alone["uncertainty"]["bias_interval_mm"])
 
 
 def test_volumes_of_the_readings_stand_beside_those_of_the_run(evidence):
@@ -211,19 +228,16 @@ def test_volumes_of_the_readings_stand_beside_those_of_the_run(evidence):
 def test_a_gate_within_the_interval_is_in_doubt(tmp_path, limit_mm, outcome, passed):
     """The mean error is 0.46 to 0.54 mm. Seen to fail with the interval kept from the judgement."""
     gated = make_evidence(tmp_path, gate=Gate(mean_error_mm=limit_mm), error_mm=0.5)
-    comparison = assess(gated, SHEET, NO_PASSES, None, Gate(mean_error_mm=limit_mm))
+    comparison: Any = assess(gated, SHEET, NO_PASSES, None, Gate(mean_error_mm=limit_mm))
     assert (comparison.outcome, comparison.passed) == (outcome, passed)
     assert comparison.verdict.startswith("Gate in doubt: ") is (outcome == "undecided")
-    found = comparison.uncertainty
-    assert found is not None
-    assert comparison.findings == found.sentences
+    assert comparison.findings == comparison.uncertainty.sentences
     assert "not assessed" in comparison.findings[0]
 
 
-def test_a_volume_that_lies_flat_is_a_baseline_to_beat(evidence):
+def test_a_volume_that_lies_flat_is_a_baseline_to_beat(evidence, alone):
     """Off by more than the flat level, a simulation does not beat it; and no flat level beats the best one."""
-    sound = metrics(evidence)
-    assert sound["volumes"]["volume_balance_error_mm"] >= sound["flat_level_error_mm"]
+    assert alone["volumes"]["volume_balance_error_mm"] >= alone["flat_level_error_mm"]
     bad = replace(evidence, profile=replace(evidence.profile, level_mm=evidence.profile.level_mm + 50.0))
     assert metrics(bad)["volumes"]["beats_volume_balance"] is False
 
@@ -236,15 +250,10 @@ def test_of_an_edited_run_nothing_is_found(tmp_path):
 
 
 def test_what_the_runs_left_survives_its_file():
-    kept = spread(effects=[LIFTED], scatter_mm=0.02)
-    again = Spread.of(json.loads(as_json(kept.content())))
-    assert again.content()["effect_scatter_mm"] == 0.02
-    assert again.sizes is not None
-    assert kept.sizes is not None
-    assert [vars(size)["radius_mm"] for size in again.sizes] == [vars(size)["radius_mm"] for size in kept.sizes]
-    assert again.sizes[1].levels_mm.tolist() == kept.sizes[1].levels_mm.tolist()
-    assert again.effects[0].level_mm.tolist() == kept.effects[0].level_mm.tolist()
-    broken = json.loads(as_json(kept.content()))
+    written = as_json(spread(effects=[LIFTED], scatter_mm=0.02).content())
+    assert json.loads(written)["effect_scatter_mm"] == 0.02
+    assert as_json(Spread.of(json.loads(written)).content()) == written
+    broken = json.loads(written)
     for level_mm in broken["sizes"][1]["levels_mm"]:
         level_mm.pop()
     with pytest.raises(ValueError, match="not one level for each s_mm"):
@@ -252,16 +261,14 @@ def test_what_the_runs_left_survives_its_file():
 
 
 def test_every_table_has_units(evidence):
-    declared = Uncertainty(volume_ml=0.1)
     runs = spread(effects=[LIFTED], scatter_mm=0.02)
-    comparison = assess(evidence, SHEET, declared, runs)
-    told = comparison.uncertainty
-    assert told is not None
-    titles = [table.title for table in uncertainty_tables(told)]
+    comparison = all_of(evidence, Uncertainty(volume_ml=0.1), runs)
+    tables = uncertainty_tables(comparison.uncertainty)
+    titles = [table.title for table in tables]
     assert titles[0] == "Error and its uncertainty"
     assert {"Origin of s", "Particle size"} < set(titles)
     assert any(title.startswith("Budget: u of the mean level") for title in titles)
-    rows = dict(row for table in uncertainty_tables(told) for row in table.rows)
+    rows = dict(row for table in tables for row in table.rows)
     assert rows["volume given, by 0.1 ml"].startswith("mean level +0.300 mm")
     assert ", of order 0." in rows["mean level"]
     assert rows["radius of the particles"] == "0.385, 0.5, 0.65 mm, in 3, 3, 3 runs that differ in seed"
@@ -272,10 +279,7 @@ def test_every_table_has_units(evidence):
 
 
 def test_the_figure_shows_each_station_and_each_part(evidence):
-    runs = spread(effects=[LIFTED])
-    found, alone = (assess(evidence, SHEET, Uncertainty(), each).uncertainty for each in (runs, None))
-    assert found is not None
-    assert alone is not None
+    found, alone = (all_of(evidence, Uncertainty(), runs).uncertainty for runs in (spread(effects=[LIFTED]), None))
     figure = draw_uncertainty(found.stations)
     upper, lower = axes_of(figure)
     # Titles stand to the left in the page's style, and in the middle without it.
@@ -283,5 +287,5 @@ def test_the_figure_shows_each_station_and_each_part(evidence):
     marked = sum(len(heights(line)) for line in upper.lines if line.get_marker() == "o")
     assert marked == 9
     assert len(lower.lines) == 4
-    without = draw_uncertainty(alone.stations)
-    assert len(axes_of(without)[1].lines) == 1, "the readings are all that is known"
+    (_, lower) = axes_of(draw_uncertainty(alone.stations))
+    assert len(lower.lines) == 1, "the readings are all that is known"

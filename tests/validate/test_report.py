@@ -57,34 +57,23 @@ def usual(usual_folder):
     return written(usual_folder, gate=GATE, name="Slot 7")
 
 
-def test_page_and_pdf_lead_with_the_verdict(usual):
+def test_page_and_pdf_lead_with_the_verdict_and_have_every_table(usual):
     _, page, pdf = usual
+    titles = "Agreement with the readings|Readings|Dispensed sealant, by place|Crack and solid|Nozzle path|"
+    titles += "Numerical health|Settings in effect|Provenance|Assumed and left out"
+    facts = "Bond number 2.2|0.987|sealtwin run trial.toml|kinematic viscosity in effect"
     for text in (page.text, pdf):
         for said in ("Gate kept: mean error 0.50 mm", "The dispensed volume lying flat is", "Held out"):
             assert text.index("Slot 7") < text.index(said) < text.index("area between the curves")
-
-
-def test_every_table_is_in_both(usual):
-    _, page, pdf = usual
-    for text in (page.text, pdf):
-        for title in (
-            "Agreement with the readings",
-            "Readings",
-            "Dispensed sealant, by place",
-            "Crack and solid",
-            "Nozzle path",
-            "Numerical health",
-            "Settings in effect",
-            "Provenance",
-            "Assumed and left out",
-        ):
-            assert title in text
-        for fact in ("Bond number 2.2", "0.987", "sealtwin run trial.toml", "kinematic viscosity in effect"):
-            assert fact in text
+        assert [words for words in f"{titles}|{facts}".split("|") if words not in text] == []
+        assert "over the photo. Photo: measured. Scale: " in text.replace("\n", " ")
+    numbers = [re.findall(r"Figure\s(\d+)\.\s", text) for text in (page.text, pdf)]
+    assert numbers[0] == numbers[1] == [str(number) for number in range(1, 11)]
 
 
 def test_the_page_needs_nothing_but_itself(usual):
     source, page, _ = usual
+    assert 'id="live' not in source, "without a model to move"
     assert {"link", "iframe", "object", "form"}.isdisjoint(tag for tag, _ in page.tags)
     references = [
         value or ""
@@ -111,69 +100,48 @@ def test_the_page_needs_nothing_but_itself(usual):
     assert f"script-src 'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'" in policy
 
 
-def test_every_figure_says_what_it_shows(usual):
-    _, page, _ = usual
+def test_every_figure_says_what_it_shows_in_the_colours_of_the_page(usual):
+    source, page, _ = usual
     figures = [attributes for tag, attributes in page.tags if tag == "svg"]
     assert len(figures) == 8
     assert all(figure["role"] == "img" and figure["aria-label"] for figure in figures)
-
-
-def test_figures_are_numbered_alike_in_both(usual):
-    _, page, pdf = usual
-    numbers = [re.findall(r"Figure\s(\d+)\.\s", text) for text in (page.text, pdf)]
-    assert numbers[0] == numbers[1] == [str(number) for number in range(1, 11)]
-
-
-def test_figures_take_the_colours_of_the_page(usual):
-    source, _, _ = usual
     drawing = source[source.index("<svg") :]
-    assert "var(--ink)" in drawing
-    assert "#1c2833" not in drawing
     # Curves too: blue that is told from white is hardly told from a dark page.
-    assert "var(--simulated)" in drawing
-    assert "#0072b2" not in drawing
+    for variable, colour in (("var(--ink)", "#1c2833"), ("var(--simulated)", "#0072b2")):
+        assert variable in drawing
+        assert colour not in drawing
     # Each figure, since a style is taken function by function.
     drawings = re.findall(r"<svg.*?</svg>", source, flags=re.DOTALL)
     assert all("var(--muted)" in one for one in drawings if "xtick" in one)
 
 
-def test_both_say_where_photo_and_scale_come_from(usual):
-    _, page, pdf = usual
-    for text in (page.text, pdf.replace("\n", " ")):
-        assert "over the photo. Photo: measured. Scale: " in text
+def test_the_first_page_of_the_pdf_answers_and_the_others_are_filled(usual_folder, usual):
+    """Verdict, plain sentences, main figures, photo and level plot; the appendix begins after six pages at most.
 
-
-def test_pages_are_filled(usual_folder, usual):
-    """On every page but the last, something stands in the lower two fifths."""
-    for page in PdfReader(usual_folder / "report.pdf").pages[:-1]:
+    On every page but the last, something stands in the lower two fifths.
+    """
+    pages = PdfReader(usual_folder / "report.pdf").pages
+    texts = [page.extract_text() for page in pages]
+    facts = "Gate kept: mean error 0.50 mm|off the readings on average|ml dispensed|Figure 1.|Figure 2."
+    assert [fact for fact in facts.split("|") if fact not in texts[0].replace("\n", " ")] == []
+    assert next(number for number, text in enumerate(texts) if text.startswith("Appendix")) <= 6
+    for page in pages[:-1]:
         heights_pt = []
         page.extract_text(visitor_text=lambda text, place, *rest, to=heights_pt: text.strip() and to.append(place[5]))
         assert min(heights_pt) < 0.4 * float(page.mediabox.height)
 
 
-def test_the_first_page_of_the_pdf_answers(usual_folder, usual):
-    """Verdict, plain sentences, main figures, photo and level plot; the appendix begins after six pages at most."""
-    pages = [page.extract_text() for page in PdfReader(usual_folder / "report.pdf").pages]
-    first = pages[0].replace("\n", " ")
-    for fact in (
-        "Gate kept: mean error 0.50 mm",
-        "off the readings on average",
-        "ml dispensed",
-        "Figure 1.",
-        "Figure 2.",
-    ):
-        assert fact in first, fact
-    assert next(number for number, text in enumerate(pages) if text.startswith("Appendix")) <= 6
-
-
-def test_words_before_the_appendix_are_few(usual):
+def test_the_page_is_small_and_words_before_the_appendix_are_few(usual):
     source, _, _ = usual
+    assert len(source) < 3_000_000
     body = re.sub(r"<(script|style|svg).*?</\1>", " ", source[: source.index('id="appendix"')], flags=re.DOTALL)
     assert len(re.sub(r"<[^>]+>", " ", body).split()) < 1200
 
 
-def test_the_page_is_small(usual):
-    assert len(usual[0]) < 3_000_000
+@pytest.fixture
+def no_figures(monkeypatch):
+    """For what is about words alone."""
+    leave_out_figures(monkeypatch)
 
 
 def test_names_are_text_and_nothing_else(tmp_path):
@@ -202,7 +170,7 @@ def test_names_are_text_and_nothing_else(tmp_path):
         assert text.index("Not a validation") < text.index("volume ratio")
 
 
-def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path):
+def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path, no_figures):
     _, page, pdf = written(tmp_path, readings_data=None)
     for text in (page.text, pdf):
         assert "No readings" in text
@@ -213,16 +181,9 @@ def test_without_readings_the_simulation_stands_alone_and_says_so(tmp_path):
     assert (data.comparison, data.outcome) == (None, "open")
 
 
-@pytest.fixture
-def no_figures(monkeypatch):
-    """For what is about words alone."""
-    leave_out_figures(monkeypatch)
-
-
-@pytest.mark.parametrize("readings_data", ["measured", None])
-def test_a_leak_and_a_lost_volume_stand_before_every_number(tmp_path, no_figures, readings_data):
+def test_a_leak_and_a_lost_volume_stand_before_every_number(tmp_path, no_figures):
     run = replace(make_evidence(tmp_path).run, escaped_particles=11)
-    _, page, pdf = written(tmp_path, readings_data=readings_data, gate=GATE, run=run, volume_ratio=0.7)
+    _, page, pdf = written(tmp_path, gate=GATE, run=run, volume_ratio=0.7)
     for text in (page.text, pdf):
         for words in ("Do not use: 11 particles went through a wall", "of its volume (0.7"):
             assert text.index(words) < text.index("particles escaped")

@@ -1,6 +1,8 @@
 """The nearest pair, and which others come as near."""
 
+import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,46 +43,35 @@ def test_a_level_that_is_off_by_the_same_everywhere_is_off_by_that():
     assert chart.best.share_under_1_mm == 1
 
 
-def test_readings_tell_pairs_apart_by_their_own_doubt():
-    """All runs stand too high, so an error of the readings moves all of them alike and hides no difference.
-
-    The mean level is known to 0.07 mm by repeats that scatter by 0.5, and neighbours are 0.1 mm apart.
-
-    Broken on purpose with other draws for each run, the pairs nearest in D pass for the best.
-    """
-    readings = make_readings(scatter_mm=0.5)
+@pytest.mark.parametrize(
+    ("readings_mm", "runs_mm", "near"),
+    [
+        # The mean level is known to 0.07 mm by repeats that scatter by 0.5, and neighbours are 0.1 mm apart. Broken on
+        # purpose with other draws for each run, the pairs nearest in D pass for the best.
+        (0.5, 0.0, {BEST}),
+        # Two runs of 0.05 mm scatter each differ by 0.07 times 1.96 mm in 95 of 100 cases.
+        (0.1, 0.05, {(30.0, d_cm) for d_cm in D_CM if error_mm(30.0, d_cm) - 0.5 < 0.139}),
+        # With 5 mm nothing could be told apart; the nearest is 0.5 mm off, and 0.67 mm are a third more.
+        (0.1, 5.0, {(u, d_cm) for u in U for d_cm in D_CM if error_mm(u, d_cm) <= 0.5 * 4 / 3}),
+    ],
+    ids=["readings tell pairs apart", "neighbours within the scatter of runs", "a third worse is not as near"],
+)
+def test_pairs_are_as_near_as_the_doubts_of_readings_and_runs_allow(readings_mm, runs_mm, near):
+    """All runs stand too high, so an error of the readings moves all of them alike and hides no difference."""
+    readings = make_readings(scatter_mm=readings_mm)
     compared, _ = held(make_runs(), readings)
-    alike = as_near_as_the_best(compared, readings, make_budget(readings), 0.0)
-    assert [run.at for run, near in zip(compared, alike, strict=True) if near] == [BEST]
+    alike = as_near_as_the_best(compared, readings, make_budget(readings), runs_mm)
+    assert {run.at for run, is_near in zip(compared, alike, strict=True) if is_near} == near
+    assert 0 < len(near) < len(compared)
 
 
-def test_scatter_of_single_runs_makes_neighbours_as_near():
-    """Two runs of 0.05 mm scatter each differ by 0.07 times 1.96 mm in 95 of 100 cases."""
-    readings = make_readings()
-    compared, _ = held(make_runs(), readings)
-    near = as_near_as_the_best(compared, readings, make_budget(readings), 0.05)
-    assert {run.at for run, alike in zip(compared, near, strict=True) if alike} == {
-        (30.0, d_cm) for d_cm in D_CM if error_mm(30.0, d_cm) - 0.5 < 0.139
-    }
+def test_flatness_names_the_pairs_and_what_they_rest_on():
     chart = make_chart()
     assert "fit equally well: U = 30 and D from 0.01 to 3 cm" in chart.flatness
     assert "scatter by 0.10 mm (one standard deviation, 1 pair repeated, 4 degrees of freedom)" in chart.flatness
-
-
-def test_without_replicates_no_other_pair_is_called_as_near():
-    told = make_chart(replicates=None).flatness
-    assert "No pair was repeated" in told
-
-
-def test_what_is_a_third_worse_is_not_as_near_whatever_the_doubt():
-    """With 5 mm of scatter nothing could be told apart; the nearest is 0.5 mm off, and 0.67 mm are a third more."""
-    readings = make_readings()
-    compared, _ = held(make_runs(), readings)
-    near = as_near_as_the_best(compared, readings, make_budget(readings), 5.0)
-    assert {run.at for run, alike in zip(compared, near, strict=True) if alike} == {
-        run.at for run in compared if run.mean_error_mm <= 0.5 * 4 / 3
-    }
-    assert 1 < sum(near) < len(near)
+    assert "No pair was repeated" in make_chart(replicates=None).flatness
+    alone = tuple(run is chart.best for run in chart.runs)
+    assert replace(chart, as_near=alone).flatness.endswith("no other pair fits equally well.")
 
 
 def test_replicates_are_runs_of_a_pair_with_other_seeds():
@@ -90,9 +81,7 @@ def test_replicates_are_runs_of_a_pair_with_other_seeds():
     again += [_with_error(other, value) for value in (1.0, 1.1, 1.2)]
     firsts, replicates = first_of_each_pair([*again, third])
     assert [run.mean_error_mm for run in firsts] == [0.5, 1.0, third.mean_error_mm]
-    assert replicates is not None
-    assert (replicates.runs, replicates.pairs) == (3, 2)
-    assert replicates.scatter_mm == pytest.approx(np.sqrt(0.04 / 3))
+    assert vars(replicates) == {"runs": 3, "pairs": 2, "scatter_mm": pytest.approx(np.sqrt(0.04 / 3))}
     assert first_of_each_pair(make_chart().runs)[1] is None
 
 
@@ -106,8 +95,7 @@ def test_copies_of_a_run_are_no_replicates():
     with pytest.raises(InputError, match=r"maps: the runs 1 \(seed 0\) and 9 \(seed 1\) .* solver.radius_mm"):
         first_of_each_pair(copies, "maps")
     _, replicates = first_of_each_pair(copies, fast=True)
-    assert replicates is not None
-    assert replicates.scatter_mm is None
+    assert vars(replicates) == {"runs": 1, "pairs": 1, "scatter_mm": None}
 
 
 def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
@@ -118,12 +106,6 @@ def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
 def test_a_seed_is_no_axis():
     settings = [{"seed": s, "fluid.U": u, "fluid.D_cm": d} for u, d, s in ((1, 1, 0), (2, 1, 0), (1, 2, 0), (1, 2, 1))]
     assert [axis.setting for axis in axes_of(settings)] == ["fluid.U", "fluid.D_cm"]
-
-
-def test_a_best_pair_that_stands_alone_is_said_to():
-    chart = make_chart()
-    alone = tuple(run is chart.best for run in chart.runs)
-    assert replace(chart, as_near=alone).flatness.endswith("no other pair fits equally well.")
 
 
 def test_each_run_is_held_against_the_best_flat_line():
@@ -234,3 +216,57 @@ def test_what_is_left_out_is_counted_with_its_reason():
     assert make_chart(excluded, replicates=None).exclusion == "2 of 37 runs are not ranked. Runs 36, 37: it diverged."
     assert make_chart(replicates=None).exclusion == "All 35 runs of the study are ranked."
     assert make_chart().exclusion == "All 39 runs of the study are ranked.", "four replicates are no pairs"
+
+
+def rows(*pairs: Any, names: tuple[str, str] = ("fluid.U", "fluid.D_cm")) -> list[dict[str, Any]]:
+    return [dict(zip(names, pair, strict=True)) for pair in pairs]
+
+
+def test_an_axis_counts_powers_of_ten_from_two_decades_on():
+    """Broken on purpose with a limit of one decade, the second axis is logarithmic and this fails."""
+    across, up = axes_of(rows((0.01, 1), (1, 50), (0.01, 50)))
+    assert (across.logarithmic, up.logarithmic) == (True, False)
+    assert not axes_of(rows((0, 1), (100, 50), (100, 1)))[0].logarithmic
+
+
+def test_axes_have_the_names_and_units_of_the_settings():
+    across, up = axes_of(rows((1, 2.5), (2, 3.5), (1, 3.5), names=("fluid.U", "path.speed_mm_s")))
+    assert (across.label, up.label) == ("U", "speed (mm/s)")
+    assert up.said(2.5) == "speed = 2.5 mm/s"
+    assert across.said(1.0) == "U = 1"
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        (
+            rows((1, 1), (1, 1), (1, 1)),
+            "A map needs two settings that vary among the finished runs; here none",
+        ),
+        (rows((1, 1), (2, 1), (3, 1)), "here 1 do: fluid.U."),
+        (rows((1, "a"), (2, "b"), (1, "b")), "fluid.D_cm = 'a'"),
+        (rows((1, True), (2, False), (1, False)), "fluid.D_cm = True"),
+        (rows((1, 10), (2, 20), (3, 30)), "fluid.U and fluid.D_cm vary together"),
+        (rows((1, 100), (10, 10), (100, 1), (1000, 0.1)), "fluid.U and fluid.D_cm vary together"),
+        (
+            [{"a.x": 1, "a.y": 1, "a.z": 1}, {"a.x": 2, "a.y": 2, "a.z": 2}, {"a.x": 1, "a.y": 2, "a.z": 3}],
+            "here 3 do: a.x, a.y, a.z.",
+        ),
+    ],
+)
+def test_what_cannot_be_mapped_is_refused_in_a_sentence(settings, sentence):
+    with pytest.raises(InputError, match=re.escape(sentence)) as fault:
+        axes_of(settings)
+    assert "\n" not in str(fault.value)
+
+
+def test_draws_are_no_grid():
+    """A line through values that one run each has would show noise as an influence."""
+    across, _ = axes_of(rows(*[(value, 7 * value % 12) for value in range(12)]))
+    assert not across.is_graded(runs=12)
+    assert axes_of(rows(*[(one, other) for one in range(6) for other in range(2)]))[0].is_graded(runs=12)
+
+
+def test_values_are_told_as_people_set_them():
+    axis = axes_of(rows((1, 1), (2, 2), (1, 2)))[0]
+    assert [axis.rounded(value) for value in (10000.0, 1e-4, 23.8957, 0.03)] == ["10000", "0.0001", "23.9", "0.03"]

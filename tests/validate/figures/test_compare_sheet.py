@@ -2,11 +2,21 @@
 
 import csv
 from dataclasses import replace
+from itertools import pairwise
+from typing import Any
 
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from tests.evidence import axes_of
 from tests.sides import compared, side
-from validate.comparison import Baseline
-from validate.figures.compare_sheet import compare_sheet
+from validate.comparison import Baseline, ErrorUncertainty, VolumeComparison
+from validate.figures.compare_sheet import MOST, compare_sheet, draw_errors_of_runs, draw_levels_of_runs
 from validate.figures.figure_sheet import FigureTable, write_sheet_of_figures
+from validate.figures.side_by_side import held_out_mean_mm
+from validate.figures.theme import INK
 
 
 def test_runs_go_by_numbers_whose_names_the_first_table_has(tmp_path):
@@ -49,16 +59,27 @@ def test_what_one_run_was_tuned_on_is_held_out_from_none():
     assert told == "Not held out: the readings of run 2 were used to calibrate run 1."
 
 
-def test_a_run_whose_volume_is_off_is_in_no_ranking_and_stands_apart():
-    """It is the nearer one of the two; without its volume it is neither the nearest nor in the mean."""
-    lossy = replace(side("b", 0.2), comparison=compared(mean_error_mm=0.2), volume_ratio=1.051)
-    sheet = compare_sheet([side("a", 0.5), lossy])
+def table_of(sheet, title: str) -> FigureTable:
+    (part,) = [part for part in sheet.parts if part.title == title]
+    assert isinstance(part.items[0], FigureTable)
+    return part.items[0]
+
+
+@pytest.mark.parametrize("marred", [{"volume_ratio": 1.051}, {"edited": ["profile.csv"]}], ids=["volume", "edited"])
+def test_a_run_whose_volume_is_off_or_that_was_edited_is_in_no_ranking(marred):
+    """It is the nearer one of the two; it is neither the nearest nor in the mean over held-out trials."""
+    unsound = replace(side("b", 0.2), comparison=compared(mean_error_mm=0.2), **marred)
+    sheet = compare_sheet([side("a", 0.5), unsound])
     assert "Nearest is run 1, a, 0.50 mm off" in sheet.finding
     assert ("mean error over held-out trials", "0.50 mm") in sheet.key_figures
-    (apart,) = [part.items[0] for part in sheet.parts if part.title == "Not ranked"]
-    assert isinstance(apart, FigureTable)
-    assert [row[0] for row in apart.rows] == ["2"]
-    assert "1.051" in apart.rows[0][1]
+    assert "Mean error over the held-out trials: 0.50 mm." in held_out_words(sheet)
+    alone = compare_sheet([unsound])
+    assert "Nearest" not in alone.finding
+    assert [name for name, _ in alone.key_figures] == ["settings that differ"]
+    assert "No held-out run is ranked" in held_out_words(alone)[0]
+    if "volume_ratio" in marred:
+        ((number, words, *_),) = table_of(sheet, "Not ranked").rows
+        assert (number, "1.051" in words) == ("2", True)
 
 
 def test_the_nearest_is_held_against_its_baselines():
@@ -71,19 +92,6 @@ def test_the_nearest_is_held_against_its_baselines():
     assert "no closer to these readings than a curve with no more numbers" in compare_sheet(worse).finding
 
 
-def test_no_finding_comes_from_a_run_that_was_edited():
-    """The other run of the two is the nearest, and its error the mean over held-out trials."""
-    edited = replace(side("b", 0.2), comparison=compared(mean_error_mm=0.2), edited=["profile.csv"])
-    sheet = compare_sheet([side("a", 0.5), edited])
-    assert "Nearest is run 1, a, 0.50 mm off" in sheet.finding
-    assert ("mean error over held-out trials", "0.50 mm") in sheet.key_figures
-    assert "Mean error over the held-out trials: 0.50 mm." in held_out_words(sheet)
-    alone = compare_sheet([edited])
-    assert "Nearest" not in alone.finding
-    assert [name for name, _ in alone.key_figures] == ["settings that differ"]
-    assert "No held-out run is ranked" in held_out_words(alone)[0]
-
-
 def held_out_words(sheet):
     (part,) = [part for part in sheet.parts if part.title == "Held out"]
     return part.words
@@ -92,11 +100,80 @@ def held_out_words(sheet):
 def test_runs_that_leaked_or_have_another_volume_are_named():
     """In one sentence. To the digits that are shown: 1.0504 is 1.050, which is sound."""
     ratios = (1.0, 1.48, 1.0504, 1.66, 0.949)
-    sides = [replace(side(name, 0.5), volume_ratio=ratio) for name, ratio in zip("abcde", ratios, strict=True)]
-    (sentence,) = compare_sheet(sides).cautions
-    assert next(part for part in compare_sheet(sides).parts if part.title == "Not ranked")
+    sheet = compare_sheet([replace(side(f"{k}", 0.5), volume_ratio=ratio) for k, ratio in enumerate(ratios)])
+    (sentence,) = sheet.cautions
+    assert table_of(sheet, "Not ranked")
     assert [f"run {number}:" in sentence for number in range(1, 6)] == [False, True, False, True, True]
     assert "1.660 of the dispensed volume settled; 0.95 to 1.05" in sentence
-    leaking = [replace(each, volume_ratio=1.0, escaped_particles=2) for each in sides[:2]]
-    (sentence,) = compare_sheet([sides[0], *leaking]).cautions
+    leaking = [replace(side(name, 0.5), escaped_particles=2) for name in "bc"]
+    (sentence,) = compare_sheet([side("a", 0.5), *leaking]).cautions
     assert "run 2: particles went through a wall; run 3: particles" in sentence
+
+
+def sides_of(count):
+    """Each with readings of its own, under names as long as people like."""
+    return [side("W" * 60 + str(number), 0.1, lowered_mm=0.1 * number, data="reconstructed") for number in range(count)]
+
+
+@pytest.mark.parametrize("count", [2, MOST])
+@pytest.mark.parametrize("draw", [draw_levels_of_runs, draw_errors_of_runs])
+def test_any_number_of_runs_leaves_the_plot_its_width(draw, count):
+    """Its axes take four fifths of the figure, and the legend ends with it.
+
+    Broken on purpose with names and sheets in the legend, four runs leave a plot half as wide.
+    """
+    figure = draw(sides_of(count))
+    assert isinstance(figure, Figure)
+    FigureCanvasAgg(figure).draw()
+    (axes,) = axes_of(figure)
+    assert axes.get_position().width > 0.8
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == [str(number + 1) for number in range(count)]
+    box = legend.get_window_extent()
+    assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+    assert axes.bbox.y1 <= box.y0 < box.y1 <= figure.bbox.y1
+
+
+def test_no_two_runs_look_alike():
+    """By colour and stroke; neighbours, which may lie on each other, by both."""
+    (axes,) = axes_of(draw_errors_of_runs(sides_of(MOST)))
+    looks = [(to_rgb(line.get_color()), line.get_linestyle()) for line in axes.lines if line.get_label() != "_child0"]
+    assert len(set(looks)) == len(looks) == MOST
+    for (colour, stroke), (next_colour, next_stroke) in pairwise(looks):
+        assert (colour != next_colour, stroke != next_stroke) == (True, True)
+
+
+def test_readings_that_runs_share_belong_to_none_of_them():
+    """And the figure says, also when it stands alone, that nobody measured them."""
+    same = [replace(each, readings=sides_of(1)[0].readings) for each in sides_of(2)]
+    (axes,) = axes_of(draw_levels_of_runs([*same, *sides_of(3)[2:]]))
+    circles = [line for line in axes.lines if line.get_marker() == "o"]
+    runs = {str(line.get_label()): line.get_color() for line in axes.lines if line.get_marker() != "o"}
+    assert [line.get_color() for line in circles] == [INK, runs["3"]]
+    assert axes.get_title(loc="left") == "Levels, and readings (RECONSTRUCTED) as circles"
+
+
+def trial(name: str, role: str, mean_error_mm: float, **figures):
+    return replace(side(name, 0.1), comparison=compared(role=role, mean_error_mm=mean_error_mm, **figures))
+
+
+def held_out_rows(sides):
+    numbers: Any = table_of(compare_sheet(sides), "Held out").numbers
+    return [dict(zip(numbers.columns, row, strict=True)) for row in numbers.rows]
+
+
+def test_held_out_trials_come_first_and_alone_make_the_mean():
+    sides = [trial("a", "calibrated-on", 0.2), trial("b", "held-out", 1.0), trial("c", "held-out", 2.0)]
+    assert [row["trial"] for row in held_out_rows(sides)] == ["b", "c", "a"]
+    assert held_out_mean_mm(sides) == pytest.approx(1.5)
+    assert held_out_mean_mm(sides[:1]) is None
+
+
+def test_an_interval_is_shown_where_there_is_one():
+    uncertainty = ErrorUncertainty.model_construct(mean_error_interval_mm=(0.9, 1.1))
+    volumes = VolumeComparison.model_construct(volume_balance_error_mm=0.8, beats_volume_balance=False)
+    known = trial("a", "held-out", 1.0, uncertainty=uncertainty, volumes=volumes)
+    row, bare = held_out_rows([known, trial("b", "held-out", 1.0)])
+    assert (row["low_mm"], row["high_mm"], row["beats_volume_balance"]) == (0.9, 1.1, "no")
+    assert (bare["low_mm"], bare["beats_volume_balance"]) == (None, "-")

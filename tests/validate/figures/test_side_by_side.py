@@ -1,6 +1,7 @@
 """Runs side by side: what differs, whose readings are the same, and when replicates may be compared."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,8 +28,7 @@ def test_only_settings_that_differ_are_told():
 
 def test_the_same_numbers_are_the_same_readings_whatever_sheet_holds_them():
     """Copied in inches and back they move by rounding; taken again, by more than a caliper's last digit."""
-    one = side("a", 0.1)
-    assert one.readings is not None
+    one: Any = side("a", 0.1)
     in_inches_mm = np.round(one.readings.level_mm / 25.4, 4) * 25.4
     copied = replace(one, readings=replace(one.readings, level_mm=in_inches_mm, source="inches.xlsx", repeats_mm=None))
     again = side("b", 0.1, lowered_mm=2 * SAME_MM)
@@ -37,30 +37,23 @@ def test_the_same_numbers_are_the_same_readings_whatever_sheet_holds_them():
     assert first_with_readings([one, bare, copied, again, fewer, one]) == [0, None, 0, 3, 4, 0]
 
 
-def test_replicates_give_the_distance_of_their_mean_levels():
-    """Measured means 0 and -1 mm apart, simulated 0.5 mm above each: the distributions are 0.5 mm apart, exactly."""
-    (told,) = replicate_words([side("a", 0.5), side("b", 0.5, lowered_mm=1.0)])
-    assert told == "Area validation metric of the mean level over 2 replicates (runs 1 and 2): 0.500 mm."
+def test_replicates_give_the_distance_of_their_mean_levels_and_copies_are_none():
+    """Measured means 0 and -1 mm apart, simulated 0.5 mm above each: the distributions are 0.5 mm apart, exactly.
 
-
-def test_copied_readings_are_no_replicates():
-    """Alone they make none; beside a real one they count once.
-
-    Broken on purpose with every run counted, the copies weigh twice and the metric is 0.333 mm.
+    Beside a real replicate copies count once. Broken on purpose with every run counted, they weigh twice and the metric
+    is 0.333 mm.
     """
-    copied = side("b", 0.5)
-    copies, none = replicate_words([side("a", 0.5), copied])
+    (alone,) = replicate_words([side("a", 0.5), side("b", 0.5, lowered_mm=1.0)])
+    assert alone == "Area validation metric of the mean level over 2 replicates (runs 1 and 2): 0.500 mm."
+    copies, none = replicate_words([side("a", 0.5), side("b", 0.5)])
     assert copies.startswith("Runs 1 and 2 have the same readings, to 0.01 mm")
     assert none.startswith("No area validation metric")
-    copies, metric = replicate_words([side("a", 0.0), copied, side("c", 1.0, lowered_mm=1.0)])
+    copies, metric = replicate_words([side("a", 0.0), side("b", 0.5), side("c", 1.0, lowered_mm=1.0)])
     assert copies.startswith("Runs 1 and 2")
     assert metric.endswith("over 2 replicates (runs 1 and 3): 0.500 mm.")
-
-
-@pytest.mark.parametrize("others", [[], [replace(side("b", 0.5, lowered_mm=1.0), replicate_of="two")]])
-def test_one_run_or_other_settings_are_no_replicates(others):
-    (told,) = replicate_words([side("a", 0.5), *others])
-    assert told.startswith("No area validation metric")
+    for others in ([], [replace(side("b", 0.5, lowered_mm=1.0), replicate_of="two")]):
+        (words,) = replicate_words([side("a", 0.5), *others])
+        assert words.startswith("No area validation metric"), "one run or other settings are no replicates"
 
 
 def test_no_run_is_called_nearest_over_different_readings():

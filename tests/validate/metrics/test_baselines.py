@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from digitise.settings import CrackShape
+from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Profile
 from tests.shapes import straight_slot
 from validate.compare import compare
@@ -10,6 +12,8 @@ from validate.comparison import Baseline
 from validate.metrics.baselines import against_baselines, beaten, best_curves, flat_levels
 from validate.result import EarlierTrial
 
+OUTLINE = straight_slot(80.0, 3.0)
+SOLID = build_solid(OUTLINE, CrackShape(depth_mm=10.0, tilt="vertical"))
 S_MM = np.linspace(0.0, 80.0, 17)
 FAST_FILL = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
 
@@ -68,20 +72,18 @@ def test_outlying_readings_do_not_drag_a_curve_along():
 )
 def test_a_baseline_has_seen_no_more_than_the_simulation(role, fitted, names):
     """A curve through readings that were held out has seen them, and a fitted level more than the dispensed volume."""
-    outline, solid = straight_slot(80.0, 3.0), _solid()
-    pool = flat_levels(FAST_FILL, outline, solid, 3000.0)
+    pool = flat_levels(FAST_FILL, OUTLINE, SOLID, 3000.0)
     how = {"role": role, "photo_data": "measured", "fitted": fitted, "unseen": pool}
-    compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, outline, solid, **how)
+    compared = compare(Profile(S_MM, FAST_FILL.level_mm + 0.5), FAST_FILL, OUTLINE, SOLID, **how)
     assert [one.name for one in compared.baselines] == names
 
 
 def test_readings_that_a_parabola_meets_better_are_said_to_be():
     """The simulation is 0.5 mm off with three settings fitted, and the readings are a parabola."""
-    outline, solid = straight_slot(80.0, 3.0), _solid()
     readings = Profile(S_MM, -5.0 + 4.0 * (S_MM / 40.0 - 1.0) ** 2)
     names = ("fluid.U", "fluid.D_cm", "crack.tilt")
     how = {"role": "calibrated-on", "photo_data": "measured", "fitted": names}
-    compared = compare(Profile(S_MM, readings.level_mm + 0.5), readings, outline, solid, **how)
+    compared = compare(Profile(S_MM, readings.level_mm + 0.5), readings, OUTLINE, SOLID, **how)
     assert compared.beats_baseline is False
     assert compared.beats_flat_level
     assert "a parabola 0.00 mm; the simulation, with 3 settings fitted, 0.50 mm. " in compared.headline[1]
@@ -90,10 +92,9 @@ def test_readings_that_a_parabola_meets_better_are_said_to_be():
 
 def test_a_lab_s_earlier_samples_are_a_baseline():
     """Filled to half on average, in a slot 10 mm deep: a level of -5 mm."""
-    outline, solid = straight_slot(80.0, 3.0), _solid()
     earlier = [_earlier(share) for share in (0.4, 0.6)]
     readings = Profile(S_MM, np.full(17, -4.0))
-    pool, mean = flat_levels(readings, outline, solid, 3.0 * 80.0 * 8.0, earlier)
+    pool, mean = flat_levels(readings, OUTLINE, SOLID, 3.0 * 80.0 * 8.0, earlier)
     assert mean.name == "a flat level that fills as 2 earlier samples"
     assert (pool.mean_error_mm, mean.mean_error_mm) == pytest.approx((2.0, 1.0), abs=1e-3)
     words = against_baselines(1.5, (pool, mean), "held-out", None)
@@ -121,13 +122,6 @@ def test_as_many_settings_as_stations_are_said_to_be_so():
     assert beaten(0.5, [line], "calibrated-on", 17)
     assert beaten(0.5, [], "held-out", None) is None
     assert against_baselines(0.5, [], "held-out", None).endswith("is 0.50 mm off; there is no baseline.")
-
-
-def _solid():
-    from digitise.settings import CrackShape
-    from digitise.solid.build_solid import build_solid
-
-    return build_solid(straight_slot(80.0, 3.0), CrackShape(depth_mm=10.0, tilt="vertical"))
 
 
 def _earlier(share: float) -> EarlierTrial:

@@ -4,15 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from manifold3d import CrossSection
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from sealtwin.core.records import Floats, Outline
 from tests.shapes import CUT, arc_slot, closed_crack, cut_crack, straight_slot, wandering_crack, with_ring
-from validate.metrics.cavity import CavityByLevel, cavity_by_level
+from validate.metrics.cavity import CavityByLevel, cavity_by_level, cell_areas
 
 SIDE_CRACK = np.array([(0, -3), (40, -3), (40, 3), (22, 3), (22, 20), (18, 20), (18, 3), (0, 3)], dtype=float)
 SLOT = straight_slot(40.0, 6.0, CUT)
+RISING = ((0.0, 12.0), (15.0, 6.0), (25.0, 6.0), (30.0, 10.0))
 STONE = np.array([(12.0, -1.5), (12.0, 1.5), (28.0, 1.5), (28.0, -1.5)])
 
 
@@ -21,20 +23,18 @@ def whole_mm3(cavity: CavityByLevel, level_mm: float = 0.0) -> Floats:
 
 
 @pytest.mark.parametrize(
-    ("outline", "tilt", "angle_deg"),
+    ("outline", "tilt", "angle_deg", "depth_mm"),
     [
-        (wandering_crack(1), "flare", 5.0),
-        (wandering_crack(1), "undercut", 2.0),
-        (cut_crack(2, length_mm=80.0), "funnel", 5.0),
-        (closed_crack(4, 30.0, 8.0), "flare", 30.0),
-        (arc_slot(), "lean", 8.0),
-        (replace(SLOT, islands_mm=(STONE,)), "vertical", 0.0),
-        (with_ring(SLOT, SIDE_CRACK), "vertical", 0.0),
+        (wandering_crack(1), "flare", 5.0, RISING),
+        (wandering_crack(1), "undercut", 2.0, 12.0),
+        (cut_crack(2, length_mm=80.0), "funnel", 5.0, RISING),
+        (closed_crack(4, 30.0, 8.0), "flare", 30.0, RISING),
+        (closed_crack(4, 30.0, 8.0), "flare", 30.0, 12.0),
+        (arc_slot(), "lean", 8.0, RISING),
+        (replace(SLOT, islands_mm=(STONE,)), "vertical", 0.0, RISING),
+        (with_ring(SLOT, SIDE_CRACK), "vertical", 0.0, RISING),
     ],
-    ids=["flare", "undercut", "funnel", "tips", "lean", "stone", "side crack"],
-)
-@pytest.mark.parametrize(
-    "depth_mm", [12.0, ((0.0, 12.0), (15.0, 6.0), (25.0, 6.0), (30.0, 10.0))], ids=["level", "table"]
+    ids=["flare", "undercut", "funnel", "tips", "tips of one depth", "lean", "stone", "side crack"],
 )
 def test_stretches_add_up_to_the_cavity_of_the_mesh(outline, tilt, angle_deg, depth_mm):
     """Within 0.2 %: floors that rise cross layers of a quarter of a millimetre."""
@@ -68,3 +68,19 @@ def test_the_cut_is_kept_beside_the_solid():
     again: Outline = replace(SLOT)
     assert cavity_by_level(SLOT, solid) is cavity_by_level(SLOT, solid)
     assert cavity_by_level(again, solid) is not cavity_by_level(SLOT, solid)
+
+
+@pytest.mark.parametrize("kind", ["ring", "sliver", "on the borders", "nothing"])
+def test_each_cell_has_the_area_of_the_region_in_it(kind):
+    """1e-6 is the resolution at which the library joins corners of regions of this size, times the cell's side."""
+    disc = CrossSection.circle(3.3, 40).translate((4.1, 3.9))
+    region = {
+        "ring": disc - CrossSection.square((1.3, 2.001)).translate((3.5, 3.0)),
+        "sliver": CrossSection.square((6.0, 1e-4)).rotate(20.0).translate((1.3, 1.2)),
+        "on the borders": CrossSection.square((6.0, 4.0)).translate((1.0, 2.0)),
+        "nothing": CrossSection(),
+    }[kind]
+    areas = cell_areas(map(np.asarray, region.to_polygons()), (8, 9))
+    cells = [[(CrossSection.square((1, 1)).translate((x, y)) ^ region).area() for x in range(9)] for y in range(8)]
+    assert areas == pytest.approx(np.array(cells), abs=1e-6)
+    assert areas.sum() == pytest.approx(region.area(), rel=1e-9)

@@ -9,6 +9,7 @@ from validate.result import Comparison
 from validate.settings import Gate
 
 GATE = 1.6
+FITTED = "fluid.U", "fluid.freeze_after_s", "crack.wall_angle_deg"
 ENOUGH = Basis(17, 1.0, 5.0, True)  # Of a crack of 80 mm, as all in this file
 JUDGED = {
     "mean_error_mm": 0.1,
@@ -98,10 +99,6 @@ def test_five_stations_over_four_fifths_none_far_from_the_next(s_mm, suffices):
     assert judgement.verdict.startswith("Gate kept: " if suffices else "No verdict: the readings cover")
 
 
-def test_a_share_is_never_rounded_up_to_what_is_needed():
-    assert "cover 79 % of" in judgement_of(Basis(5, 0.7999, 16.0, False)).verdict
-
-
 @pytest.mark.parametrize(
     ("readings_data", "photo_data", "role", "said"),
     [
@@ -138,53 +135,76 @@ def test_the_headline_holds_the_run_against_its_baseline(flat_mm, loses):
     assert ("no closer to these readings than a baseline" in sentence) is loses
 
 
-def test_what_was_fitted_is_named():
-    names = "fluid.U", "fluid.freeze_after_s", "crack.wall_angle_deg"
-    fitted = judgement_of(role="calibrated-on", fitted=names, stations_compared=16)
-    assert "(fitted at 16 stations: U, age at freezing, wall angle)" in fitted.verdict
-    assert "(the fitted settings are not declared)" in judgement_of(role="calibrated-on").verdict
-    assert "(declared: no setting was fitted): not a test." in judgement_of(role="calibrated-on", fitted=()).verdict
-
-
-def test_held_out_by_word_and_by_the_catalogue_are_told_apart():
-    assert "Held out, as declared" in judgement_of().verdict
-    assert "as declared" not in judgement_of(lab_searched=True).verdict
-
-
-def test_a_leak_speaks_before_thin_readings():
-    judgement = judgement_of(Basis(2, 0.01, 0.8, False), escaped_particles=1)
-    assert judgement.passed is False
-    assert judgement.verdict.startswith("Do not use: 1 particle went through a wall")
-
-
 @pytest.mark.parametrize(
-    ("found_mm", "interval_mm", "outcome", "passed", "starts"),
+    ("case", "words"),
     [
-        (1.5, (1.41, 1.59), "passed", True, "Gate kept: mean error 1.50 mm (1.41 to 1.59"),
-        (1.5, (1.39, 1.61), "undecided", True, "Gate in doubt: mean error 1.50 mm"),
-        (1.7, (1.59, 1.81), "undecided", False, "Gate in doubt: mean error 1.70 mm"),
-        (1.7, (1.61, 1.79), "failed", False, "Gate missed: mean error 1.70 mm"),
+        (
+            {"role": "calibrated-on", "fitted": FITTED, "stations_compared": 16},
+            "(fitted at 16 stations: U, age at freezing, wall angle)",
+        ),
+        ({"role": "calibrated-on"}, "(the fitted settings are not declared)"),
+        ({"role": "calibrated-on", "fitted": ()}, "(declared: no setting was fitted): not a test."),
+        ({}, "Held out, as declared"),
+        ({"lab_searched": True}, "Held out"),
     ],
 )
-def test_what_the_readings_cannot_tell_is_neither_passed_nor_failed(found_mm, interval_mm, outcome, passed, starts):
-    """The gate is checked against the mean error and keeps its exit code; the outcome regards the interval."""
-    judgement = judgement_of(mean_error_mm=found_mm, interval_mm=interval_mm)
-    assert (judgement.outcome, judgement.passed) == (outcome, passed)
+def test_what_was_fitted_or_held_out_is_named(case, words):
+    verdict = judgement_of(**case).verdict
+    assert words in verdict
+    assert ("as declared" in verdict) == (case == {})
+
+
+FEW = Basis(4, 1.0, 24.0, False)
+EDITED = {"edited": ("profile.csv",)}
+LEAK = {"escaped_particles": 1}
+WIDTH = {"interval_mm": (0.05, 0.15)}
+
+CASES = {
+    # The gate is checked against the mean error and keeps its exit code; the outcome regards the interval.
+    "within the gate": (
+        {"mean_error_mm": 1.5, "interval_mm": (1.41, 1.59)},
+        ("passed", True),
+        "Gate kept: mean error 1.50 mm (1.41 to 1.59 mm, 95 % by the readings)",
+    ),
+    "kept, in doubt": (
+        {"mean_error_mm": 1.5, "interval_mm": (1.39, 1.61)},
+        ("undecided", True),
+        "Gate in doubt: mean error 1.50 mm (1.39 to 1.61 mm, 95 % by the readings)",
+    ),
+    "missed, in doubt": (
+        {"mean_error_mm": 1.7, "interval_mm": (1.59, 1.81)},
+        ("undecided", False),
+        "Gate in doubt: mean error 1.70 mm (1.59 to 1.81 mm, 95 % by the readings)",
+    ),
+    "beyond the gate": (
+        {"mean_error_mm": 1.7, "interval_mm": (1.61, 1.79)},
+        ("failed", False),
+        "Gate missed: mean error 1.70 mm (1.61 to 1.79 mm, 95 % by the readings)",
+    ),
+    "scatter unknown": (
+        {"mean_error_mm": 1.0, "interval_mm": (0.98, 1.02), "scatter_known": False},
+        ("passed", True),
+        "Gate kept: mean error 1.00 mm (0.98 to 1.02 mm, 95 % by the readings, their scatter unknown)",
+    ),
+    "no gate": ({"gate": None}, ("open", None), "No gate: "),
+    # A share is never rounded up to what is needed.
+    "few": ({"basis": Basis(5, 0.7999, 16.0, False)}, ("undecided", False), "No verdict: the readings cover 79 % of"),
+    "edited": (EDITED | WIDTH, ("undecided", False), "Edited by hand since (profile.csv): no verdict."),
+    "edited, no gate": (
+        {"gate": None} | EDITED | WIDTH,
+        ("undecided", None),
+        "Edited by hand since (profile.csv): no verdict.",
+    ),
+    "a leak before few": ({"basis": FEW} | LEAK, ("failed", False), "Do not use: 1 particle went through a wall"),
+    "a leak before edits": (LEAK | EDITED, ("failed", False), "Do not use: 1 particle"),
+}
+
+
+@pytest.mark.parametrize(("case", "answer", "starts"), CASES.values(), ids=CASES)
+def test_what_cannot_be_told_is_neither_passed_nor_failed(case, answer, starts):
+    judgement = judgement_of(**case)
+    assert (judgement.outcome, judgement.passed) == answer
     assert judgement.verdict.startswith(starts)
-    assert "95 % by the readings)" in judgement.verdict
-
-
-def test_an_interval_without_the_readings_scatter_says_so():
-    judgement = judgement_of(mean_error_mm=1.0, interval_mm=(0.98, 1.02), scatter_known=False)
-    assert "(0.98 to 1.02 mm, 95 % by the readings, their scatter unknown)" in judgement.verdict
-
-
-@pytest.mark.parametrize("gate", [GATE, None])
-def test_what_somebody_edited_gets_no_verdict(gate):
-    judgement = judgement_of(gate=gate, interval_mm=(0.05, 0.15), edited=("profile.csv",))
-    assert judgement.verdict == "Edited by hand since (profile.csv): no verdict."
-    assert judgement.outcome == "undecided"
-    assert judgement.passed is (None if gate is None else False)
 
 
 @pytest.mark.parametrize("gate", [GATE, None])
@@ -192,16 +212,8 @@ def test_what_somebody_edited_gets_no_verdict(gate):
     ("role", "said"),
     [("held-out", "Held out"), ("calibrated-on", "Calibrated on these readings")],
 )
-@pytest.mark.parametrize(
-    ("basis", "interval_mm"), [(ENOUGH, (0.05, 0.15)), (ENOUGH, (0.05, 2.0)), (Basis(4, 1.0, 24.0, False), None)]
-)
+@pytest.mark.parametrize(("basis", "interval_mm"), [(ENOUGH, (0.05, 0.15)), (ENOUGH, (0.05, 2.0)), (FEW, None)])
 def test_every_verdict_says_whether_its_readings_were_held_out(gate, role, said, basis, interval_mm):
     verdict = judgement_of(basis, gate, role=role, interval_mm=interval_mm).verdict
     assert said in verdict
     assert "onsistent" not in verdict
-
-
-def test_too_few_readings_and_no_gate_are_told_apart():
-    assert judgement_of(Basis(4, 1.0, 24.0, False)).outcome == "undecided"
-    assert judgement_of(gate=None).outcome == "open"
-    assert judgement_of(escaped_particles=1, edited=("profile.csv",)).outcome == "failed"

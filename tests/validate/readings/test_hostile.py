@@ -38,14 +38,14 @@ def test_a_gigabyte_is_refused_before_it_is_read(tmp_path, start):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("s_mm,depth_mm" + "," * 990_000 + "\n0,1\n", "1 station"),
-        ("s_mm" + ",depth_mm" * 90_000 + "\n0,1\n", "more than 256 columns"),
-        ("s_mm,depth_mm\n0,1\n5," + "1" * 900_000 + "\n", "not a CSV"),
+        ("s_mm,depth_mm" + "," * 200_000 + "\n0,1\n", "1 station"),
+        ("s_mm" + ",depth_mm" * 20_000 + "\n0,1\n", "more than 256 columns"),
+        ("s_mm,depth_mm\n0,1\n5," + "1" * 200_000 + "\n", "not a CSV"),
         ("s_mm,depth_mm\n0,1\n5," + "1" * 100_000 + "\n", "is not a number"),
         ("s_mm,depth_mm" + "x" * 100_000 + "\n0,1\n", "no column of readings"),
         ("s_mm,depth (in" + " " * 100_000 + "x\n0,1\n", "no column of readings"),
-        ("\n" * 990_000 + "s_mm,depth_mm\n0,1\n", "1 station"),
-        (";\n" * 100_000, "more than 10000 rows"),
+        ("\n" * 200_000 + "s_mm,depth_mm\n0,1\n", "1 station"),
+        (";\n" * 30_000, "more than 10000 rows"),
     ],
     ids=["blank columns", "columns", "a vast cell", "a long number", "a long name", "a slow name", "lines", "blanks"],
 )

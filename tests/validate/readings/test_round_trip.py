@@ -60,7 +60,7 @@ def assert_same(s_mm: Floats, levels_mm: Floats | None) -> None:
     np.testing.assert_allclose(levels_mm, LEVELS_MM, rtol=0, atol=CLOSE_MM)
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(hand=hands())
 def test_any_hand_writes_the_same_profile(tmp_path_factory, hand):
     """Encoding, separator, decimals, names, units, layout and order change nothing."""
@@ -116,7 +116,7 @@ def test_the_dialect_is_told_as_it_is(tmp_path, separator, decimal, long):
     separator=st.sampled_from(SEPARATORS),
     decimal=st.sampled_from(DECIMALS),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_any_numbers_come_back_to_the_digit(tmp_path_factory, hundredths, separator, decimal):
     s_mm = [float(5 * index) for index in range(len(hundredths))]
     levels_mm = np.array(hundredths)[:, None] / 100

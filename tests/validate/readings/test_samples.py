@@ -17,12 +17,6 @@ def _written(folder, text):
     return path
 
 
-def _refused(path, **declared):
-    with pytest.raises(SheetFaults) as caught:
-        read_readings(path, Declared(**declared))
-    return str(caught.value)
-
-
 @pytest.mark.parametrize("name", ["sample", "Probe", "Prüfkörper Nr.", "Échantillon", "muestra", "specimen ID"])
 def test_a_column_gives_each_row_to_its_sample(tmp_path, name):
     path = _written(tmp_path, TABLE.replace("sample", name))
@@ -33,25 +27,33 @@ def test_a_column_gives_each_row_to_its_sample(tmp_path, name):
     assert [str(part) for part in parts_of(path)] == ["rows of P08", "rows of P09"]
 
 
-def test_which_of_several_samples_is_meant_must_be_said(tmp_path):
-    path = _written(tmp_path, TABLE)
-    assert "rows of several samples: 'P08', 'P09'. Select one: [readings] sample." in _refused(path)
-    assert "no row of sample 'P10'; column 'sample' contains 'P08', 'P09'" in _refused(path, sample="P10")
-    nameless = _refused(_written(tmp_path, TABLE + ",10,-3\n"), sample="P09")
-    assert "line 6, column sample" in nameless
-    without = _written(tmp_path, "s_mm,level_1_mm\n0,-1\n5,-1\n")
-    assert "no column contains sample names, but [readings] sample = 'P08'" in _refused(without, sample="P08")
+@pytest.mark.parametrize(
+    ("text", "sample", "words"),
+    [
+        (TABLE, None, "rows of several samples: 'P08', 'P09'. Select one: [readings] sample."),
+        (TABLE, "P10", "no row of sample 'P10'; column 'sample' contains 'P08', 'P09'"),
+        (TABLE + ",10,-3\n", "P09", "line 6, column sample"),
+        (
+            "s_mm,level_1_mm\n0,-1\n5,-1\n",
+            "P08",
+            "no column contains sample names, but [readings] sample = 'P08'",
+        ),
+        (TABLE.replace("-2.5", "deep"), "P09", "'deep' is not a number"),
+    ],
+)
+def test_which_of_several_samples_is_meant_must_be_said(tmp_path, text, sample, words):
+    with pytest.raises(SheetFaults) as caught:
+        read_readings(_written(tmp_path, text), Declared(sample=sample))
+    assert words in str(caught.value)
 
 
-def test_another_samples_faults_are_not_this_ones(tmp_path):
-    path = _written(tmp_path, TABLE.replace("-2.5", "deep"))
-    assert len(read_readings(path, Declared(sample="P08")).s_mm) == 2
-    assert "'deep' is not a number" in _refused(path, sample="P09")
-
-
-def test_a_column_that_names_one_sample_needs_no_word(tmp_path):
-    path = _written(tmp_path, TABLE[: TABLE.index("P09")])
-    assert len(read_readings(path, Declared()).s_mm) == 2
+@pytest.mark.parametrize(
+    ("text", "sample"),
+    [(TABLE.replace("-2.5", "deep"), "P08"), (TABLE[: TABLE.index("P09")], None)],
+    ids=["another sample's faults are not this one's", "a column that names one sample"],
+)
+def test_a_sample_alone_is_read(tmp_path, text, sample):
+    assert len(read_readings(_written(tmp_path, text), Declared(sample=sample)).s_mm) == 2
 
 
 def test_a_workbook_is_divided_by_its_sheets_and_their_columns(tmp_path):

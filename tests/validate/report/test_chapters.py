@@ -2,14 +2,16 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from tests.evidence import make_evidence
+from sealtwin.core.records import SHOWN_AROUND
+from tests.evidence import axes_of, make_evidence
 from validate.compare import assess
-from validate.report.chapters import Chapter, Model, Paragraph, PhotoBlock, Plate, chapters
+from validate.report.chapters import Chapter, Paragraph, PhotoBlock, Plate, _around_crack, chapters, fill_plates
 from validate.report.report_data import report_data
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
@@ -61,13 +63,6 @@ def test_plates_that_follow_each_other_stand_in_pairs():
     assert rows == [(plates[0], plates[1]), (plates[2],), (table,), (plates[3],)]
 
 
-def test_figures_are_numbered_through(content):
-    captions = [
-        item.caption for chapter in content for item in chapter.items if isinstance(item, PhotoBlock | Model | Plate)
-    ]
-    assert [caption.split(".")[0] for caption in captions] == [f"Figure {number}" for number in range(1, 11)]
-
-
 def test_an_error_that_was_not_assessed_has_no_interval_and_says_so(plain, content):
     """Seen to fail with the sentence left out."""
     uncertainty = next(chapter for chapter in content if chapter.title == "Uncertainty")
@@ -75,9 +70,8 @@ def test_an_error_that_was_not_assessed_has_no_interval_and_says_so(plain, conte
     assert isinstance(words, Paragraph)
     (sentence,) = words.sentences
     assert sentence == "Not assessed: this is a single run, with particles of 0.5 mm radius, without an interval."
-    data = report_data(plain)
+    data: Any = report_data(plain)
     assert data.uncertainty == (sentence,)
-    assert data.comparison is not None
     assert data.comparison.interval_95_mm is None
 
 
@@ -97,20 +91,14 @@ def test_an_assessed_error_has_its_interval_wherever_it_stands(assessed):
     assert data.comparison == assessed.comparison
 
 
-def test_without_readings_there_is_nothing_to_be_unsure_of(tmp_path):
-    evidence = make_evidence(tmp_path, readings_data=None)
-    told = titles(chapters(evidence))
-    assert not told.keys() & {"Agreement and readings", "Uncertainty in figures", "Error"}
-
-
-def test_a_prediction_draws_its_band_and_names_its_parts(tmp_path):
+def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(plain):
     """Of a level by one run and inputs that move it by 0.1 mm, numerics unknown."""
-    evidence = make_evidence(tmp_path, readings_data=None)
+    evidence: Any = replace(plain, readings=None, comparison=None)
+    assert not titles(chapters(evidence)).keys() & {"Agreement and readings", "Uncertainty in figures", "Error"}
     s_mm = evidence.profile.s_mm
     volume = Effect("volume_ml", 0.1, np.full(len(s_mm), 0.1))
     spread = Spread(s_mm, None, (volume,), 0.0, 0.5)
     evidence = replace(evidence, prediction=predict(evidence.profile, spread, Uncertainty(volume_ml=0.1)))
-    assert evidence.prediction is not None
     assert evidence.prediction.band_95_mm == pytest.approx(0.196, rel=0.01)
     assert evidence.prediction.mean_level_mm == pytest.approx(evidence.profile.level_mm.mean())
     content = chapters(evidence)
@@ -127,7 +115,29 @@ def test_a_prediction_draws_its_band_and_names_its_parts(tmp_path):
     assert any("numerics" in sentence and "not in the band" in sentence for sentence in words.sentences)
     assert "the nozzle's speed" in words.sentences[2]
     assert "Uncertainty in figures" in titles(content)
-    data = report_data(evidence)
+    data: Any = report_data(evidence)
     assert data.uncertainty == words.sentences
-    assert data.prediction is not None
     assert [part.mean_level_mm for part in data.prediction.parts] == pytest.approx([0.098], rel=0.01)
+
+
+def test_a_report_shows_the_fill_where_the_run_left_snapshots(evidence, frames):
+    plates = {len(given): list(fill_plates(replace(evidence, frames=given))) for given in ((), tuple(frames))}
+    extra = [plate for plate in plates[3] if plate.caption not in {plate.caption for plate in plates[0]}]
+    assert "as in the paper's Fig. 6" in extra[0].caption
+    assert [len(axes_of(plate.draw())) for plate in extra] == [3 + 1, 3 + 1]
+
+
+def test_the_photo_is_cut_around_the_crack(plain):
+    """In an overlay of half the photo's size, as large as the crack with its margins, which are wider than high."""
+    outline = plain.outline
+    size_px = tuple(int(2 * most) for most in outline.outline_px.max(axis=0) + 400)
+    overlay = np.zeros((size_px[1] // 2, size_px[0] // 2, 3), np.uint8)
+    ring = outline.outline_px / 2
+    inside = ring.mean(axis=0).astype(int)
+    overlay[inside[1], inside[0]] = 255
+    cut = _around_crack(overlay, replace(outline, photo_size_px=size_px))
+    assert cut.max() == 255
+    largest = np.ptp(ring, axis=0).max()
+    low = np.maximum(ring.min(axis=0) - SHOWN_AROUND * largest, 0)
+    assert cut.shape[1::-1] == pytest.approx(ring.max(axis=0) + SHOWN_AROUND * largest - low, abs=2)
+    assert _around_crack(overlay, replace(outline, photo_size_px=None)) is overlay

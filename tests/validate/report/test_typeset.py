@@ -61,18 +61,16 @@ def test_nothing_is_lost_and_nothing_is_invented(paragraphs):
         assert "".join(page.split()) == "".join(f"{text}running title {number} of {len(paragraphs)}".split())
 
 
-@pytest.mark.parametrize("text", ["W" * 300, "ill " * 60, "a " + "M" * 90 + " b", "sha256 " + "0123456789abcdef" * 9])
-def test_no_line_is_wider_than_the_page(text):
+@pytest.mark.parametrize(
+    "text", ["W" * 300, "ill " * 60, "a " + "M" * 90 + " b", "sha256 " + "0123456789abcdef" * 9, "word " * 100]
+)
+def test_no_line_is_wider_than_the_page_and_words_fill_it(text):
     with Typesetter("") as paper:
         lines = paper.lines(text, paper.epw)
+        widths = [paper.get_string_width(line) for line in lines]
         assert len(lines) > 1
-        assert max(paper.get_string_width(line) for line in lines) <= paper.epw + 1e-6
-
-
-def test_lines_are_filled():
-    with Typesetter("") as paper:
-        lines = paper.lines("word " * 100, 5.0)
-        assert min(paper.get_string_width(line) for line in lines[:-1]) > 0.85 * 5.0
+        assert max(widths) <= paper.epw + 1e-6
+        assert not text.startswith("word") or min(widths[:-1]) > 0.85 * paper.epw
 
 
 def test_what_the_font_lacks_becomes_a_question_mark():
@@ -82,11 +80,13 @@ def test_what_the_font_lacks_becomes_a_question_mark():
     assert "**no markup**" in page
 
 
-def test_a_table_over_a_page_says_its_title_again():
-    first, second = pages_of(lambda paper: paper.table_of([(f"key {i}", "value") for i in range(70)], "Settings"))
-    assert first.startswith("Settings\n")
-    assert second.startswith("Settings\n")
-    assert "key 69" in second
+def test_a_table_over_pages_says_its_title_again_and_each_has_the_running_title_and_its_number():
+    pages = pages_of(lambda paper: paper.table_of([(f"key {i}", "value") for i in range(130)], "Settings"))
+    assert len(pages) == 3
+    for number, text in enumerate(pages, start=1):
+        assert text.startswith("Settings\n")
+        assert text.endswith(f"running title {number} of 3")
+    assert "key 129" in pages[-1]
 
 
 def test_a_paragraph_is_not_broken():
@@ -96,13 +96,6 @@ def test_a_paragraph_is_not_broken():
     first, second = pages_of(lambda paper: (paper.paragraph(filler), paper.paragraph(paragraph)))
     assert "line" not in first
     assert all(f"line {i}" in second for i in range(9))
-
-
-def test_each_page_has_the_running_title_and_its_number():
-    pages = pages_of(lambda paper: paper.table_of([(f"key {i}", "value") for i in range(130)], "T"))
-    assert len(pages) == 3
-    for number, text in enumerate(pages, start=1):
-        assert text.endswith(f"running title {number} of 3")
 
 
 def test_a_chapter_s_title_does_not_stand_alone():

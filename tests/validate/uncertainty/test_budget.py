@@ -51,12 +51,8 @@ def test_scatter_averages_out_along_the_crack_and_what_is_shared_does_not():
     assert budget(alike(0.1)).mean_mm(weights) == pytest.approx(1.96 * 0.1, rel=1e-3)
 
 
-def test_independent_normal_errors_add_in_squares():
-    both = budget(own(0.03), alike(0.04))
-    assert both.band_mm == pytest.approx(1.96 * 0.05, rel=2 * PERCENT)
-
-
-def test_a_shared_error_leaves_differences_alone():
+def test_independent_normal_errors_add_in_squares_and_a_shared_one_leaves_differences_alone():
+    assert budget(own(0.03), alike(0.04)).band_mm == pytest.approx(1.96 * 0.05, rel=2 * PERCENT)
     difference = np.array([1.0, -1.0, *np.zeros(7)]), np.zeros(8)
     assert budget(alike(0.05)).mean_mm(difference) == pytest.approx(0.0, abs=1e-12)
 
@@ -73,29 +69,17 @@ def test_a_station_just_outside_counts_with_its_part():
     assert curve(x=np.linspace(0, 75, 76)).weights()[0][-1] == pytest.approx(5 * (5 / 10) / 2 / 75)
 
 
-def test_a_band_of_all_stations_is_wider_by_their_number():
+def test_a_band_of_all_stations_is_wider_by_their_number_and_one_error_for_all_is_one_test():
     """The largest of nine independent normal errors is below 2.77 in 95 % (Sidak), of one below 1.96."""
-    wide = stats.norm.ppf((1 + 0.95 ** (1 / 9)) / 2)
-    found = budget(own(0.1))
-    assert found.profile_band_mm == pytest.approx(wide * 0.1, rel=PERCENT)
+    found, shared, none = budget(own(0.1)), budget(alike(0.1)), budget()
+    for each, number in ((found, 9), (found.at(S_MM < 35), 4)):
+        assert len(each.band_mm) == number
+        wide = stats.norm.ppf((1 + 0.95 ** (1 / number)) / 2)
+        assert each.profile_band_mm == pytest.approx(wide * 0.1, rel=PERCENT)
     assert found.by_chance == pytest.approx(0.05 * 9, rel=0.01)
-
-
-def test_one_error_for_all_stations_is_one_test():
-    found = budget(alike(0.1))
-    assert found.profile_band_mm == pytest.approx(found.band_mm)
-
-
-def test_a_budget_without_errors_has_no_width():
-    none = budget()
+    assert shared.profile_band_mm == pytest.approx(shared.band_mm)
     assert none.band_mm.tolist() == none.profile_band_mm.tolist() == [0.0] * 9
     assert none.mean_error_interval(curve(0.7)) == pytest.approx((0.7, 0.7))
-
-
-def test_part_of_the_stations_have_their_own_common_band():
-    found = budget(own(0.1)).at(S_MM < 35)
-    assert len(found.band_mm) == 4
-    assert found.profile_band_mm == pytest.approx(stats.norm.ppf((1 + 0.95 ** (1 / 4)) / 2) * 0.1, rel=PERCENT)
 
 
 @given(st.lists(st.floats(-9, 9).map(lambda value: round(value, 3)), min_size=2, max_size=12))

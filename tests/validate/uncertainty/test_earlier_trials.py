@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.evidence import FAST_FILL, make_evidence
-from validate.result import EarlierTrial, Quantity
+from tests.evidence import FAST_FILL
+from validate.result import EarlierTrial, EarlierTrials, Quantity
 from validate.uncertainty.earlier_trials import biases, computed_quantities, expect, expected_sentences, foresee
 
 HERE: dict[Quantity, float] = {"mean_level_mm": -2.0, "fill_ratio": 0.8, "heap_mm2": 0.5}
@@ -23,10 +23,14 @@ def trial(name="P", level=0.0, filled=(0.8, 0.8), heap=(0.0, 0.0)) -> EarlierTri
     )
 
 
-def expected(trials, quantity: Quantity, computed=HERE):
-    found = expect(trials, computed)
+def expecting(trials) -> EarlierTrials:
+    found = expect(trials, HERE)
     assert found is not None
-    return next(one for one in found.expectations if one.quantity == quantity)
+    return found
+
+
+def expected(trials, quantity: Quantity):
+    return next(one for one in expecting(trials).expectations if one.quantity == quantity)
 
 
 def test_one_trial_has_no_scatter_and_says_nothing():
@@ -60,15 +64,13 @@ def test_no_heap_is_below_zero():
 
 
 def test_an_empty_crack_has_no_ratio_and_the_rest_is_told():
-    found = expect([trial(filled=(0.1, 0.0), heap=(0.1, 0.0)), trial(level=0.2)], HERE)
-    assert found is not None
+    found = expecting([trial(filled=(0.1, 0.0), heap=(0.1, 0.0)), trial(level=0.2)])
     assert [one.quantity for one in found.expectations] == ["mean_level_mm", "heap_mm2"]
 
 
 def test_equal_errors_show_no_scatter_and_make_no_interval():
     """Two trials without a heap. Broken on purpose, its interval is 0.5 to 0.5 mm² and that of a level has no width."""
-    found = expect([trial(level=0.1), trial(level=0.3)], HERE)
-    assert found is not None
+    found = expecting([trial(level=0.1), trial(level=0.3)])
     assert [one.quantity for one in found.expectations] == ["mean_level_mm"]
     assert expect([trial(level=0.1, heap=(0.1, 0.0)), trial(level=0.1)], HERE) is None
 
@@ -84,39 +86,31 @@ def test_the_interval_holds_the_next_reading_in_95_of_100_labs():
     assert 0.94 <= held / 4000 <= 0.96
 
 
-def test_the_computed_numbers_are_those_over_the_length_that_was_read(tmp_path):
-    evidence = make_evidence(tmp_path)
-    assert evidence.comparison is not None
+def test_the_computed_numbers_are_those_over_the_length_that_was_read(evidence):
     metrics = evidence.comparison
     here = computed_quantities(evidence)
     assert here["mean_level_mm"] == pytest.approx(-8.0 + 0.2 * 20.0 + 0.5)
     assert here["fill_ratio"] == pytest.approx(metrics.simulated_fill_ratio)
     assert here["heap_mm2"] == pytest.approx(metrics.simulated_overfill_mm3 / metrics.covered_length_mm)
-    alone = computed_quantities(make_evidence(tmp_path, readings_data=None))
+    alone = computed_quantities(replace(evidence, readings=None, comparison=None))
     assert alone["mean_level_mm"] == pytest.approx(here["mean_level_mm"], abs=1e-6)
 
 
-def test_a_run_that_lost_volume_or_is_the_fast_model_s_is_not_foreseen(tmp_path):
+def test_a_run_that_lost_volume_or_is_the_fast_model_s_is_not_foreseen(evidence):
     trials = [trial(level=0.1), trial(level=0.3)]
-    sound = make_evidence(tmp_path)
-    found = foresee(trials, sound)
+    found = foresee(trials, evidence)
     assert found is not None
-    assert found == expect(trials, computed_quantities(sound))
-    assert foresee(trials[:1], sound) is None
-    assert foresee(trials, make_evidence(tmp_path, volume_ratio=0.94)) is None
-    assert foresee(trials, replace(sound, run=replace(sound.run, fast_fill=FAST_FILL))) is None
+    assert found == expect(trials, computed_quantities(evidence))
+    assert foresee(trials[:1], evidence) is None
+    assert foresee(trials, replace(evidence, volume_ratio=0.94)) is None
+    assert foresee(trials, replace(evidence, run=replace(evidence.run, fast_fill=FAST_FILL))) is None
 
 
 def test_words_have_the_sign_of_the_bias():
-    high = expect([trial(level=error) for error in (0.2, 0.4)], HERE)
-    low = expect([trial(level=-error) for error in (0.2, 0.4)], HERE)
-    assert high is not None
-    assert low is not None
-    assert "0.3 mm below the computed level" in expected_sentences(high)[0]
-    assert "-2.30 mm" in expected_sentences(high)[0]
-    assert "0.3 mm above the computed level" in expected_sentences(low)[0]
-    assert len(expected_sentences(high)) == 3, "few trials are called few"
-    assert "Student t of 2 trials, assume that all these trials are exchangeable" in expected_sentences(high)[1]
-    several = expect([trial(level=0.1 * one) for one in range(4)], HERE)
-    assert several is not None
-    assert len(expected_sentences(several)) == 2
+    high, low = (expected_sentences(expecting([trial(level=sign * 0.2), trial(level=sign * 0.4)])) for sign in (1, -1))
+    assert "0.3 mm below the computed level" in high[0]
+    assert "-2.30 mm" in high[0]
+    assert "0.3 mm above the computed level" in low[0]
+    assert len(high) == 3, "few trials are called few"
+    assert "Student t of 2 trials, assume that all these trials are exchangeable" in high[1]
+    assert len(expected_sentences(expecting([trial(level=0.1 * one) for one in range(4)]))) == 2

@@ -4,15 +4,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from sealtwin.core.records import Profile
+from sealtwin.core.records import Floats, Profile
 from validate.settings import Readings, Uncertainty
-from validate.uncertainty.budget import MOST, Budget, Component, Curve, half_width
-from validate.uncertainty.reading_errors import budget_of, resolution_of
+from validate.uncertainty.budget import DRAWS, MOST, Budget, Component, Curve, half_width
+from validate.uncertainty.reading_errors import budget_of, possible_scatter_mm, resolution_of, rounded_errors_mm
 
 S_MM = np.linspace(0, 80, 17)
 MOUTH_MM = np.full(17, 3.1)
 NO_PASSES = Uncertainty(pass_mm=0.0)
+ERROR = Curve.of(S_MM, np.ones(17), S_MM)
 
 
 def readings(**settings) -> Readings:
@@ -24,9 +26,12 @@ def measured(repeats_mm) -> Profile:
     return Profile(S_MM, np.nanmean(repeats_mm, axis=1), repeats_mm)
 
 
-def scattered(deviation_mm, repeats: int = 3, seed: int = 2) -> Profile:
-    noise = np.random.default_rng(seed).standard_normal((17, repeats))
-    return measured(np.asarray(deviation_mm) * noise)
+def noise_mm(deviation_mm: float, repeats: int = 3) -> Floats:
+    return deviation_mm * np.random.default_rng(2).standard_normal((17, repeats))
+
+
+def scattered(deviation_mm: float, repeats: int = 3) -> Profile:
+    return measured(noise_mm(deviation_mm, repeats))
 
 
 def budget(profile: Profile, declared: Uncertainty | None = None, **settings) -> Budget:
@@ -39,15 +44,13 @@ def part(found: Budget, begins: str) -> Component:
 
 
 def bias_mm(found: Budget) -> float:
-    return found.mean_mm(Curve.of(S_MM, np.ones(17), S_MM).weights())
+    return found.mean_mm(ERROR.weights())
 
 
 def test_scatter_of_repeats_is_students_where_they_are_no_passes():
     """Seventeen stations of three share 34 degrees of freedom, t = 2.03; a station's own part is a tenth wider."""
-    profile = scattered(0.15)
-    assert profile.repeats_mm is not None
-    deviation_mm = np.sqrt(profile.repeats_mm.var(axis=1, ddof=1).mean())
-    band_mm = half_width(part(budget(profile, NO_PASSES), "scatter").draws_mm)
+    deviation_mm = np.sqrt(noise_mm(0.15).var(axis=1, ddof=1).mean())
+    band_mm = half_width(part(budget(scattered(0.15), NO_PASSES), "scatter").draws_mm)
     assert np.median(band_mm) == pytest.approx(2.03 * deviation_mm / np.sqrt(3), rel=0.15)
 
 
@@ -57,22 +60,18 @@ def test_passes_that_agree_are_allowed_to_differ_and_a_declaration_excludes_it()
     allowed, none = budget(profile), budget(profile, NO_PASSES)
     assert part(allowed, "passes").source == "allowed for"
     assert bias_mm(allowed) > 1.5 * bias_mm(none)
-    (note,) = [
-        text for text in allowed.summary(Curve.of(S_MM, np.ones(17), S_MM)).notes if "uncertainty.pass_mm" in text
-    ]
+    (note,) = [text for text in allowed.summary(ERROR).notes if "uncertainty.pass_mm" in text]
     assert "times narrower" in note
-    assert none.summary(Curve.of(S_MM, np.ones(17), S_MM)).notes == ()
+    assert none.summary(ERROR).notes == ()
 
 
 def test_passes_that_differ_show_in_the_repeats():
     """Offsets of -0.4, 0 and 0.4 mm: their mean is known to no better than t2 times 0.4 / sqrt(3), and no worse."""
-    alike = scattered(0.02)
-    assert alike.repeats_mm is not None
-    apart = measured(alike.repeats_mm + np.array([-0.4, 0.0, 0.4]))
-    assert bias_mm(budget(apart)) > 4 * bias_mm(budget(alike))
-    assert 0.3 < bias_mm(budget(apart)) < 4.3 * 0.4 / np.sqrt(3)
+    alike, apart = (budget(measured(noise_mm(0.02) + np.array([-mm, 0.0, mm]))) for mm in (0.0, 0.4))
+    assert bias_mm(apart) > 4 * bias_mm(alike)
+    assert 0.3 < bias_mm(apart) < 4.3 * 0.4 / np.sqrt(3)
     # What the passes differ by is none of the stations' scatter.
-    assert half_width(part(budget(apart), "scatter").draws_mm).max() < 0.06
+    assert half_width(part(apart, "scatter").draws_mm).max() < 0.06
 
 
 def test_a_declared_pass_sets_the_scale():
@@ -140,7 +139,7 @@ def test_what_is_not_declared_is_named_with_what_it_would_do():
     }
     told = Uncertainty(station_mm=0.5, station_each_mm=0.5, common_mm=0.1)
     assert budget(profile, told, datum_error_mm=0.05, probe_mm=0.5).missing == ()
-    found = budget(profile).summary(Curve.of(S_MM, np.ones(17), S_MM))
+    found = budget(profile).summary(ERROR)
     (datum,) = [one for one in found.missing if one.setting == "readings.datum_error_mm"]
     assert datum.mean_level_mm == pytest.approx(0.98 * 0.2, rel=1e-3)
 
@@ -150,9 +149,7 @@ def test_a_declared_nothing_is_nothing():
 
 
 def test_a_pass_without_a_reading_counts_for_nothing():
-    read_mm = scattered(0.1).repeats_mm
-    assert read_mm is not None
-    repeats_mm = np.column_stack([read_mm, np.full(17, np.nan)])
+    repeats_mm = np.column_stack([noise_mm(0.1), np.full(17, np.nan)])
     assert np.isfinite(budget(measured(repeats_mm)).band_mm).all()
 
 
@@ -171,38 +168,30 @@ def test_stations_read_once_have_the_scatter_that_was_declared_or_none():
     assert half_width(part(known, "scatter").draws_mm) == pytest.approx(1.96 * 0.12, rel=1e-3)
 
 
-def test_an_outlier_is_named_and_kept():
-    """One reading of 51 is 3 mm off, twenty times the scatter: its station's band is wider, and the sheet says so."""
-    repeats_mm = scattered(0.15).repeats_mm
-    assert repeats_mm is not None
-    repeats_mm[5, 1] += 3.0
-    found = budget(measured(repeats_mm), NO_PASSES)
-    assert any("At 1 station (s = 25 mm) a reading is more than 6 robust" in text for text in found.notes)
-    assert found.band_mm[5] > 2 * np.median(found.band_mm)
-    assert budget(scattered(0.15), NO_PASSES).notes == ()
+def with_outliers(*off_mm: float, repeats: int = 3) -> Floats:
+    """Readings of station 5, the first ones of it, that are so far off."""
+    far_mm = noise_mm(0.15, repeats)
+    far_mm[5, : len(off_mm)] += off_mm
+    return far_mm
 
 
 @pytest.mark.parametrize("off_mm", [3.0, -3.0])
-def test_the_level_of_a_station_with_an_outlier_is_taken_for_that_of_its_other_readings(off_mm):
-    """The mean of three is off by a third of it; the others know it as well as any two readings do."""
-    sound_mm, far_mm = scattered(0.15).repeats_mm, scattered(0.15).repeats_mm
-    assert sound_mm is not None
-    assert far_mm is not None
-    far_mm[5, 1] += off_mm
-    far = part(budget(measured(far_mm), NO_PASSES), "scatter").draws_mm
-    sound = part(budget(measured(sound_mm), NO_PASSES), "scatter").draws_mm
-    others_mm = far_mm[5, [0, 2]].mean()
-    assert np.median(far[:, 5]) == pytest.approx(far_mm[5].mean() - others_mm, abs=0.01)
+def test_an_outlier_is_named_and_kept_and_its_station_is_taken_for_what_its_other_readings_say(off_mm):
+    """One of 51 is twenty times the scatter off, the mean of three by a third of it; two readings know the level."""
+    far_mm = with_outliers(0.0, off_mm)
+    found, plain = budget(measured(far_mm), NO_PASSES), budget(scattered(0.15), NO_PASSES)
+    assert any("At 1 station (s = 25 mm) a reading is more than 6 robust" in text for text in found.notes)
+    assert found.band_mm[5] > 2 * np.median(found.band_mm)
+    assert plain.notes == ()
+    far, sound = (part(each, "scatter").draws_mm for each in (found, plain))
+    assert np.median(far[:, 5]) == pytest.approx(far_mm[5].mean() - far_mm[5, [0, 2]].mean(), abs=0.01)
     assert far[:, 5].std() == pytest.approx(np.sqrt(3 / 2) * np.median(sound.std(axis=0)), rel=0.15)
     rest = np.arange(17) != 5
     assert far[:, rest].std(axis=0) == pytest.approx(sound[:, rest].std(axis=0), rel=0.1)
 
 
 def test_of_two_readings_that_are_far_apart_neither_is_believed():
-    far_mm = scattered(0.15, repeats=2).repeats_mm
-    assert far_mm is not None
-    far_mm[5, 1] += 3.0
-    found = budget(measured(far_mm), NO_PASSES)
+    found = budget(measured(with_outliers(0.0, 3.0, repeats=2)), NO_PASSES)
     assert any("At 1 station (s = 25 mm)" in text for text in found.notes)
     assert np.median(part(found, "scatter").draws_mm[:, 5]) == pytest.approx(0.0, abs=0.01)
     assert found.band_mm[5] > 2 * np.median(found.band_mm)
@@ -210,18 +199,14 @@ def test_of_two_readings_that_are_far_apart_neither_is_believed():
 
 def test_a_station_with_two_outliers_of_four_scatters_by_itself():
     """One is told apart; the other leaves a scatter that no other station has."""
-    far_mm = scattered(0.15, repeats=4).repeats_mm
-    assert far_mm is not None
-    far_mm[5, :2] += [3.0, -2.5]
-    band_mm = half_width(part(budget(measured(far_mm), NO_PASSES), "scatter").draws_mm)
+    found = budget(measured(with_outliers(3.0, -2.5, repeats=4)), NO_PASSES)
+    band_mm = half_width(part(found, "scatter").draws_mm)
     assert band_mm[5] > 3 * np.median(band_mm)
 
 
 def test_an_outlier_among_coarse_readings_is_told_apart_too():
     """Multiples of 0.5 mm hide a scatter of 0.1 mm, and a reading 6 mm off is no part of it."""
-    coarse_mm = scattered(0.1).repeats_mm
-    assert coarse_mm is not None
-    coarse_mm = np.round((coarse_mm + 0.25 * np.sin(S_MM)[:, None]) / 0.5) * 0.5
+    coarse_mm = np.round((noise_mm(0.1) + 0.25 * np.sin(S_MM)[:, None]) / 0.5) * 0.5
     coarse_mm[5] = [0.0, 6.0, 0.0]
     draws_mm = part(budget(measured(coarse_mm), NO_PASSES), "scatter and last digit").draws_mm
     assert np.median(draws_mm[:, 5]) == pytest.approx(2.0, abs=0.05)
@@ -236,8 +221,7 @@ def test_one_station_that_scatters_more_is_less_sure():
 
 
 def test_a_missing_repeat_costs_its_station():
-    repeats_mm = scattered(0.15).repeats_mm
-    assert repeats_mm is not None
+    repeats_mm = noise_mm(0.15)
     repeats_mm[4, 1] = np.nan
     scatter_mm = half_width(part(budget(measured(repeats_mm), NO_PASSES), "scatter").draws_mm)
     assert scatter_mm[4] > 1.05 * np.median(scatter_mm)
@@ -259,3 +243,67 @@ def test_a_scan_of_ten_thousand_stations_fits_into_memory():
     assert max(one.draws_mm.size for one in (*found.components, *found.missing)) <= MOST
     # 0.1 mm by three readings, and passes that nobody denies.
     assert 0.11 < np.median(found.band_mm) < 1.0
+
+
+def test_a_station_alone_has_its_own_repeats_and_nothing_else():
+    """Its sum of squares over chi-square, however uneven others may be: 2 degrees, 0.3 mm²."""
+    found_mm2 = possible_scatter_mm(np.array([0.3]), np.array([2.0]))[:, 0] ** 2
+    for share in (0.05, 0.25, 0.5, 0.75, 0.95):
+        # Three standard deviations of the share below a quantile, by 4,000 draws.
+        below = float((found_mm2 <= 0.3 / stats.chi2.isf(share, 2)).mean())
+        assert below == pytest.approx(share, abs=3 * np.sqrt(share * (1 - share) / DRAWS))
+
+
+def test_many_stations_alike_know_each_other():
+    """Thirty of two repeats each, all with 0.1 mm: within a factor of 1.6 two times in three; alone, of 4 and more."""
+    found_mm = possible_scatter_mm(np.full(30, 0.01), np.ones(30))
+    assert np.median(found_mm, axis=0) == pytest.approx(np.full(30, 0.1), rel=0.05)
+    low_mm, high_mm = np.quantile(found_mm, (0.16, 0.84), axis=0)
+    assert (high_mm / low_mm < 1.6).all()
+    alone_mm = np.quantile(possible_scatter_mm(np.array([0.01]), np.ones(1)), (0.16, 0.84))
+    assert alone_mm[1] / alone_mm[0] > 4
+
+
+def test_stations_unlike_each_other_keep_their_own():
+    """0.02 and 0.5 mm by ten degrees each: within 10 % of their own, where the mean of the squares is 0.35 mm."""
+    deviation_mm = np.repeat([0.02, 0.5], 8)
+    found_mm = possible_scatter_mm(10 * deviation_mm**2, np.full(16, 10.0))
+    assert np.median(found_mm, axis=0) == pytest.approx(deviation_mm, rel=0.1)
+
+
+def test_a_station_read_once_may_be_like_any_of_the_others():
+    """0.03 and 0.2 mm by turns: in the middle, and less sure than either."""
+    squares_mm2, freedom = 10 * np.tile([0.03, 0.2], 8) ** 2, np.full(16, 10.0)
+    found_mm = possible_scatter_mm(np.append(squares_mm2, 0.0), np.append(freedom, 0.0))
+    low_mm, middle_mm, high_mm = np.quantile(found_mm, (0.05, 0.5, 0.95), axis=0)
+    assert 0.04 < middle_mm[-1] < 0.15
+    assert low_mm[-1] < 0.03
+    assert high_mm[-1] > 0.2
+
+
+def test_the_unit_does_not_matter():
+    squares = np.array([0.01, 0.2, 0.003, 0.05])
+    freedom = np.array([2.0, 1.0, 2.0, 4.0])
+    in_mm, in_um = possible_scatter_mm(squares, freedom), possible_scatter_mm(squares * 1e6, freedom)
+    assert in_um == pytest.approx(in_mm * 1e3, rel=1e-6)
+
+
+def test_repeats_that_agree_to_a_coarse_step_may_lie_anywhere_in_it():
+    """A single station and no scatter to be seen: the error is even over the step, from -0.25 to 0.25 mm, or wider."""
+    found_mm = rounded_errors_mm(np.full((1, 3), -4.0), 0.5)[:, 0]
+    assert found_mm.mean() == pytest.approx(0.0, abs=0.02)
+    assert 0.2 < np.quantile(np.abs(found_mm), 0.9) < 0.4
+
+
+def test_many_stations_that_agree_hide_no_scatter_beyond_the_step():
+    """Twenty stations whose three repeats agree: nothing reaches beyond half of a step but what a tail leaves."""
+    found_mm = rounded_errors_mm(np.full((20, 3), 2.0), 0.5)
+    assert np.quantile(np.abs(found_mm), 0.95) == pytest.approx(0.95 * 0.25, rel=0.1)
+
+
+def test_repeats_on_two_steps_place_the_level_between_them():
+    """Two of three readings on one step and one on the next, 0.29 mm of deviation, and their mean 0.29 / sqrt(3)."""
+    repeats_mm = np.tile([0.0, 0.0, 0.5], (20, 1))
+    error_mm = rounded_errors_mm(repeats_mm, 0.5)
+    assert np.median(error_mm) == pytest.approx(0.0, abs=0.05)
+    assert np.quantile(np.abs(error_mm), 0.95) == pytest.approx(1.96 * 0.289 / np.sqrt(3), rel=0.15)

@@ -95,23 +95,29 @@ def test_an_error_on_readings_that_were_calibrated_on_is_none_of_a_prediction():
     assert "calibrated on these readings" in warned.removeprefix(alone)
 
 
-def test_stations_are_counted_by_the_side_on_which_they_are_off():
-    _, sentence = level_sentences(
-        mean_level_budget(0.0, 0.5, *ALL_KNOWN), stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4), PARTS
-    )
-    assert sentence.startswith("At 2 of 4 stations")
-    assert "(1 too high, 1 too low); the bands are by readings, numerics and inputs." in sentence
-    assert " 3 of 4 are outside their own 95 % band; fewer than 1 would by chance, if " in sentence
-
-
-def test_many_stations_are_many_tests():
-    """One of twenty outside its own band is chance, and the model is not called off for it."""
-    _, sentence = level_sentences(mean_level_budget(0.0, 0.5, 0.1), stations([0.5, *[0.0] * 19], [0.2] * 20), PARTS)
-    assert sentence.startswith("At none of 20 stations")
-    assert "by readings alone. 1 of 20 is outside its own 95 % band; about 1 would by chance, if " in sentence
-
-
-def test_the_number_by_chance_names_the_error_that_it_rests_on_most():
-    """With the first of the budget in place of the largest it was the last digit."""
-    _, sentence = level_sentences(mean_level_budget(0.0, 0.5, 0.1), NONE_OFF, PARTS)
-    assert sentence.endswith("if the budget of errors (mostly common shift of the stations) is complete.")
+@pytest.mark.parametrize(
+    ("known", "found", "begins", "words"),
+    [
+        (
+            ALL_KNOWN,
+            stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4),
+            "At 2 of 4 stations",
+            "(1 too high, 1 too low); the bands are by readings, numerics and inputs. 3 of 4 are outside their own "
+            "95 % band; fewer than 1 would by chance, if ",
+        ),
+        # One of twenty outside its own band is chance, and the model is not called off for it.
+        (
+            (0.1,),
+            stations([0.5, *[0.0] * 19], [0.2] * 20),
+            "At none of 20 stations",
+            "by readings alone. 1 of 20 is outside its own 95 % band; about 1 would by chance, if ",
+        ),
+        # With the first of the budget in place of the largest error it was the last digit.
+        ((0.1,), NONE_OFF, "At none of 2 stations", "if the budget of errors (mostly common shift of the stations) is"),
+    ],
+    ids=["by their side", "many stations are many tests", "the error that chance rests on most"],
+)
+def test_stations_that_are_off_are_counted(known, found, begins, words):
+    _, sentence = level_sentences(mean_level_budget(0.0, 0.5, *known), found, PARTS)
+    assert sentence.startswith(begins)
+    assert words in sentence

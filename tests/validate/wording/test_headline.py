@@ -1,36 +1,147 @@
-"""The first line of a report: the verdict, and nothing claimed that was not measured."""
+"""What a report says first: cautions where there is a reason, the verdict, and the answer in plain sentences."""
 
 from dataclasses import replace
 
 import pytest
 
-from tests.evidence import make_evidence
-from tests.tables import tables
-from validate.result import Comparison
+from sealtwin.core.run_figures import RunHealth
+from sealtwin.core.solid_figures import WeighedCavity
+from tests.evidence import RADIUS_MM, make_evidence
 from validate.settings import Gate
-from validate.wording.headline import headline, key_figures
+from validate.wording.headline import cautions, headline, in_short, key_figures, run_warnings
 
 GATE = Gate(mean_error_mm=1.0)
 
 
+@pytest.fixture(scope="module")
+def run(evidence):
+    """Nothing over the edge, nothing through a wall."""
+    return replace(evidence.run, spilled=evidence.run.spilled & False)
+
+
+@pytest.fixture(scope="module")
+def unread(tmp_path_factory):
+    return make_evidence(tmp_path_factory.mktemp("unread"), readings_data=None)
+
+
+def test_what_a_weighed_fill_contradicts_is_said_first(evidence):
+    assert cautions(evidence) == (), "measured data and a sound run need no word"
+    nothing = (0.0, 0.0, 0.0)
+    weighed = WeighedCavity((), (), (), (), (), 3.0, 5.0, 16.0, (nothing,) * 3, (1.0, 2.0), ("The fill contradicts.",))
+    figures = replace(evidence.solid.figures, weighed=weighed)
+    assert cautions(replace(evidence, solid=replace(evidence.solid, figures=figures))) == ("The fill contradicts.",)
+
+
 @pytest.mark.parametrize(
-    ("gate", "error_mm", "outcome"), [(GATE, 0.5, "passed"), (GATE, 1.5, "failed"), (None, 1, "open")]
+    ("readings_data", "photo_data", "begins"),
+    [
+        ("reconstructed", "measured", "the caliper readings are reconstructed. "),
+        ("measured", "synthetic", "the photo is synthetic. "),
+        (None, "synthetic", "the photo is synthetic. "),
+        ("measured", "undeclared", "it is not declared whether the photo is measured. "),
+        ("undeclared", "measured", "it is not declared whether the caliper readings are measured. "),
+        ("reconstructed", "synthetic", "the photo is synthetic and the caliper readings are reconstructed. "),
+    ],
 )
-def test_the_headline_is_the_verdict(tmp_path, gate, error_mm, outcome):
-    evidence = make_evidence(tmp_path, gate=gate, error_mm=error_mm)
-    comparison = evidence.comparison
-    assert isinstance(comparison, Comparison)
-    assert headline(evidence) == (comparison.headline, outcome)
+def test_only_what_was_not_measured_is_named(tmp_path, readings_data, photo_data, begins):
+    evidence = make_evidence(tmp_path, readings_data=readings_data, photo_data=photo_data, gate=GATE)
+    (caution,) = cautions(evidence)
+    assert caution.startswith("Not a validation: " + begins)
+    assert "alidated" not in headline(evidence)[0]
 
 
-def test_without_readings_nothing_is_compared(tmp_path):
-    evidence = make_evidence(tmp_path, readings_data=None)
-    assert headline(evidence)[1] == "open"
-    assert "mean error" not in dict(key_figures(evidence))
-    assert "Agreement with the readings" not in [table.title for table in tables(evidence)]
+PASTE = {"fluid": {"yield_stress_pa": 15.6, "density_kg_m3": 1000.0}}
+"""Stands between walls 3.1 mm apart: 15.2 Pa do."""
+THIN = {"fluid": {"yield_stress_pa": 14.9, "density_kg_m3": 1000.0}}
+TWO, WIDE = {"particles_across": 2.07}, {"particles_across": 3.1 / (2 * RADIUS_MM)}
+BED = "The bed is compressed: 5 % of its particles by more than "
+LOST = "The fluid lost 22 % of its volume (0.775; 0.95 to 1.05 is sound)"
+GAINED = "The fluid gained 11 % of its volume, or covers hollows (1.107"
+
+WARNED = {
+    **{f"{ratio} is kept": ({}, {}, ratio, [], []) for ratio in (0.9495, 0.95, 0.997, 1.05, 1.0504)},
+    "preset paper loses": ({"solver": {"preset": "paper"}}, {}, 0.775, [LOST, 'Preset "paper"'], []),
+    "preset accurate does not": ({"solver": {"preset": "accurate"}}, {}, 0.775, [LOST], ["known"]),
+    "two particles across": ({}, TWO, 1.107, [GAINED, "Only 2.1 particles", "solver.radius_mm"], []),
+    "four particles across": ({}, {"particles_across": 3.87}, 1.107, ["so its levels are too high."], ["Only"]),
+    "hollows under paste that stands": (PASTE, WIDE, 1.5, ["between walls 3.1 mm apart"], ["solver.radius_mm"]),
+    "hollows under paste that sinks": (THIN, WIDE, 1.5, ["levels are too high"], ["between walls", "solver.radius_mm"]),
+    "a bed of 9.99 %": ({}, {"density_error_p95": 0.0999}, 1.0, [], []),
+    "a bed of 10.1 %": ({}, {"density_error_p95": 0.101}, 1.0, [BED + "10 %", 'solver.pressure = "two-level"'], []),
+    "what is on already is not advised": (
+        {"solver": {"pressure": "two-level"}},
+        {"density_error_p95": 0.2},
+        1.0,
+        [BED, "solver.substeps"],
+        ["two-level"],
+    ),
+}
 
 
-def test_a_leak_without_readings_is_the_headline(tmp_path):
-    evidence = make_evidence(tmp_path, readings_data=None)
-    leaking = replace(evidence, run=replace(evidence.run, escaped_particles=2))
+@pytest.mark.parametrize(("settings", "health", "ratio", "words", "absent"), WARNED.values(), ids=WARNED)
+def test_volume_and_bed_are_told_with_their_reason_and_remedy(run, settings, health, ratio, words, absent):
+    merged = {name: run.settings.get(name, {}) | more for name, more in settings.items()}
+    changed = replace(run, settings=run.settings | merged, health=RunHealth.model_validate(health))
+    texts = run_warnings(changed, ratio)
+    assert len(texts) == bool(words)
+    for text in texts:
+        assert text.startswith((BED, "The fluid lost", "The fluid gained"))
+        assert [each for each in words if each not in text] + [each for each in absent if each in text] == []
+
+
+def test_what_ran_over_the_edge_is_not_lost_by_the_fluid(run):
+    spilled = run.spilled.copy()
+    spilled[: len(spilled) // 10] = True
+    share = spilled.mean()
+    (text,) = run_warnings(replace(run, spilled=spilled), 1 - share)
+    assert text.startswith(f"{spilled.sum()} particles, {100 * share:.1f} % of the sealant, ran over")
+    lost, ran = run_warnings(replace(run, spilled=spilled), 0.9 * (1 - share))
+    assert lost.startswith("The fluid lost 10 %")
+    assert ran == text
+    (lost,) = run_warnings(replace(run, spilled=spilled & (spilled.cumsum() < 3)), 0.8)
+    assert lost.startswith("The fluid lost 20 %")
+    (gained,) = run_warnings(replace(run, spilled=spilled), 1.04)
+    assert gained.startswith("The fluid gained 15 %")
+    # The ratio that the terminal prints is of all sealant.
+    assert f"({1.04 / (1 - share):.3f} of what stayed on the sample; " in gained
+
+
+def test_a_leak_comes_first(run, evidence, unread):
+    first, second = run_warnings(replace(run, escaped_particles=1), 0.775)
+    assert first.startswith("Do not use: 1 particle went through a wall")
+    assert second.startswith("The fluid lost")
+    leaking = replace(evidence, run=replace(run, escaped_particles=11), photo_data="synthetic")
+    assert [text.split(":")[0] for text in cautions(leaking)] == ["Do not use", "Not a validation"]
+    leaking = replace(unread, run=replace(run, escaped_particles=2))
     assert headline(leaking) == (("Do not use: 2 particles went through a wall. There are no readings.",), "failed")
+
+
+def test_files_that_somebody_edited_come_before_everything(run, evidence):
+    edited = replace(evidence, run=replace(run, escaped_particles=1), edited=("profile.csv", "simulation.json"))
+    assert cautions(edited)[0].startswith("Edited by hand since (profile.csv, simulation.json): ")
+    assert headline(replace(edited, run=run, comparison=None))[1] == "undecided"
+
+
+@pytest.mark.parametrize(
+    ("gate", "error_mm", "outcome", "lies"),
+    [
+        (GATE, 0.5, "passed", "0.5 mm above"),
+        (GATE, -1.5, "failed", "1.5 mm below"),
+        (None, 0.0, "open", "as high as"),
+    ],
+)
+def test_the_headline_is_the_verdict_and_then_by_how_much_and_to_which_side(tmp_path, gate, error_mm, outcome, lies):
+    evidence = make_evidence(tmp_path, gate=gate, error_mm=error_mm)
+    assert evidence.comparison is not None
+    assert headline(evidence) == (evidence.comparison.headline, outcome)
+    nearness, whereabouts = in_short(evidence)
+    assert f"{abs(error_mm):.1f} mm off the readings on average" in nearness
+    assert lies in nearness
+    assert "ml dispensed" in whereabouts
+
+
+def test_without_readings_nothing_is_compared_and_it_says_where_the_sealant_went(unread):
+    assert headline(unread)[1] == "open"
+    assert "mean error" not in dict(key_figures(unread))
+    (whereabouts,) = in_short(unread)
+    assert "; less than 0.01 ml ran over the edge" in whereabouts, "one particle of the case did"

@@ -10,7 +10,22 @@ from scipy import stats
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.files import as_json
-from validate.uncertainty.computed import ORDERS, Replicates, SizeRuns, Spread, numerical_errors, size_series
+from validate.uncertainty.budget import Budget
+from validate.uncertainty.computed import (
+    ORDERS,
+    RUNS,
+    Effect,
+    InputDraws,
+    Inputs,
+    Replicates,
+    SizeRuns,
+    Spread,
+    drawn_inputs,
+    effects_of,
+    numerical_errors,
+    size_series,
+    two_level_design,
+)
 
 RADII_MM = (1 / 1.3, 1.0, 1.3)
 APART_MM = np.array([-0.05, 0.0, 0.05])
@@ -48,8 +63,7 @@ def test_for_a_known_order_it_is_the_text_books_regression(order, monkeypatch):
     assert np.quantile(draws, [0.025, 0.25, 0.5, 0.75, 0.975]) == pytest.approx(expected, abs=0.1 * fit.stderr)
 
 
-@pytest.mark.parametrize("apart_mm", [APART_MM, APART_MM / 10])
-@pytest.mark.parametrize("near_mm", [0.1, -0.3])
+@pytest.mark.parametrize(("near_mm", "apart_mm"), [(0.1, APART_MM), (-0.3, APART_MM / 10)])
 def test_there_is_no_jump_anywhere(near_mm, apart_mm):
     """Far over near from 0.8 to 1.5. By index and spread, 1.141 gave a band of 1.012 and 1.139 one of 0.214.
 
@@ -125,3 +139,81 @@ def test_extra_runs_that_show_no_scatter_are_not_read(sizes: int | None, says: s
     spread = Spread(s_mm, (runs[0], runs[1], runs[2]) if sizes else None, (), None, None)
     with pytest.raises(ValueError, match=says):
         Spread.of(json.loads(as_json(spread.content())))
+
+
+@pytest.mark.parametrize(("inputs", "runs"), [(1, 2), (2, 4), (3, 4), (4, 8), (5, 8), (7, 8), (8, 16)])
+def test_every_input_is_half_up_half_down_and_against_every_other(inputs, runs):
+    design = two_level_design(inputs)
+    assert design.shape == (runs, inputs)
+    assert (design.sum(axis=0) == 0).all()
+    assert (design.T @ design == runs * np.eye(inputs)).all()
+
+
+def test_effects_of_a_linear_response_are_exact_whatever_its_level():
+    slopes = np.array([[0.3, -1.0, 0.0], [0.05, 0.2, 2.0], [-0.4, 0.0, 0.1], [1.0, 1.0, 1.0], [0.0, 0.5, -0.5]])
+    results = np.array(7.0 + two_level_design(5) @ slopes, dtype=np.float64)
+    effects, scatter = effects_of(results, 5)
+    assert effects == pytest.approx(slopes)
+    assert scatter == pytest.approx(0.0, abs=1e-12)
+
+
+def test_spare_columns_tell_how_far_runs_scatter():
+    """Eight runs that scatter by 0.2 leave 0.2 / sqrt(8) in an effect; two columns at 400 places know it to 3 %."""
+    noise = np.random.default_rng(1).normal(0, 0.2, (8, 400))
+    _, scatter = effects_of(noise, 5)
+    assert scatter == pytest.approx(0.2 / np.sqrt(8), rel=0.1)
+    assert effects_of(noise[:4], 3)[1] is None
+
+
+S_MM = np.linspace(0.0, 60.0, 7)
+STANDARDS = {"volume_ml": 0.1, "depth_mm": 0.5, "width_mm": 0.1}
+PER_SD_MM = np.array([0.3, -0.4, 0.0])
+
+
+def draws(make) -> InputDraws:
+    """Levels that ``make`` gives for draws of the inputs, the same along the crack."""
+    return InputDraws(S_MM, STANDARDS, make(drawn_inputs(STANDARDS))[:, None] * np.ones(len(S_MM)), ())
+
+
+def u_mm(inputs: Inputs) -> float:
+    level = np.full(len(S_MM), 1 / len(S_MM)), np.zeros(len(S_MM) - 1)
+    return Budget(len(S_MM), tuple(inputs.errors())).mean_mm(level) / 2
+
+
+def test_of_a_linear_model_u_is_the_root_of_the_sum_of_squares():
+    linear = draws(lambda z: z @ PER_SD_MM)
+    assert len(linear.moved_mm) == RUNS
+    # Twice u is the interval of 95 %, 1.96 standard deviations of a normal one.
+    assert u_mm(linear.inputs) == pytest.approx(0.98 * 0.5, rel=0.02)
+    effects, together = linear.inputs.reported(S_MM)
+    assert [one.mean_level_mm for one in effects] == pytest.approx(PER_SD_MM)
+    assert [one.share for one in effects] == pytest.approx([0.36, 0.64, 0.0], abs=1e-9)
+    assert [one.model for one in effects] == ["slot"] * 3
+    assert together == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_parabola_is_an_inputs_own_and_a_product_is_of_both_together():
+    """The variances of z squared and of a product of two are 2 and 1."""
+    curved = draws(lambda z: 0.5 * z[:, 0] + 0.1 * z[:, 1] ** 2 + 0.2 * z[:, 0] * z[:, 2])
+    effects, together = curved.inputs.reported(S_MM)
+    whole = 0.25 + 0.02 + 0.04
+    assert [one.share for one in effects] == pytest.approx([0.25 / whole, 0.02 / whole, 0.0], abs=0.02)
+    assert together == pytest.approx(0.04 / whole, abs=0.02)
+    names = [one.name for one in curved.inputs.errors()]
+    assert names[-1] == "inputs together, by the fast model"
+    # All parts together have the spread of the runs.
+    sums_mm = np.sum([one.draws_mm for one in curved.inputs.errors()], axis=0)
+    assert np.std(sums_mm[:, 0]) == pytest.approx(np.std(curved.moved_mm[:, 0]), rel=0.03)
+
+
+def test_effects_by_particles_have_shares_too():
+    effects = tuple(Effect(name, 1.0, np.full(7, step)) for name, step in (("volume_ml", 0.3), ("depth_mm", -0.4)))
+    inputs = Spread(S_MM, None, effects, None, None).inputs_at(S_MM)
+    reported, together = inputs.reported(S_MM)
+    assert [one.share for one in reported] == pytest.approx([0.36, 0.64])
+    assert {one.model for one in reported} == {"particles"}
+    assert together == 0
+    assert [one.name for one in inputs.errors()] == [
+        "volume given, by particles",
+        "the crack's depth, by particles",
+    ]

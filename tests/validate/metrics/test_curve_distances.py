@@ -1,19 +1,14 @@
-"""Areas between levels against closed forms, failures of similaritymeasures and the axioms of a distance."""
+"""Areas between levels against closed forms and the axioms of a distance, and errors by a shift along a slope."""
 
 import numpy as np
 import pytest
-import similaritymeasures
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sealtwin.core.errors import InputError
-from tests.levels import LENGTH_MM, PROSE, STATIONS, compared, curves, measured, profile
-from validate.metrics.curve_distances import Difference, PiecewiseLinear, frechet_mm
-
-
-def noisy_profile(seed: int = 1):
-    x = np.linspace(0, LENGTH_MM, 801)
-    return x, np.interp(x, STATIONS, PROSE) + 1.0 * np.sin(x / 3) + np.random.default_rng(seed).normal(0, 0.3, 801)
+from sealtwin.core.records import Profile
+from tests.levels import PROSE, STATIONS, compared, curves, measured, profile
+from validate.metrics.curve_distances import Difference, PiecewiseLinear, alignment, frechet_mm
 
 
 @pytest.mark.parametrize(
@@ -47,44 +42,6 @@ def test_a_parabola_converges_to_its_integral():
     assert Difference(x, x**2, [0, 1], [0, 1]).area == pytest.approx(1 / 6, abs=1e-9)
 
 
-def test_one_curve_twice_and_a_crossing_mislead_the_library_and_not_us():
-    """Points are paired by their number: a curve against itself, sampled finer, is an area; a crossing is none."""
-    x = np.linspace(0, LENGTH_MM, 801)
-    same = np.column_stack([x, np.interp(x, STATIONS, PROSE)])
-    assert similaritymeasures.area_between_two_curves(np.column_stack([STATIONS, PROSE]), same) > 10
-    assert Difference(x, same[:, 1], STATIONS, PROSE).area < 1e-12
-    up, down = np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[0.0, 1.0], [1.0, 0.0]])
-    assert similaritymeasures.area_between_two_curves(up, down) == pytest.approx(1.0)
-    assert Difference(*up.T, *down.T).area == pytest.approx(0.5, abs=1e-12)
-
-
-TRAPS = {
-    "17 against 801 points": (lambda x, y: (x, y), 2.0),
-    "17 against 40 points": (lambda x, y: (x[::20], y[::20]), 1.1),
-    "simulation reversed": (lambda x, y: (x[::-1], y[::-1]), 10.0),
-    "from 2 to 78 mm only": (lambda x, y: (x[20:-20], y[20:-20]), 2.0),
-}
-"""Samplings of a simulated profile, and the least factor by which the library is off for unprepared points."""
-
-
-@pytest.mark.parametrize("trap", TRAPS)
-def test_each_trap_misleads_the_library_and_not_us(trap):
-    """The exact integral is compared with the trapezoids of a million points, whose error is below 1e-5.
-
-    On the union of both grids, with its crossings, the library agrees with ours to 1e-9.
-    """
-    given, factor = TRAPS[trap]
-    x, y = given(*noisy_profile())
-    exact = Difference(x, y, STATIONS, PROSE).area
-    order = np.argsort(x)
-    fine = np.linspace(x.min(), x.max(), 1_000_001)
-    gap = np.abs(np.interp(fine, x[order], y[order]) - np.interp(fine, STATIONS, PROSE))
-    assert exact == pytest.approx(np.trapezoid(gap, fine), rel=1e-5)
-    sheet = np.column_stack([STATIONS, PROSE])
-    assert similaritymeasures.area_between_two_curves(sheet, np.column_stack([x, y])) > factor * exact
-    assert Difference(x, y, STATIONS, PROSE).area_by_similaritymeasures() == pytest.approx(exact, rel=1e-9)
-
-
 def test_frechet_is_the_same_however_a_curve_is_sampled():
     """Level curves a millimetre apart are a millimetre apart; a step that comes 3 mm early costs 3 mm at most."""
     flat, above = profile([0, 80], [0, 0]), profile(np.linspace(0, 80, 33), np.ones(33))
@@ -115,7 +72,7 @@ def test_curves_that_are_no_functions_are_refused(x, y, message):
         Difference(x, y, [0, 4], [0, 0])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(curves(), curves(), curves(), st.randoms(use_true_random=False))
 def test_the_area_is_a_distance(a, b, c, random):
     area = Difference(*a, *b).area
@@ -136,3 +93,56 @@ def test_the_flat_level_is_the_median_and_no_other_does_better():
     skew = PiecewiseLinear(np.array([0.0, 10.0, 80.0]), np.array([0.0, -10.0, -3.0])).quantile(0.5)
     error = [Difference([0, 80], [c, c], [0, 10, 80], [0, -10, -3]).area for c in (skew - 0.01, skew, skew + 0.01)]
     assert error[1] < min(error[0], error[2])
+
+
+RAMP = PiecewiseLinear(np.array([0.0, 10.0]), np.array([0.0, 5.0]))
+STEPS = PiecewiseLinear(np.array([0.0, 4.0, 4.0 + 1e-9, 10.0]), np.array([1.0, 1.0, 3.0, 3.0]))
+
+
+def test_mean_and_root_mean_square_of_a_ramp():
+    assert RAMP.mean() == pytest.approx(2.5)
+    assert RAMP.rms() == pytest.approx(5 / np.sqrt(3))
+
+
+def test_shares_and_quantiles_invert_each_other():
+    for share in (0.05, 0.5, 0.95):
+        assert RAMP.quantile(share) == pytest.approx(5 * share)
+        assert RAMP.share_below(RAMP.quantile(share)) == pytest.approx(share)
+    assert RAMP.share_below(-1.0) == 0.0
+    assert RAMP.share_below(9.0) == 1.0
+
+
+def test_a_level_held_over_a_length_is_a_quantile():
+    assert STEPS.share_below(2.0) == pytest.approx(0.4)
+    assert STEPS.quantile(0.3) == pytest.approx(1.0)
+    assert STEPS.quantile(0.5) == pytest.approx(3.0)
+
+
+def test_a_constant_is_each_of_its_quantiles():
+    flat = PiecewiseLinear(np.array([0.0, 1.0]), np.array([2.0, 2.0]))
+    assert flat.quantile(0.5) == 2.0
+
+
+def test_differences_know_their_crossings():
+    difference = Difference([0, 4], [0, 4], [0, 4], [1, 1])
+    assert difference.x.tolist() == [0, 1, 4]
+    assert difference.value.tolist() == [-1, 0, 3]
+    # |error| is below 0.5 for 0.5 < x < 1.5.
+    assert difference.size.share_below(0.5) == pytest.approx(0.25)
+    assert difference.size.quantile(1.0) == pytest.approx(3.0)
+
+
+FINE_MM = np.linspace(0, 80, 401)
+SLOPE = 0.25
+
+
+def test_a_slope_turns_a_shift_into_a_level():
+    """Both beds rise by a quarter; readings moved on by 2 mm lie half a millimetre lower at the same place."""
+    simulated = Profile(FINE_MM, SLOPE * FINE_MM)
+    measured = Profile(np.linspace(0, 80, 17), SLOPE * np.linspace(0, 80, 17))
+    rows = {row.shift_mm: row for row in alignment(simulated, measured).shifts}
+    assert sorted(rows) == [-2.0, -1.0, 0.0, 1.0, 2.0]
+    assert rows[2.0].bias_mm == pytest.approx(0.5)
+    assert rows[-2.0].bias_mm == pytest.approx(-0.5)
+    assert rows[1.0].mean_error_mm == pytest.approx(0.25)
+    assert rows[0.0].mean_error_mm == pytest.approx(0.0, abs=1e-12)

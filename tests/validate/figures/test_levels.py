@@ -23,6 +23,7 @@ def evidence(tmp_path_factory):
     return make_evidence(tmp_path_factory.mktemp("evidence"), gate=Gate(mean_error_mm=1.0), error_mm=0.5)
 
 
+@pytest.fixture
 def drawn(evidence):
     profile, readings, comparison = evidence.profile, evidence.readings, evidence.comparison
     return {
@@ -32,21 +33,31 @@ def drawn(evidence):
     }
 
 
-def test_every_axis_has_a_unit(evidence):
-    for figure in drawn(evidence).values():
-        (axes,) = axes_of(figure)
-        assert axes.get_xlabel() == "s from the end where the nozzle starts (mm)"
-        assert axes.get_ylabel().endswith("(mm)")
-        assert axes.get_title(loc="left")
-
-
 def curve(figure, label: str):
     (axes,) = axes_of(figure)
     return next(line for line in axes.lines if str(line.get_label()).startswith(label))
 
 
-def test_the_profile_shows_simulation_means_and_every_reading(evidence):
-    figure = drawn(evidence)["profile"]
+def boxes(figure, artists):
+    figure.canvas.draw()
+    return [artist.get_window_extent() for artist in artists]
+
+
+def test_every_axis_has_a_unit_and_no_legend_lies_on_the_plot(drawn):
+    for figure in drawn.values():
+        (axes,) = axes_of(figure)
+        assert axes.get_xlabel() == "s from the end where the nozzle starts (mm)"
+        assert axes.get_ylabel().endswith("(mm)")
+        words = axes.get_title(loc="left")
+        assert words
+        titles = axes.findobj(lambda artist, words=words: isinstance(artist, Text) and artist.get_text() == words)
+        legend, plot, title = boxes(figure, [axes.get_legend(), axes.patch, *titles])
+        assert plot.y1 <= legend.y0 + 0.5
+        assert legend.y1 <= title.y0 + 0.5
+
+
+def test_the_profile_shows_simulation_means_and_every_reading(drawn, evidence):
+    figure = drawn["profile"]
     assert np.array_equal(heights(curve(figure, "simulated")), evidence.profile.level_mm)
     assert np.array_equal(heights(curve(figure, "caliper")), slope(STATIONS_MM))
     (axes,) = axes_of(figure)
@@ -57,14 +68,17 @@ def test_the_profile_shows_simulation_means_and_every_reading(evidence):
 
 
 @pytest.mark.parametrize("data", ["reconstructed", "synthetic"])
-def test_readings_that_nobody_took_are_called_so_in_the_legend(tmp_path, data):
-    figure = drawn(make_evidence(tmp_path, readings_data=data))["profile"]
+def test_readings_that_nobody_took_are_called_so_in_the_legend(evidence, data):
+    readings = replace(evidence.readings, data=data)
+    figure = draw_profile(evidence.profile, level_floor(10.0), readings, evidence.comparison)
     assert data.upper() in str(curve(figure, "caliper").get_label())
 
 
-def test_a_profile_alone_has_no_caliper(evidence):
-    figure = draw_profile(evidence.profile, level_floor(10.0), None, None)
-    (axes,) = axes_of(figure)
+def test_a_profile_alone_has_no_caliper_and_can_be_a_part_of_a_page(evidence):
+    page = Figure(layout="constrained")
+    lower = page.subfigures(2, 1, squeeze=False)[1, 0]
+    assert draw_profile(evidence.profile, level_floor(10.0), None, None, on=lower) is page
+    (axes,) = axes_of(lower)
     assert axes.get_legend_handles_labels()[1] == ["simulated"]
 
 
@@ -79,22 +93,31 @@ def test_the_floor_is_drawn_where_it_is(evidence):
     assert corner_mm[:, 1].min() == pytest.approx(axes.get_ylim()[0]) == -11.5
 
 
-def test_the_error_is_positive_where_the_simulation_stands_too_high(evidence):
-    line = curve(drawn(evidence)["error"], "simulated - measured")
-    assert heights(line) == pytest.approx(0.5)
+def test_the_error_is_positive_where_the_simulation_stands_too_high(drawn):
+    assert heights(curve(drawn["error"], "simulated - measured")) == pytest.approx(0.5)
 
 
-def test_bars_are_the_bins_of_the_comparison(evidence):
-    (axes,) = axes_of(drawn(evidence)["histogram"])
+def test_bars_are_the_bins_of_the_comparison_and_no_line_runs_through_their_numbers(drawn):
+    """The mean lies just above its bars; a box that hides all lines stands behind each number."""
+    figure = drawn["histogram"]
+    (axes,) = axes_of(figure)
     bars = [bar.get_extents().transformed(axes.transData.inverted()).bounds for bar in axes.patches]
     assert bars == [pytest.approx((10.0 * i, 0.0, 10.0, 0.5)) for i in range(4)]
     assert {str(line.get_label()) for line in axes.lines} == {"mean error 0.50 mm", "gate for the mean, 1 mm"}
+    assert [text.get_text() for text in axes.texts] == ["0.50"] * 4
+    for text in axes.texts:
+        box = text.get_bbox_patch()
+        assert box is not None
+        assert box.get_alpha() in (None, 1.0)
+        assert text.get_zorder() > max(line.get_zorder() for line in axes.lines)
+    plot = axes.get_window_extent()
+    for number, bar in zip(boxes(figure, axes.texts), boxes(figure, axes.patches), strict=True):
+        assert bar.y1 < number.y0
+        assert number.y1 < plot.y1
 
 
-def test_uncovered_bins_have_no_bar(tmp_path):
-    evidence = make_evidence(tmp_path)
+def test_uncovered_bins_have_no_bar(evidence):
     comparison = evidence.comparison
-    assert comparison is not None
     first, *others = comparison.error_by_bin
     bare = replace(first, covered_mm=0.0, mean_error_mm=None)
     comparison = comparison.model_copy(update={"error_by_bin": (bare, *others)})
@@ -102,24 +125,8 @@ def test_uncovered_bins_have_no_bar(tmp_path):
     assert len(axes.patches) == 3
 
 
-def boxes(figure, artists):
-    figure.canvas.draw()
-    return [artist.get_window_extent() for artist in artists]
-
-
-@pytest.mark.parametrize("name", ["profile", "error", "histogram"])
-def test_no_legend_lies_on_the_plot(evidence, name):
-    figure = drawn(evidence)[name]
-    (axes,) = axes_of(figure)
-    legend, plot = boxes(figure, [axes.get_legend(), axes.patch])
-    words = axes.get_title(loc="left")
-    (title,) = boxes(figure, axes.findobj(lambda artist: isinstance(artist, Text) and artist.get_text() == words))
-    assert plot.y1 <= legend.y0 + 0.5
-    assert legend.y1 <= title.y0 + 0.5
-
-
-def test_face_and_floor_are_named_beside_the_plot(evidence):
-    figure = drawn(evidence)["profile"]
+def test_face_and_floor_are_named_beside_the_plot(drawn):
+    figure = drawn["profile"]
     (axes,) = axes_of(figure)
     assert [text.get_text() for text in axes.texts] == ["face", "floor"]
     plot, face, floor = boxes(figure, [axes.patch, *axes.texts])
@@ -128,30 +135,11 @@ def test_face_and_floor_are_named_beside_the_plot(evidence):
         assert (label.y0 + label.y1) / 2 == pytest.approx(axes.transData.transform((0, z_mm))[1], abs=2)
 
 
-def test_no_line_runs_through_the_number_of_a_bar(evidence):
-    """The mean lies just above its bars; a box that hides all lines stands behind each number."""
-    figure = drawn(evidence)["histogram"]
-    (axes,) = axes_of(figure)
-    assert [text.get_text() for text in axes.texts] == ["0.50"] * 4
-    for text in axes.texts:
-        box = text.get_bbox_patch()
-        assert box is not None
-        assert box.get_alpha() in (None, 1.0)
-        assert text.get_zorder() > max(line.get_zorder() for line in axes.lines)
-    numbers, bars = boxes(figure, axes.texts), boxes(figure, axes.patches)
-    plot = axes.get_window_extent()
-    for number, bar in zip(numbers, bars, strict=True):
-        assert bar.y1 < number.y0
-        assert number.y1 < plot.y1
-
-
-def test_a_long_crack_has_numbers_that_do_not_touch(tmp_path):
-    comparison = make_evidence(tmp_path, gate=Gate(mean_error_mm=1.0)).comparison
-    assert comparison is not None
+def test_a_long_crack_has_numbers_that_do_not_touch(evidence):
     bins = tuple(
         ErrorBin(from_mm=10.0 * i, to_mm=10.0 * (i + 1), covered_mm=10.0, mean_error_mm=1.23) for i in range(40)
     )
-    comparison = comparison.model_copy(update={"error_by_bin": bins})
+    comparison = evidence.comparison.model_copy(update={"error_by_bin": bins})
     figure = draw_histogram(comparison)
     (axes,) = axes_of(figure)
     for row in (axes.texts, [label for label in axes.get_xticklabels() if label.get_text()]):
@@ -184,15 +172,8 @@ def test_the_distribution_of_an_error_that_grows_evenly_is_a_straight_line(evide
 
 def test_drawing_leaves_no_trace_in_matplotlib(evidence):
     before = dict(rcParams)
-    drawn(evidence)
+    draw_histogram(evidence.comparison)
     assert dict(rcParams) == before
-
-
-def test_a_part_of_a_page_can_be_drawn_on(evidence):
-    page = Figure(layout="constrained")
-    lower = page.subfigures(2, 1, squeeze=False)[1, 0]
-    assert draw_profile(evidence.profile, level_floor(10.0), None, None, on=lower) is page
-    assert len(axes_of(lower)) == 1
 
 
 def test_readings_alone_are_drawn_without_a_band_or_a_floor(evidence):

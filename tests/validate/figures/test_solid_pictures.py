@@ -27,7 +27,8 @@ def test_the_side_view_shows_all_but_what_spilled_at_s_and_z(evidence):
     assert (axes.get_xlabel()[-4:], axes.get_ylabel(), bar.get_xlabel()) == ("(mm)", "z (mm)", "age (s)")
 
 
-def test_the_top_view_is_not_mirrored(evidence):
+def test_the_top_view_is_not_mirrored_and_walls_end_where_the_sample_does(evidence):
+    """A station's wall past an open end is traced, and lies beside the face."""
     figure = draw_top_view(evidence.run, evidence.outline, evidence.solid, evidence.trajectory)
     axes, bar = axes_of(figure)
     left, right, path = axes.lines[:3]
@@ -35,14 +36,7 @@ def test_the_top_view_is_not_mirrored(evidence):
     assert axes.get_xlim()[0] < axes.get_xlim()[1]
     assert axes.get_ylim()[0] < axes.get_ylim()[1]
     assert (axes.get_xlabel(), axes.get_ylabel(), bar.get_xlabel()) == ("x (mm)", "y (mm)", "z (mm)")
-
-
-def test_walls_end_where_the_sample_does(evidence):
-    """A station's wall past an open end is traced, and lies beside the face."""
-    figure = draw_top_view(evidence.run, evidence.outline, evidence.solid, evidence.trajectory)
-    axes, _ = axes_of(figure)
-    for wall in axes.lines[:2]:
-        clip = wall.get_clip_box()
+    for clip in (left.get_clip_box(), right.get_clip_box()):
         assert clip is not None
         assert axes.transData.inverted().transform_bbox(clip).extents == pytest.approx(evidence.solid.block_mm)
 

@@ -1,0 +1,298 @@
+"""What a report takes for granted of sample and run: said, with numbers, and never invented."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from digitise.settings import CrackShape, NozzlePath
+from digitise.solid.build_solid import build_solid
+from digitise.trajectory import path_report, plan_trajectory
+from sealtwin.core.records import Sections
+from sealtwin.core.run_figures import RunHealth
+from sealtwin.core.solid_figures import DamBox, SolidFigures
+from tests.fluids import path, pour, slot
+from validate.compare import assess
+from validate.report.chapters import chapters
+from validate.settings import Readings, Uncertainty
+from validate.wording.comparison import balance_table, volume_table, volumes_mm3
+from validate.wording.sample_and_run import (
+    HEALTH_LABELS,
+    assumptions,
+    geometry_table,
+    health_rows,
+    health_table,
+    left_out,
+    path_table,
+    settings_table,
+)
+
+SPILLED = "dispensed sealant over the sample's edge"
+
+
+def with_settings(evidence, **groups):
+    """The same evidence of a run with more settings in these groups."""
+    settings = evidence.run.settings
+    changed = {name: settings.get(name, {}) | more for name, more in groups.items()}
+    return replace(evidence, run=replace(evidence.run, settings=settings | changed))
+
+
+def assumed(evidence, **groups) -> str:
+    return " ".join(assumptions(with_settings(evidence, **groups)))
+
+
+def nozzle_speed_mm_s(evidence) -> float:
+    return 40 * 3.1 * 10 / evidence.trajectory.duration_s / (np.pi * 1.2**2)
+
+
+def test_reynolds_and_bond_numbers_are_those_of_the_trial(evidence):
+    """By hand: Bo = 1690 * 9.81 * 0.0031² / 0.072 = 2.2; Re = v d / nu with v = Q / (pi d² / 4)."""
+    sentence = next(text for text in assumptions(evidence) if text.startswith("Surface tension"))
+    assert "Bond number 2.2" in sentence
+    assert f"Reynolds number {nozzle_speed_mm_s(evidence) * 2.4 / 32.6:.2g}" in sentence
+    assert f"{nozzle_speed_mm_s(evidence):.0f} mm/s" in sentence
+    bare = replace(evidence, run=replace(evidence.run, health=RunHealth()))
+    assert "no Reynolds or Bond number" in assumed(bare)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "words"),
+    [
+        ("flare", "traced width of 3.10 mm is taken as that of the floor. The mouth is then 6.99 mm"),
+        ("undercut", "The mouth has the width in the photo, 3.10 mm; the floor, 6.99 mm wide"),
+    ],
+)
+def test_the_other_width_of_a_tilted_crack_is_told_beside_that_in_the_photo(evidence, tilt, words):
+    """By hand: 3.1 mm and twice 10 mm times the tangent of 11 degrees are 6.99 mm."""
+    assert "a mouth of" not in assumed(evidence)
+    solid = build_solid(evidence.outline, CrackShape(depth_mm=10.0, tilt=tilt, wall_angle_deg=11.0))
+    assert words in assumed(replace(evidence, solid=solid))
+
+
+def test_paste_that_yields_is_told_with_its_stress_and_its_number(evidence):
+    """By hand: 12 Pa over rho nu v / d; curing is then modelled, and only shrinkage is not."""
+    assert "Bingham" not in assumed(evidence)
+    words = assumed(evidence, fluid={"yield_stress_pa": 12.0, "structuration_pa_per_s": 0.5})
+    density_kg_m3 = evidence.run.settings["fluid"]["density_kg_m3"]
+    bingham = 12.0 / (density_kg_m3 * 32.6e-6 * nozzle_speed_mm_s(evidence) / 2.4)
+    assert f"Bingham number {bingham:.2g} there" in words
+    assert "yield stress of 12 Pa, and 0.5 Pa more each second" in words
+    assert "Shrinkage is not modelled" in words
+    assert "Curing" not in words
+
+
+def test_a_paste_without_a_stated_uncertainty_has_no_interval(evidence):
+    """As of a calibration that left the yield stress alone. Broken on purpose, it is known to 95 % from 10 to 10."""
+    paste = {"method": "calibration", "date": "2026-11-25", "data": "measured", "not_for": ("a warm day",)}
+    paste |= {"yield_stress_pa": 10.0, "yield_stress_error_pa": 0.0, "yield_stress_95_pa": (10.0, 10.0)}
+    words = assumed(evidence, fluid={"material": paste})
+    assert "yield stress is 10 Pa, its uncertainty is not stated, by: calibration" in words
+    assert "95 % 10 to 10" not in words
+
+
+def test_walls_whose_drag_follows_from_the_viscosity_are_told_with_its_weight(evidence):
+    assert "sticks to the walls" not in assumed(evidence, fluid={"D_cm": 0.3})
+    words = assumed(evidence, fluid={"D_cm": 0.0361, "D_from": "no slip"})
+    assert re.search(r"sticks to the walls[^.]*\bD = 0\.0361 cm", words)
+
+
+def test_a_sample_that_slopes_is_told_with_both_angles_and_a_level_one_is_not(evidence):
+    assert "slopes" not in assumed(evidence)
+    sloping = {"crossfall_deg": -2.5, "gradient_deg": 5.0}
+    assert "rises towards +x by 5° and towards +y by -2.5°" in assumed(evidence, sample=sloping)
+    assert ("sample: crossfall (°)", "-2.5") in settings_table(with_settings(evidence, sample=sloping)).rows
+
+
+def test_sealant_with_a_table_is_told_with_its_ends_and_its_columns_are_not_listed(evidence):
+    table = {"age_s": [0.0, 60.0, 600.0], "temperature_c": None, "viscosity_pa_s": [0.05, 1.0, 30.0]}
+    ageing = {"curve": table | {"yield_stress_pa": [0.0, 5.0, 40.0]}, "cooling": None}
+    words = assumed(evidence, fluid=ageing)
+    assert "its age since it left the nozzle, 0.05 to 30 Pa s, its yield stress (Bingham) 0 to 40 Pa" in words
+    assert "Shrinkage is not modelled" in words
+    rows = dict(settings_table(with_settings(evidence, fluid=ageing)).rows)
+    assert rows["fluid: curve viscosity (Pa s)"] == "3 rows, 0.05 to 30"
+    assert not any("temperature" in name or "cooling" in name for name in rows)
+    hot = {"temperature_c": [100.0, 200.0], "viscosity_pa_s": [30.0, 0.05]}
+    cooling = {"age_s": [0.0, 60.0], "temperature_c": [190.0, 120.0]}
+    words = assumed(evidence, fluid={"curve": hot, "cooling": cooling})
+    assert "over its temperature, 0.05 to 30 Pa s; between" in words
+    assert "from 190 to 120 °C" in words
+
+
+def test_what_counts_in_no_metric_is_told_by_its_number(evidence):
+    """Seen to fail with the stations counted from the comparison alone."""
+    assert left_out(evidence) == [
+        "1 particle (1 mm³) over the edge of the sample: in the mass balance, not in the profile."
+    ]
+    repeats_mm = np.array(evidence.readings.repeats_mm)
+    repeats_mm[0, :2] = np.nan
+    fewer = evidence.comparison.model_copy(update={"stations_beyond_mm": np.array([38.0, 40.5])})
+    outline = replace(evidence.outline, branches_mm=(np.zeros((2, 2)),))
+    readings = replace(evidence.readings, repeats_mm=repeats_mm)
+    first, second, _, last = left_out(replace(evidence, readings=readings, comparison=fewer, outline=outline))
+    assert first == (
+        "2 stations of 9 (s = 38, 40.5 mm): beyond the stretch that both curves cover, 0.0 to 40.0 mm. The nearest "
+        "one beyond each end still sets the slope of the readings' line up to that end."
+    )
+    assert second == "2 single readings: no number in the sheet."
+    assert last == "1 side crack seen in the photo: not part of the solid."
+    run = replace(evidence.run, spilled=np.zeros(len(evidence.run.spilled), dtype=bool))
+    assert left_out(replace(evidence, run=run)) == ["Left out: nothing."]
+
+
+def assessed(evidence, **declared):
+    how = {"file": Path("a.csv"), "data": "measured", "role": "held-out"} | declared
+    return assess(evidence, Readings.model_validate(how), Uncertainty(), None)
+
+
+@pytest.mark.parametrize(
+    ("state", "shrinkage_percent", "words"),
+    [
+        ("wet", None, "not modelled, and the caliper read wet sealant, which had not shrunk."),
+        ("cured", None, "not modelled, while the caliper read cured sealant, whose shrinkage is not declared"),
+        ("cured", 7.0, "cured sealant: the mass balance adds the 7 % by which it shrank"),
+        (None, None, "whether the caliper read wet or cured sealant is not declared (readings.state)."),
+    ],
+)
+def test_what_was_read_is_as_it_was_declared(evidence, state, shrinkage_percent, words):
+    """Seen to fail with every sealant taken for cured."""
+    comparison = assessed(evidence, state=state, shrinkage_percent=shrinkage_percent)
+    assert words in assumed(replace(evidence, comparison=comparison))
+    assert "the caliper" not in assumed(evidence), "not assessed, nothing is known"
+
+
+def test_the_sealant_under_the_level_is_held_against_the_settled_space(evidence):
+    """A level 0.5 mm too high in a slot of 3.1 mm reads off more than what the particles fill."""
+    comparison = assessed(evidence)
+    assert comparison.volumes is not None
+    balance = comparison.volumes.mass_balance
+    rows = dict(volume_table(comparison, comparison.volumes).rows)
+    share = comparison.simulated_sealant_mm3 / (balance.in_crack_mm3 + balance.above_mm3)
+    assert f"({100 * share:.1f} % of the settled space)" in rows["sealant under the level, over the covered length"]
+
+
+def test_every_particle_is_somewhere_and_one_is_no_plural(evidence):
+    rows = dict(balance_table(evidence).rows)
+    assert rows[SPILLED].endswith(", 1 particle")
+    count = {
+        name: int(re.findall(r"([\d,]+) particle", text)[0].replace(",", ""))
+        for name, text in rows.items()
+        if "particle" in text
+    }
+    places = volumes_mm3(evidence)
+    parts = [count[places[key][0]] for key in ("in_crack", "above_face", "spilled")]
+    assert sum(parts) == count["dispensed"] == len(evidence.run.position_mm)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "text"),
+    [
+        ("density_error_mean", 0.02318, "2.32 %"),
+        ("density_error_max", 0.1503, "15.0 %"),
+        ("viscosity_iterations_mean", 1.998, "2.0 a substep"),
+        ("frames", 2076, "2,076"),
+        ("frame_s", 0.0071729, "7.17 ms"),
+        ("frames_s", 115.48, "115.5 s"),
+        ("viscosity_m2_s", 3.248e-5, "32.5 mm²/s"),
+        ("moving_mean", 2302.1, "2,302"),
+        ("particles_across", 3.867, "3.9"),
+    ],
+)
+def test_each_number_of_the_run_has_its_unit_and_its_meaning(key, value, text):
+    assert health_rows(RunHealth.model_validate({key: value})) == [(HEALTH_LABELS[key][0], text)]
+    assert "_" not in HEALTH_LABELS[key][0]
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "row"),
+    [
+        ("leak_mm_s", 0.25, ("leak (mm/s)", "0.25")),
+        ("solver", "explicit", ("solver", "explicit")),
+        ("frames", None, ("frames", "None")),
+    ],
+)
+def test_what_is_not_known_keeps_its_name(key, value, row):
+    assert health_rows(RunHealth.model_validate({key: value})) == [row]
+
+
+def test_a_run_records_nothing_that_the_report_cannot_name():
+    """A new number needs a line in HEALTH_LABELS, or the report shows its name in the code."""
+    crack = slot(12.0)
+    recorded = set(pour(crack, path(crack[1], 0.005, speed_mm_s=40.0), radius_mm=0.7).health.recorded())
+    assert {"density_error_mean", "frame_s", "particles_across"} < recorded
+    assert recorded < set(HEALTH_LABELS)
+
+
+def test_two_times_of_a_frame_are_told_apart():
+    rows = dict(health_rows(RunHealth(frames=2000, frame_s=0.007, frames_s=100.0)))
+    assert rows["simulated time of a frame"] == "7.00 ms"
+    assert rows["computing time of a frame"] == "50.0 ms"
+
+
+def test_units_follow_from_the_names(evidence):
+    health = dict(health_table(evidence).rows)
+    assert health["simulated time of a frame"] == "7.14 ms"
+    assert health["kinematic viscosity in effect"] == "32.6 mm²/s"
+    assert health["compression above the rest density, mean"] == "2.00 %"
+    assert dict(settings_table(evidence).rows)["fluid: density (kg/m³)"] == "1690"
+
+
+def test_a_path_with_leads_and_ramps_is_told_with_what_varies(evidence):
+    """Its flow is that of the time in which sealant flows: a lead of any length must not dilute it."""
+    leads = {"lead_in_mm": 30.0, "lead_out_mm": 4.0, "ramp_mm": 10.0, "reverse": True}
+    plans = [NozzlePath.model_validate({"volume_ml": 1.2, "trim_mm": 5.0} | more) for more in ({}, leads)]
+    plain, led = (replace(evidence, trajectory=plan_trajectory(evidence.outline, plan, 1.0)) for plan in plans)
+    table = dict(path_table(led).rows)
+    assert table["gives sealant from, to"] == "s = 35.0 to 5.0 mm"
+    assert table["without sealant before, after"] == "30.0 mm, 4.0 mm"
+    # The first millimetre of a ramp of 10 mm takes 2 sqrt(10) / 4 s.
+    assert table["speed"] == "0.63 to 4.00 mm/s"
+    one, other = (float(re.findall(r"Surface tension.*?\((\d+) mm/s", assumed(each))[0]) for each in (plain, led))
+    # 1.2 ml in 7.5 s; slowed by the end of one ramp, it is less, but not the half that the leads would make of it.
+    assert 0.8 * one < other <= one
+
+
+def test_a_path_s_length_is_told_with_its_smoothing(evidence):
+    def row(path) -> str | None:
+        solid = replace(evidence.solid, figures=SolidFigures(path=path))
+        return dict(path_table(replace(evidence, solid=solid)).rows).get("length over the crack")
+
+    assert row(None) is None
+    path = path_report(evidence.trajectory, evidence.outline, NozzlePath(volume_ml=1.2, trim_mm=5.0))[0]
+    assert row(path) == "30.00 mm, smoothed within 0.1 mm RMS of the centreline's 30.00 mm; turns by up to 0.0°"
+    bent = row(replace(path, smallest_radius_mm=12.34))
+    assert bent is not None
+    assert bent.endswith("0.0°, smallest radius 12.3 mm")
+
+
+def test_the_sample_has_its_depths_its_angles_and_a_volume_for_each_tilt(evidence):
+    """Widths that vary along the crack are called means."""
+    even = dict(geometry_table(evidence).rows)
+    assert (even["depth"], even["tilt"]) == ("10 mm", "vertical walls")
+    assert even["cavity over sealant"]
+    volumes = next(text for name, text in even.items() if name.startswith("volume for each tilt"))
+    assert all(tilt in volumes for tilt in ("lean", "flare", "funnel", "undercut", "vertical"))
+    assert {name for name in even if "width" in name} == {
+        "width in the photo, mean",
+        "mean width of the mouth, of the floor",
+    }
+    bare = replace(evidence, solid=replace(evidence.solid, figures=SolidFigures()))
+    assert not any(name.startswith("volume for each tilt") for name, _ in geometry_table(bare).rows)
+    sections = Sections(np.array([0.0, 40.0]), np.array([10.0, 4.0]), np.array([1.0, 1.0]))
+    solid = replace(evidence.solid, tilt="flare", wall_angles_deg=(5.0, 12.5), sections=sections)
+    odd = dict(geometry_table(replace(evidence, solid=solid)).rows)
+    assert odd["depth"] == "4 to 10 mm, from station to station"
+    assert odd["tilt"] == "flare, left wall 5°, right wall 12.5° from vertical"
+
+
+def test_dams_are_told_from_the_sample(evidence):
+    """Whoever prints crack.stl prints them too."""
+    figures = replace(evidence.solid.figures, dams=(DamBox((0.0, -4.0, -20.0, 9.0, 0.0, 10.0), end=0),))
+    dammed = replace(evidence, solid=replace(evidence.solid, figures=figures))
+    words = "1 dam at open ends, to 10 mm above the face: not part of the sample"
+    for which, row in ((evidence, None), (dammed, words)):
+        assert dict(geometry_table(which).rows).get("also in crack.stl") == row
+        (geometry,) = [chapter for chapter in chapters(which) if chapter.name == "geometry"]
+        assert ("with the dams" in str(geometry.items[0])) == (row is not None)
