@@ -87,14 +87,12 @@ def test_the_fixture_is_traced_as_the_issue_asks(request, paper, name, source):
 @pytest.mark.parametrize(
     ("seed", "recipe"),
     [
-        (2, Recipe(**SMALL_FACE)),
-        (3, Recipe(**SMALL_FACE, tilt_deg=10, mirrored=True)),
-        (4, Recipe(**SMALL_FACE, mm_per_px=0.15)),
+        (3, Recipe(**SMALL_FACE, tilt_deg=10, mirrored=True, mm_per_px=0.15)),
         (5, Recipe(face_mm=(70, 40), length_mm=45, ends="closed")),
         (6, Recipe(face_mm=(70, 40), length_mm=45, ends="closed", width_mm=1.2)),
         (7, Recipe(**SMALL_FACE, look=Look(light=0.5, grain=0.15, blur_px=2.0, noise=0.04, jpeg_quality=50))),
     ],
-    ids=["open", "tilted and mirrored", "coarse", "closed", "12 px", "blur, noise, JPEG 50"],
+    ids=["tilted, mirrored and coarse", "closed", "12 px", "blur, noise, JPEG 50"],
 )
 def test_other_cracks_are_traced_as_well(tmp_path, seed, recipe):
     """The wall that an open end hides makes the mean width of a short crack uncertain: 3 % there, 2 % else."""

@@ -47,6 +47,11 @@ def test_markers_place_the_face_to_a_hundredth_of_a_millimetre(specimen, tmp_pat
     assert photo.scale_residual_mm is not None
     assert photo.scale_residual_mm < 0.04
     assert photo.scale_source == "8 4x4_50 markers of 16 mm"
+    # The face runs round from its lower left corner; px, y down.
+    assert photo.face_px is not None
+    (left, low), (right, _), (_, high), _ = photo.face_px
+    assert left < right
+    assert low > high
 
 
 def test_a_marker_out_of_sight_is_named_and_the_others_used(specimen, photo_with):
