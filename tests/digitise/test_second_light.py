@@ -116,7 +116,7 @@ def test_a_photo_of_another_size_is_refused(tmp_path):
 
 @pytest.fixture(scope="module")
 def lamplit() -> Specimen:
-    recipe = Recipe(**SMALL_FACE, look=replace(DIFFUSE, lamp=STRONG_LAMP), second_photo=True)
+    recipe = Recipe(**SMALL_FACE, mm_per_px=0.15, look=replace(DIFFUSE, lamp=STRONG_LAMP), second_photo=True)
     return make_specimen(1, recipe)
 
 

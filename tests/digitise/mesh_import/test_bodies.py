@@ -17,39 +17,42 @@ def joined(*meshes: Mesh) -> RepairedSurface:
     return one_surface(np.concatenate([mesh[0] for mesh in meshes]), np.concatenate(faces))
 
 
-def test_one_body_is_taken_as_it_is():
-    body, repairs = bounded_body(joined(mesh_of(slotted())))
-    assert body.volume() == pytest.approx(VOLUME_MM3)
-    assert repairs == ()
+OTHER = {
+    "overlap": box((90.0, 10.0, -15.0), (110.0, 20.0, -10.0)),
+    "apart": box((120.0, 0.0, -15.0), (130.0, 10.0, -5.0)),
+    "crumb": box((120.0, 0.0, -2.0), (121.0, 1.0, -1.0)),
+}
 
 
-def test_bodies_that_overlap_count_once():
-    """A library takes them without a word, and counts 500 mm³ twice."""
-    body, (repair,) = bounded_body(joined(mesh_of(slotted()), mesh_of(box((90.0, 10.0, -15.0), (110.0, 20.0, -10.0)))))
-    assert body.volume() == pytest.approx(VOLUME_MM3 + 500)
-    assert (repair.what, repair.count) == ("overlapping bodies united", 2)
-    assert repair.volume_change == pytest.approx(-500 / (VOLUME_MM3 + 1000))
-
-
-def test_bodies_that_stand_apart_stay():
-    body, repairs = bounded_body(joined(mesh_of(slotted()), mesh_of(box((120.0, 0.0, -15.0), (130.0, 10.0, -5.0)))))
-    assert body.volume() == pytest.approx(VOLUME_MM3 + 1000)
-    assert repairs == ()
-
-
-def test_hollows_are_filled():
-    """No sealant gets there, and a body inside out would turn every later cut around."""
-    hollow = slotted(box((5.0, 5.0, -15.0), (10.0, 10.0, -12.0)))
-    body, (repair,) = bounded_body(joined(mesh_of(hollow)))
-    assert body.volume() == pytest.approx(VOLUME_MM3)
-    assert (repair.what, repair.count) == ("hollows inside the sample filled", 1)
-    assert repair.volume_change == pytest.approx(75 / (VOLUME_MM3 - 75))
-
-
-def test_crumbs_beside_the_sample_are_left_out():
-    body, (repair,) = bounded_body(joined(mesh_of(slotted()), mesh_of(box((120.0, 0.0, -2.0), (121.0, 1.0, -1.0)))))
-    assert body.volume() == pytest.approx(VOLUME_MM3)
-    assert (repair.what, repair.count) == ("loose crumbs left out", 1)
+@pytest.mark.parametrize(
+    ("meshes", "volume_mm3", "repairs"),
+    [
+        ([mesh_of(slotted())], VOLUME_MM3, []),
+        # A library takes bodies that overlap without a word, and counts 500 mm³ twice.
+        (
+            [mesh_of(slotted()), mesh_of(OTHER["overlap"])],
+            VOLUME_MM3 + 500,
+            [("overlapping bodies united", 2, -500 / (VOLUME_MM3 + 1000))],
+        ),
+        ([mesh_of(slotted()), mesh_of(OTHER["apart"])], VOLUME_MM3 + 1000, []),
+        # No sealant gets into a hollow, and a body inside out would turn every later cut around.
+        (
+            [mesh_of(slotted(box((5.0, 5.0, -15.0), (10.0, 10.0, -12.0))))],
+            VOLUME_MM3,
+            [("hollows inside the sample filled", 1, 75 / (VOLUME_MM3 - 75))],
+        ),
+        (
+            [mesh_of(slotted()), mesh_of(OTHER["crumb"])],
+            VOLUME_MM3,
+            [("loose crumbs left out", 1, -1 / (VOLUME_MM3 + 1))],
+        ),
+    ],
+    ids=["one", "overlap", "apart", "hollow", "crumb"],
+)
+def test_bodies_count_once_hollows_are_filled_and_crumbs_left_out(meshes, volume_mm3, repairs):
+    body, made = bounded_body(joined(*meshes))
+    assert body.volume() == pytest.approx(volume_mm3)
+    assert [(it.what, it.count, pytest.approx(it.volume_change)) for it in made] == repairs
 
 
 def test_a_surface_that_is_not_closed_bounds_nothing():

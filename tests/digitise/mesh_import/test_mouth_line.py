@@ -26,7 +26,7 @@ def swept_mm2(line: MouthLine) -> float:
     return float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
 
 
-@pytest.mark.parametrize("turn_deg", [0.0, 30.0, 60.0, 100.0, 140.0, 150.0])
+@pytest.mark.parametrize("turn_deg", [30.0, 150.0])
 def test_a_zigzag_is_as_long_as_its_legs(turn_deg):
     """Smoothing rounds a bend of 150 degrees by 0.2 widths: three bends of 3 mm are 1.8 of 100 mm."""
     mouth = strip(zigzag(turn_deg), 3.0)
@@ -38,8 +38,7 @@ def test_a_zigzag_is_as_long_as_its_legs(turn_deg):
     assert line.side_lines_mm == ()
 
 
-@pytest.mark.parametrize("width_mm", [3.0, 6.2])
-@pytest.mark.parametrize("angle_deg", [90.0, 60.0, 45.0, 30.0, 20.0])
+@pytest.mark.parametrize(("angle_deg", "width_mm"), [(90.0, 3.0), (45.0, 6.2), (20.0, 6.2)])
 def test_an_oblique_slot_is_as_long_as_its_axis_from_edge_to_edge(angle_deg, width_mm):
     """Walls are straight, so the middle is exact but for steps of a twentieth of the width."""
     line = line_of_mouth(oblique(angle_deg, width_mm), FACE_MM)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -29,6 +29,7 @@ def fitted(sample_mm: Floats, robot_mm: Floats, limit_mm: float = 0.5, up: float
     return fit_frame(sample_mm, robot_mm, limit_mm=limit_mm, up=up, where="cell.toml")
 
 
+@settings(max_examples=30)
 @given(turn=st.floats(-180, 180), tip=st.floats(-60, 60), seed=st.integers(0, 99))
 def test_any_turn_and_shift_is_found_exactly(turn, tip, seed):
     frame = fitted(CORNERS, seen(CORNERS, turn, tip))

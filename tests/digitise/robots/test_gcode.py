@@ -14,7 +14,7 @@ from tests.robot_readers import read_gcode
 AREA_MM2 = np.pi * 10.0**2
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(it=random_paths(), relative=st.booleans(), turn=st.floats(-180, 180))
 def test_a_gantry_goes_where_and_gives_what_was_planned(it, relative, turn):
     """Four decimals of a place; E to 1e-5 mm, 3e-3 mm³ of a 20 mm syringe; relative or not, nothing adds up."""

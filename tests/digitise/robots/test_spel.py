@@ -17,7 +17,7 @@ ADDED = {"motion": "move", "dispenser": "s", "output_bit": None, "axis_start_mm"
 ON_Z = {"dispenser": "z", "output_bit": None, "axis_start_mm": -20.0}
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(it=random_paths(), turn=st.floats(-180, 180), axis=st.sampled_from(["s", "t"]), gives=st.sampled_from("+-"))
 def test_moves_go_where_and_press_as_far_as_was_planned(it, turn, axis, gives):
     """Three decimals of a place, four of the plunger: 1e-4 mm of a 20 mm syringe is 0.03 mm³."""

@@ -12,7 +12,7 @@ from sealtwin.core.record_files import read_trajectory
 from tests.cells import cell, in_cell, placed, random_paths
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(it=random_paths(), turn=st.floats(-180, 180))
 def test_points_are_places_in_their_order(it, turn):
     """Four decimals."""

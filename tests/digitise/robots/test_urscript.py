@@ -15,7 +15,7 @@ from tests.robot_readers import read_urscript
 DIGITAL = {"dispenser": "digital", "port": 3, "full_flow_mm3_s": None}
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(it=random_paths(), turn=st.floats(-180, 180))
 def test_an_arm_goes_where_and_gives_what_was_planned(it, turn):
     """Metres to seven decimals are 1e-4 mm; a level to five is 0.02 mm³/s of 4000, 0.05 mm³ of a path of 3 s."""

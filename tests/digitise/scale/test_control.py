@@ -5,8 +5,8 @@ from digitise.scale.view import Fit, fit_view
 from tests.boards import board_around, camera, face_grid_mm, places_mm
 from tests.pictures import rms
 
-RUNS = 60
-"""RMS of as many errors is within 10 % of the truth, and with it every ratio below."""
+RUNS = 30
+"""RMS of as many errors is within 13 % of the truth, and with it every ratio below."""
 
 
 def fitted(rng, count=8, lens=False, noise_px=0.05, placing_mm=0.0, **of_camera) -> tuple[Fit, np.ndarray]:
@@ -38,13 +38,19 @@ def test_without_its_lens_a_barrel_is_off_by_half_a_percent():
     assert rms(error) > 0.004
 
 
-@pytest.mark.parametrize("lens", [False, True])
 @pytest.mark.parametrize(
-    ("count", "noise_px", "placing_mm", "most"),
-    [(8, 0.05, 0.0, 2), (8, 0.03, 0.1, 2), (4, 0.03, 0.1, 2), (4, 0.05, 0.0, 5)],
-    ids=["8 corners", "8 glued", "4 glued", "4 corners"],
+    ("lens", "count", "noise_px", "placing_mm", "most"),
+    [
+        (True, 8, 0.05, 0.0, 2),
+        (True, 8, 0.03, 0.1, 2),
+        (True, 4, 0.03, 0.1, 2),
+        (True, 4, 0.05, 0.0, 5),
+        (False, 8, 0.03, 0.1, 2),
+        (False, 4, 0.05, 0.0, 5),
+    ],
+    ids=["8 corners", "8 glued", "4 glued", "4 corners", "8 glued, no lens", "4 corners, no lens"],
 )
-def test_the_spread_of_the_scale_is_honest(count, noise_px, placing_mm, most, lens):
+def test_the_spread_of_the_scale_is_honest(lens, count, noise_px, placing_mm, most):
     """Stated and true errors agree within a factor of 2, also where the four corners of a marker share theirs.
 
     Taken for independent, corners of markers glued on askew promise half of the error, of four markers a sixth. Of four
@@ -61,13 +67,13 @@ def test_the_spread_of_the_scale_is_honest(count, noise_px, placing_mm, most, le
 
 
 def test_the_spread_by_clicks_is_honest():
-    """Four corners have no misfit to judge by: what is known of clicks stands in. Exact but for curvature."""
+    """Four corners have no misfit to judge by: what is known of clicks stands in. Exact but for curvature; 120 draws."""
     rng = np.random.default_rng(3)
     view, corners_mm = camera(), np.array([[0.0, 0], [160, 0], [160, 40], [0, 40]])
     places_px = view.to_px(face_grid_mm())
     exact = fit_view(view.to_px(corners_mm), corners_mm, view.size_px, lens=False)
     true = []
-    for _ in range(RUNS):
+    for _ in range(4 * RUNS):
         clicked_px = view.to_px(corners_mm) + rng.normal(0, 1.0, (4, 2))
         fit = fit_view(clicked_px, corners_mm, view.size_px, lens=False)
         true.append(rms(fit.view.mm_per_px_at(places_px) / exact.view.mm_per_px_at(places_px) - 1))

@@ -17,25 +17,19 @@ FRAME = MarkerFrame(
 )
 
 
-@pytest.fixture(params=["pdf", "svg"])
-def page(request, tmp_path) -> Page:
-    path = tmp_path / f"sheet.{request.param}"
+@pytest.fixture(scope="module", params=["pdf", "svg"])
+def page(request, tmp_path_factory) -> Page:
+    path = tmp_path_factory.mktemp("sheet") / f"sheet.{request.param}"
     path.write_bytes(as_pdf(FRAME) if request.param == "pdf" else as_svg(FRAME))
     return read_pdf(path) if request.param == "pdf" else read_svg(path)
 
 
-def test_a_page_has_the_true_size_of_its_paper(page):
-    """To a micrometre: matplotlib writes 6 decimals of a point."""
+def test_bars_and_words_lie_on_a_page_of_true_size_where_they_were_put(page):
+    """In millimetres from the lower left, to a micrometre: matplotlib writes 6 decimals of a point."""
     assert page.size_mm == pytest.approx((210, 297), abs=1e-3)
-
-
-def test_bars_lie_where_they_were_put_in_millimetres_from_the_lower_left(page):
     assert len(page.bars) == 2
     assert page.bars[0] == pytest.approx((10, 20, 100, 0.3, 0), abs=1e-3)
     assert page.bars[1] == pytest.approx((30.5, 200.25, 16, 16, 0.75), abs=2e-3)
-
-
-def test_words_say_what_was_written(page):
     assert page.text == 'Print (at "100 %") \\ <flat> $1 & $2'
 
 

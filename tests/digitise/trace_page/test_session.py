@@ -148,8 +148,10 @@ def test_via_points_and_region_are_followed(session):
 
 
 def test_without_ends_the_crack_is_proposed(session):
+    """The page asks itself whether a proposal is the crack; it has no overlay, of which a run would tell."""
     found = _asked(session, Hints(mm_per_px=0.1))
     assert found["path"]["source"] == "automatic"
+    assert found["walls"]["warnings"] == []
     ends = np.array([found["path"]["points_px"][0], found["path"]["points_px"][-1]])
     # Round ends, which no line of that width reaches: within one width of 14 px, as a click may be.
     assert np.linalg.norm(ends - np.array(ENDS), axis=1).max() < 14
@@ -162,14 +164,16 @@ def test_where_several_may_be_the_crack_all_are_offered_and_a_number_takes_one(t
     offered = _asked(session, Hints(), revision=1.0)
     assert list(offered) == ["scale", "cracks", "refused"]
     assert "2 lines may be the crack" in offered["refused"]
-    for number, crack in enumerate(offered["cracks"], 1):
-        by_number = _asked(session, Hints(crack=number), revision=2.0 * number)
-        (x, y), (right, below) = crack["ends_px"]
-        clicked = _asked(session, Hints(ends_px=((x, y), (right, below))), revision=2.0 * number + 1)
-        assert list(by_number) == ["scale", "cracks", "path", "walls"]
-        assert clicked["path"]["points_px"] == by_number["path"]["points_px"]
-        assert (by_number["path"]["source"], clicked["path"]["source"]) == ("choice", "ends")
-        assert len(crack["outline_px"]) > 10
+    assert all(len(crack["outline_px"]) > 10 for crack in offered["cracks"])
+    by_number = _asked(session, Hints(crack=2), revision=2.0)
+    (x, y), (right, below) = offered["cracks"][1]["ends_px"]
+    clicked = _asked(session, Hints(ends_px=((x, y), (right, below))), "path", revision=3.0)
+    assert list(by_number) == ["scale", "cracks", "path", "walls"]
+    assert clicked["path"]["points_px"] == by_number["path"]["points_px"]
+    assert (by_number["path"]["source"], clicked["path"]["source"]) == ("choice", "ends")
+    first = _asked(session, Hints(crack=1), "path", revision=4.0)
+    (x, y), (right, below) = offered["cracks"][0]["ends_px"]
+    assert np.allclose(np.array(first["path"]["points_px"])[[0, -1]], [(x, y), (right, below)], atol=14)
 
 
 def test_it_starts_with_the_trials_hints(file):
@@ -255,12 +259,6 @@ def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
         thread.join(10)
     assert made == pytest.approx([0.1, 0.3])
     assert answered == [(1, "scale"), (2, "scale"), (3, "scale"), (1, "refused"), (3, "refused")]
-
-
-def test_the_page_is_not_told_of_a_file_that_it_does_not_have(session):
-    """It asks itself whether a proposal is the crack; a run's folder has the overlay."""
-    found = _asked(session, Hints(mm_per_px=0.1))
-    assert found["walls"]["warnings"] == []
 
 
 def test_the_search_map_is_made_once_for_a_face_and_a_region(file, monkeypatch):

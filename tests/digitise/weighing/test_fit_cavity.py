@@ -137,17 +137,17 @@ def test_steps_that_scatter_more_than_declared_say_less():
 
 
 def test_walls_that_open_downward_stay_upright_and_are_named():
-    outline, shape, weighed = weigh(
-        slot(), CrackShape(depth_mm=DEPTH_MM, tilt="funnel"), fill_of(5.0, 3.0), 0.1, 0.2
-    )  # fmt: skip
+    funnel = CrackShape(depth_mm=DEPTH_MM, tilt="funnel")
+    outline, shape, weighed = weigh(slot(), funnel, fill_of(5.0, 3.0), 0.1, 0.2)
     assert shape.wall_angle_deg == 0
     assert weighed.steps[1][1] > 0
     assert any("open downward" in finding for finding in weighed.findings)
     build_solid(outline, shape)
 
 
-@pytest.mark.parametrize("tilt", ["lean", "vertical", "funnel"])
-@pytest.mark.parametrize("angle_deg", [4.0, 20.0, 25.0, 35.0])
+@pytest.mark.parametrize(
+    ("tilt", "angle_deg"), [("lean", 4.0), ("lean", 25.0), ("vertical", 20.0), ("funnel", 25.0), ("funnel", 35.0)]
+)
 def test_an_undercut_is_named_with_its_angle_however_steep_it_is(tilt, angle_deg):
     """Beyond 14 degrees the fit ended at a bound: named as 14 degrees, and from 25 not at all."""
     fill = fill_of(WIDTH_MM + 2 * DEPTH_MM * np.tan(np.radians(angle_deg)), WIDTH_MM)
