@@ -14,7 +14,7 @@ from tests.pictures import write_png
 from tests.sheets import Page, read_pdf, read_svg
 
 FACE_MM = (160.0, 40.0)
-PX_PER_MM = 5.0
+PX_PER_MM = 6.0
 
 
 def frame_of(face_mm=FACE_MM, size_mm=16.0, dictionary="4x4_50", count=8, paper="a4"):
@@ -44,7 +44,7 @@ def page(tmp_path_factory) -> Page:
     ids=["default", "four of AprilTag", "letter", "a3"],
 )
 def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it(tmp_path, ending, changes):
-    """Rastered at 5 px/mm: each marker to 10 µm, and the scale of the whole to 0.01 %."""
+    """Rastered at 6 px/mm: each marker to 10 µm, and the scale of the whole to 0.01 %."""
     light = printed(tmp_path, ending, **changes).light(PX_PER_MM)
     table = tomllib.loads(board_toml(frame_of(**changes)))["photo"]["markers"]
     board = MarkerBoard.model_validate_json(json.dumps(table))

@@ -67,7 +67,7 @@ def test_the_spread_of_the_scale_is_honest(lens, count, noise_px, placing_mm, mo
 
 
 def test_the_spread_by_clicks_is_honest():
-    """Four corners have no misfit to judge by: what is known of clicks stands in. Exact but for curvature; 120 draws."""
+    """Four corners have no misfit to judge by: what is known of clicks stands in. Exact but for curvature."""
     rng = np.random.default_rng(3)
     view, corners_mm = camera(), np.array([[0.0, 0], [160, 0], [160, 40], [0, 40]])
     places_px = view.to_px(face_grid_mm())
