@@ -47,10 +47,9 @@ def test_corners_lie_where_they_were_drawn(specimen, photo):
         assert np.abs(found[marker.id] - true_px).max() < 0.1
 
 
-@pytest.mark.parametrize("mm_per_px", [0.1, 0.2])
-def test_markers_on_white_cards_are_found_on_a_dark_bench(mm_per_px, tmp_path):
-    """By OpenCV's own parameters, a card passes for its marker: two to six of these eight are lost."""
-    dark = make_specimen(1, Recipe(board=0.05, gap_mm=0.0, mm_per_px=mm_per_px))
+def test_markers_on_white_cards_are_found_on_a_dark_bench(tmp_path):
+    """By OpenCV's own parameters, a card passes for its marker: six of these eight are lost."""
+    dark = make_specimen(1, Recipe(**SMALL_FACE, board=0.05, gap_mm=0.0, mm_per_px=0.2))
     photo = photo_of(dark, tmp_path)
     assert set(find_markers(photo.image, photo.brightness, dark.board, FILE)) == set(range(8))
 
