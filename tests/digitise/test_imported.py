@@ -24,7 +24,7 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
 from tests.meshes import Mesh, block, box, mesh_of, sheet, slotted, soup, turned
-from tests.shapes import CLOSED, OPEN, closed_crack, straight_slot, wandering_crack
+from tests.shapes import CLOSED, OPEN, closed_crack, wandering_crack
 from tests.slots import block_around, strip, zigzag
 
 AXES = {"y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)), "-x": ((0, 0, -1), (0, 1, 0), (1, 0, 0))}
@@ -276,17 +276,3 @@ SLOT = mesh_of(slotted())
 def test_what_cannot_be_a_sample_is_refused_in_a_sentence(tmp_path, mesh, settings, says):
     with pytest.raises(InputError, match=says):
         brought(tmp_path, mesh, **settings)
-
-
-def test_a_glb_that_is_not_in_metres_is_taken_at_its_word_and_told(tmp_path):
-    back = brought(tmp_path, mesh_of(slotted()), "scan.glb", units="mm")
-    assert "glTF is in metres; its numbers are read as mm" in back.notes[0]
-
-
-def test_a_straight_slot_has_its_own_length(tmp_path):
-    """Its ends lie in the block's sides, where one pixel of its picture is 0.08 mm."""
-    solid = build_solid(straight_slot(80.0, 3.1, OPEN), CrackShape(depth_mm=8.0, tilt="vertical"))
-    back = brought(tmp_path, (solid.vertices_mm, solid.faces))
-    assert back.outline.length_mm == pytest.approx(80.0, abs=1e-3)
-    assert np.abs(midline(back.outline)[:, 1] - 20.0).max() < 0.01
-    assert back.outline.face_mm == pytest.approx((0.0, 0.0, 80.0, 40.0))

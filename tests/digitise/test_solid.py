@@ -99,17 +99,6 @@ def test_deep_and_steep_cavities_keep_their_cut_ends():
     assert funnel.figures.volume_mm3["funnel"] == pytest.approx(SLOT_VOLUMES["funnel"], rel=3e-4)
 
 
-def test_closed_tips_tilt_too():
-    """A rectangle that flares is it, its sides swept out, and a quarter of a cone at each corner."""
-    spread = SLOPE * DEPTH_MM
-    flare = DEPTH_MM * (L * W + (L + W) * spread + np.pi * spread**2 / 3)
-    funnel = (W**2 * L / 4 - W**3 / 12) / SLOPE
-    slot = straight_slot(L, W, CLOSED)
-    # Facets stand outside the cone: 0.24 % of its own volume.
-    assert build_solid(slot, shape("flare")).cavity_volume_mm3 == pytest.approx(flare, rel=2e-4)
-    assert build_solid(slot, shape("funnel")).cavity_volume_mm3 == pytest.approx(funnel, rel=1e-6)
-
-
 @pytest.mark.parametrize("outline", [closed_crack(2, 30.0, rough_mm=0.05), pinched_crack(3)])
 def test_cavities_hold_the_integral_of_their_depth(outline):
     """Depth from the traced ring by nearest distance on a grid: no offsets, no booleans, no simplified outline."""

@@ -14,7 +14,7 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_trajectory, write_trajectory
 from sealtwin.core.records import Outline, Sections, Trajectory
-from tests.shapes import arc_slot, cut_crack, mirrored, reversed_path, straight_slot, wandering_crack
+from tests.shapes import arc_slot, cut_crack, reversed_path, straight_slot, wandering_crack
 
 PAPER = NozzlePath(volume_ml=4.8)
 
@@ -187,14 +187,6 @@ def test_a_pinch_between_two_waypoints_is_not_skipped():
 def test_the_cavity_s_volume_or_a_share_of_it_is_given_where_asked_for(path, share):
     it = plan_trajectory(straight_slot(), NozzlePath.model_validate(path), cavity_volume_mm3=3968.0)
     assert it.dispensed_mm3 == pytest.approx(share * 3968.0, rel=1e-12)
-
-
-def test_a_mirrored_crack_gives_the_mirrored_path():
-    outline = wandering_crack(3)
-    path = plan_trajectory(outline, PAPER, 1.0)
-    twin = plan_trajectory(mirrored(outline), PAPER, 1.0)
-    assert np.abs(twin.position_mm - path.position_mm * [-1, 1, 1]).max() < 1e-9
-    assert np.abs(twin.position_mm - path.position_mm - [-160, 0, 0]).max() > 1.0
 
 
 def test_the_file_gives_the_volume_too(tmp_path):

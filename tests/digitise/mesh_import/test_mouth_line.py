@@ -6,7 +6,7 @@ from manifold3d import CrossSection, FillRule
 
 from digitise.mesh_import.mouth_ends import end_before
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
-from digitise.mesh_import.rim import dense, first_exit, openings, stretch, within
+from digitise.mesh_import.rim import first_exit, openings, stretch, within
 from digitise.mesh_import.wall_pairs import facing
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
@@ -181,18 +181,6 @@ def test_openings_are_the_stretches_on_the_edge_of_the_face():
     split = np.insert(SQUARE, 2, [4.0, 1.0], axis=0)
     assert openings(split, (-5.0, -5.0, 4.0, 5.0)) == [(1.0, 3.0)]
     assert openings(split, (-5.0, -5.0, 5.0, 5.0)) == []
-
-
-def test_a_dense_ring_keeps_its_corners():
-    points = dense(SQUARE, 0.3)
-    assert all((points == corner).all(axis=1).any() for corner in SQUARE)
-    assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() <= 0.3
-
-
-def test_straight_walls_are_paired_square_to_each_other():
-    x = np.linspace(0.0, 10.0, 101)
-    left, right = np.column_stack([x, np.full(101, 3.0)]), np.column_stack([x, np.zeros(101)])
-    assert np.array_equal(facing(left, right), np.column_stack([np.arange(101)] * 2))
 
 
 def test_an_inner_corner_is_paired_with_all_of_the_outer_one():

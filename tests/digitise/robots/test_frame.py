@@ -45,14 +45,6 @@ def test_any_turn_and_shift_is_found_exactly(turn, tip, seed):
     assert lifted - frame.to_robot_mm(flat) == pytest.approx(np.tile(3.0 * frame.normal, (5, 1)))
 
 
-def test_the_residual_is_how_far_a_touch_was_off():
-    """One of four corners touched 0.4 mm too high: the twist that a rigid face cannot follow is shared by all four."""
-    robot_mm = seen(FOUR, tip_deg=0.0)
-    robot_mm[3, 2] += 0.4
-    frame = fitted(FOUR, robot_mm)
-    assert frame.residual_mm == pytest.approx(np.full(4, 0.1), abs=1e-3)
-
-
 def test_errors_of_touch_grow_outside_the_taught_points():
     """Square to the face, against a thousand simulated teachings; the leverage formula is exact for a plane."""
     rng = np.random.default_rng(1)

@@ -19,23 +19,6 @@ from tests.robot_readers import read_gcode, read_spel, read_urscript
 from tests.shapes import arc_slot, straight_slot
 
 
-def test_the_path_lies_where_the_taught_points_put_it():
-    it = trajectory(lead_in_mm=5.0)
-    path = placed(it)
-    assert np.abs(path.trajectory.position_mm - in_cell(it.position_mm)).max() < 1e-9
-    assert path.tilt_deg == pytest.approx(1.0, abs=1e-6)
-    for name in ("t_s", "s_mm", "speed_mm_s", "flow_mm3_s"):
-        assert getattr(path.trajectory, name) is getattr(it, name)
-    assert path.warnings == ()
-
-
-def test_the_safe_height_is_above_the_face_and_not_above_the_path():
-    path = placed(motion={"safe_height_mm": 30.0})
-    for over, tip in zip(path.over_mm, (0, -1), strict=True):
-        # The tip is 3 mm above the face already.
-        assert over - path.trajectory.position_mm[tip] == pytest.approx(27.0 * path.frame.normal)
-
-
 @pytest.mark.parametrize(
     ("planned", "changes", "says"),
     [

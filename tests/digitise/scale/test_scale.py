@@ -172,14 +172,3 @@ def test_an_even_scale_has_its_origin_in_the_lower_left_pixel_and_y_up(tmp_path)
     assert photo.to_mm(np.array([[0.0, 299], [4, 299], [0, 295]])) == pytest.approx(np.array([[0, 0], [1, 0], [0, 1]]))
     assert photo.mm_per_px == 0.25
     assert photo.scale_residual_mm is None
-
-
-@pytest.mark.parametrize(
-    ("scale_is", "source", "warned"),
-    [("measured", "given: 0.25 mm/px", 0), ("assumed", "given: 0.25 mm/px (assumed)", 1)],
-)
-def test_an_assumed_scale_says_so(tmp_path, scale_is, source, warned):
-    path = write_png(tmp_path / "plain.png", mortar())
-    photo = load_photo(PhotoInput(file=path, data="synthetic", mm_per_px=0.25, scale_is=scale_is), tmp_path)
-    assert photo.scale_source == source
-    assert len(photo.warnings) == warned

@@ -128,10 +128,6 @@ def test_a_barrel_draws_the_border_in_and_leaves_the_centre():
     assert moved_px == pytest.approx(CENTRE_PX + np.array([[1462.5, 0], [0, 0]]), abs=1e-9)
 
 
-def test_a_lens_of_no_bend_moves_nothing():
-    assert lens_of(0.0).straightened(photo_grid_px()) == pytest.approx(photo_grid_px(), abs=1e-9)
-
-
 def test_a_barrel_reaches_as_far_as_it_shows_farther_places_farther_out():
     """Beyond, the same pixel would show two places. r (1 - |b| r²) is largest at r = 1 / sqrt(3 |b|)."""
     lens = lens_of(-0.2)

@@ -1,20 +1,17 @@
 """Dams where the crack leaves the block, and nowhere else; labels of faces by the planes that they lie in."""
 
 import dataclasses
-from collections import Counter
 
 import numpy as np
 import pytest
 
 from digitise.settings import CrackShape
-from digitise.solid.dams import dams, label_faces
-from digitise.solid.float_mesh import tidy
+from digitise.solid.dams import dams
 from digitise.solid.footprint import lay_out
 from digitise.solid.tilt_variants import Slicer
-from digitise.solid.wedges import carve, wall_shifts_mm
+from digitise.solid.wedges import wall_shifts_mm
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import FaceLabel
-from tests.shapes import CLOSED, CUT, OPEN, oblique_slot, straight_slot
+from tests.shapes import OPEN, oblique_slot, straight_slot
 
 VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
 
@@ -47,25 +44,3 @@ def test_a_crack_out_of_a_corner_is_refused():
     footprint = lay_out(cornered, VERTICAL, 0.0)
     with pytest.raises(InputError, match="within 0 mm of the block side"):
         dams(footprint, [Slicer(footprint, VERTICAL).cavity(0.0)])
-
-
-@pytest.mark.parametrize(("ends", "walls", "across"), [(CLOSED, 4, 0), (CUT, 2, 2)])
-def test_faces_of_a_box_in_a_box_are_labelled_by_their_planes(ends, walls, across):
-    """Normals and places of all faces, told apart without looking at how they were built."""
-    footprint = lay_out(straight_slot(80.0, 3.1, ends), VERTICAL, 0.0)
-    vertices, faces = tidy(carve(footprint, VERTICAL, ()))
-    label = label_faces(vertices, faces, footprint, 16.0, -20.0)
-    corners = vertices[faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    for name in (FaceLabel.TOP, FaceLabel.FLOOR):
-        assert normal[label == name] == pytest.approx(np.tile([0, 0, 1], (Counter(label)[name], 1)))
-    planes = {tuple(row) for row in np.round(normal[label == FaceLabel.WALL], 6) + 0.0}
-    assert len(planes) == walls
-    planes = {tuple(row) for row in np.round(normal[label == FaceLabel.END], 6) + 0.0}
-    assert len(planes) == across
-    assert np.allclose(np.abs(corners[label == FaceLabel.END][:, :, 0] - 40.0), 40.0)
-
-    # The bottom is outside, though it looks like no side.
-    bottom = (corners[:, :, 2] == -20.0).all(axis=1)
-    assert set(label[bottom]) == {FaceLabel.OUTSIDE}
