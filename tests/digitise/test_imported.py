@@ -23,7 +23,7 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
-from tests.meshes import Mesh, block, box, mesh_of, sheet, slotted, soup, turned
+from tests.meshes import Mesh, block, box, labelled_mm2, mesh_of, sheet, slotted, soup, turned
 from tests.shapes import CLOSED, OPEN, closed_crack, wandering_crack
 from tests.slots import block_around, strip, zigzag
 
@@ -48,13 +48,6 @@ def farthest_mm(points_mm: Floats, line_mm: Floats) -> float:
 
 def ring(points_mm: Floats) -> Floats:
     return np.vstack([points_mm, points_mm[:1]])
-
-
-def mesh_area_mm2(solid: Solid, label: FaceLabel) -> float:
-    corners = solid.vertices_mm[solid.faces[solid.face_label == label]]
-    return float(
-        np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
-    )
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +87,7 @@ def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper, name, units
         assert farthest_mm(wall, ring(back.outline.outline_mm)) < 0.01
     # To 0.2 percent: where a dam's edge would meet what is left of an old dam's, it is 0.02 mm wider.
     for label in FaceLabel:
-        assert mesh_area_mm2(back.solid, label) == pytest.approx(mesh_area_mm2(solid, label), rel=2e-3), label.name
+        assert labelled_mm2(back.solid, label) == pytest.approx(labelled_mm2(solid, label), rel=2e-3), label.name
     assert check_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2) == []
 
 
@@ -196,7 +189,7 @@ def test_a_scanned_sheet_becomes_a_sample(tmp_path):
     assert back.solid.figures.mesh.face_tilt_deg == pytest.approx(2.0, abs=0.05)
     assert back.solid.vertices_mm[:, 2].min() == pytest.approx(-15.0, abs=1e-6)
     assert check_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2) == []
-    labels = {label.name: mesh_area_mm2(back.solid, label) for label in FaceLabel}
+    labels = {label.name: labelled_mm2(back.solid, label) for label in FaceLabel}
     assert labels["TOP"] == pytest.approx(100 * 40 - 70 * 4.8, rel=0.02)
     assert labels["FLOOR"] < 70 * 1.6
 
@@ -208,7 +201,7 @@ def test_dams_stand_wherever_a_crack_leaves(tmp_path):
     boxes = np.array([dam.box_mm for dam in back.solid.figures.dams])
     assert len(boxes) == 3
     assert (boxes[:, 5] == 5.0).all()
-    assert mesh_area_mm2(back.solid, FaceLabel.END) == pytest.approx(3 * (4 * 10 + 12 * 5), rel=2e-3)
+    assert labelled_mm2(back.solid, FaceLabel.END) == pytest.approx(3 * (4 * 10 + 12 * 5), rel=2e-3)
     assert back.solid.cavity_volume_mm3 == pytest.approx(100 * 4 * 10 + 18 * 4 * 10)
 
 

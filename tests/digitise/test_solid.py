@@ -16,6 +16,7 @@ from digitise.solid.build_solid import build_solid
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Solid
+from tests.meshes import labelled_mm2
 from tests.shapes import (
     CLOSED,
     CUT,
@@ -45,11 +46,6 @@ def shape(tilt: Tilt = "lean", **changes) -> CrackShape:
 
 def corners(solid: Solid, label: FaceLabel) -> Floats:
     return solid.vertices_mm[solid.faces[solid.face_label == label]]
-
-
-def area_mm2(triangles: Floats) -> float:
-    sides = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    return float(np.linalg.norm(sides, axis=1).sum()) / 2
 
 
 def manifold(solid: Solid) -> Manifold:
@@ -252,14 +248,14 @@ def test_labels_cover_the_faces_they_name():
         FaceLabel.OUTSIDE: block + sides,
     }
     for label, area in expected.items():
-        assert area_mm2(corners(solid, label)) == pytest.approx(area, rel=1e-6), label.name
+        assert labelled_mm2(solid, label) == pytest.approx(area, rel=1e-6), label.name
 
 
 def test_the_inside_of_a_dam_is_an_end():
     """It closes the opening below the face and stands 10 mm above it, 4 mm of tape on either hand."""
     solid = build_solid(straight_slot(L, W, OPEN), shape("vertical"))
     ends = corners(solid, FaceLabel.END)
-    assert area_mm2(ends) == pytest.approx(2 * (W * DEPTH_MM + (W + 8) * 10.0), rel=1e-6)
+    assert labelled_mm2(solid, FaceLabel.END) == pytest.approx(2 * (W * DEPTH_MM + (W + 8) * 10.0), rel=1e-6)
     assert np.ptp(ends[:, :, 0], axis=1).max() < 1e-6
 
 

@@ -140,7 +140,7 @@ def test_a_pyramid_is_the_block_under_its_upper_edge():
 
 
 def test_a_cut_that_loses_volume_is_refused():
-    """As a library does where a triangle's corners lie on a line: see the needle in test_digitise_repair."""
+    """As a library does where a triangle's corners lie on a line: see the needle in test_repair."""
 
     class Lossy:
         def volume(self) -> float:

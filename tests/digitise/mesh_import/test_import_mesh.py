@@ -12,7 +12,7 @@ from digitise.settings import MeshInput, MeshUnit
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import FileUnit, Triangles
 from sealtwin.core.records import FaceLabel
-from tests.meshes import BLOCK_MM, box, mesh_of, slotted
+from tests.meshes import BLOCK_MM, area_mm2, box, mesh_of, slotted
 
 
 def settings(units: str = "mm", up: str = "z") -> MeshInput:
@@ -71,9 +71,7 @@ BELOW_MM = 0.05
 def areas_mm2(body: Manifold) -> dict[str, float]:
     vertices, faces = mesh_of(body)
     label = label_imported(vertices, faces, (0.0, 0.0, *BLOCK_MM[:2]), BELOW_MM)
-    corners = vertices[faces]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
-    return {each.name: float(area[label == each].sum()) for each in FaceLabel}
+    return {each.name: area_mm2(vertices, faces[label == each]) for each in FaceLabel}
 
 
 WALL_MM2, FLOOR_MM2 = 2 * (60 + 4) * 10.0, 60 * 4.0
