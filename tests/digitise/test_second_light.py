@@ -69,7 +69,7 @@ def test_a_small_shift_is_undone_and_told():
 
 def test_a_camera_that_stood_still_has_not_moved():
     """Of this size, tiles are transformed in an odd length, half a pixel off in x and in y."""
-    both, warnings = darker_of_both(*(lit(left, seed, (1215, 670)) for left, seed in ((True, 1), (False, 2))), FILE)
+    both, warnings = darker_of_both(lit(True, 1, (1215, 670)), lit(False, 2, (1215, 670)), FILE)
     assert warnings == ()
     assert width_px(both) == pytest.approx(40, abs=0.3)
 
