@@ -6,7 +6,7 @@ from scipy.ndimage import gaussian_filter
 
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
-from sealtwin.core.records import Floats, Integers, Outline
+from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 
 Mesh = tuple[Floats, Integers]
 BLOCK_MM = (100.0, 40.0, 20.0)
@@ -69,6 +69,15 @@ def sheet(
     a, b, c, d = number[:-1, :-1].ravel(), number[1:, :-1].ravel(), number[1:, 1:].ravel(), number[:-1, 1:].ravel()
     faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
     return np.concatenate([place, height_mm[..., None]], axis=-1).reshape(-1, 3), faces
+
+
+def area_mm2(vertices_mm: Floats, faces: Integers) -> float:
+    sides = np.diff(vertices_mm[faces], axis=1)
+    return float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2)
+
+
+def labelled_mm2(solid: Solid, label: FaceLabel) -> float:
+    return area_mm2(solid.vertices_mm, solid.faces[solid.face_label == label])
 
 
 def turned(mesh: Mesh, about: int, by_deg: float) -> Mesh:

@@ -174,6 +174,11 @@ class Bench:
             self.click(shot.along(share))
         self.await_state("walls")
 
+    def give_scale_and_depth(self):
+        self.page.check("input[name=scale][value=mm_per_px]", force=True)
+        self.page.fill("#mm-per-px", "0.1")
+        self.page.fill("#depth-mm", "16")
+
     def place(self, point):
         """Of a point on the photo, as the panel has it in its fields, in pixels."""
         fields = self.page.locator(f"[data-point={point}] input")
@@ -233,6 +238,11 @@ def open_page(chromium):
     for bench in benches:
         assert not bench.complaints
         assert {visited for visited in bench.visited if not visited.startswith(bench.url)} == set()
+
+
+@pytest.fixture
+def bench(open_page, shot):
+    return open_page(shot.file)
 
 
 def _note_failure(bench, request):

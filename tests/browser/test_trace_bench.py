@@ -34,8 +34,7 @@ def bulge(bench, aside_px):
     return line[:: max(1, len(line) // 25)]
 
 
-def test_a_drawn_wall_replaces_the_traced_one_and_can_be_taken_back(open_page, shot):
-    bench = open_page(shot.file)
+def test_a_drawn_wall_replaces_the_traced_one_and_can_be_taken_back(bench, shot):
     bench.give_ends(shot)
     before = bench.number("area")
     bench.page.keyboard.press("w")
@@ -54,8 +53,7 @@ def test_a_drawn_wall_replaces_the_traced_one_and_can_be_taken_back(open_page, s
     assert bench.page.locator("#lines .drawn").count() == 0
 
 
-def test_a_click_on_a_drawn_wall_erases_it(open_page, shot):
-    bench = open_page(shot.file)
+def test_a_click_on_a_drawn_wall_erases_it(bench, shot):
     bench.give_ends(shot)
     bench.page.keyboard.press("w")
     line = bulge(bench, 12.0)
@@ -68,8 +66,7 @@ def test_a_click_on_a_drawn_wall_erases_it(open_page, shot):
     bench.await_state("walls")
 
 
-def test_a_line_across_the_mortar_is_refused_and_named(open_page, shot):
-    bench = open_page(shot.file)
+def test_a_line_across_the_mortar_is_refused_and_named(bench, shot):
     bench.give_ends(shot)
     bench.page.keyboard.press("w")
     draw(bench, np.linspace(shot.mortar_px[0], shot.mortar_px[1], 12))
@@ -79,15 +76,12 @@ def test_a_line_across_the_mortar_is_refused_and_named(open_page, shot):
     bench.await_state("walls")
 
 
-def test_a_drawn_wall_is_saved_and_there_again(open_page, shot, tmp_path):
-    bench = open_page(shot.file)
+def test_a_drawn_wall_is_saved_and_there_again(bench, open_page, shot, tmp_path):
     bench.give_ends(shot)
     bench.page.keyboard.press("w")
     draw(bench, bulge(bench, 12.0))
     bench.await_state("walls")
-    bench.page.check("input[name=scale][value=mm_per_px]", force=True)
-    bench.page.fill("#mm-per-px", "0.1")
-    bench.page.fill("#depth-mm", "16")
+    bench.give_scale_and_depth()
     bench.page.keyboard.press("Control+s")  # from within the field
     bench.page.wait_for_selector("#farewell[open]")
     trial = shot.file.with_suffix(".toml")
@@ -112,9 +106,7 @@ def test_a_folder_is_traced_photo_by_photo(open_page, shot, tmp_path):
     for name in ("a.jpg", "b.jpg"):
         bench.page.wait_for_function("(name) => document.querySelector('#name').textContent === name", arg=name)
         bench.give_ends(shot)
-        bench.page.check("input[name=scale][value=mm_per_px]", force=True)
-        bench.page.fill("#mm-per-px", "0.1")
-        bench.page.fill("#depth-mm", "16")
+        bench.give_scale_and_depth()
         bench.page.click("#save")
         bench.page.wait_for_selector("#farewell[open]")
         if name == "a.jpg":
@@ -135,9 +127,7 @@ def test_the_volume_is_that_of_the_solid_within_3_percent(open_page, shot, tmp_p
     photo.write_bytes(shot.file.read_bytes())
     bench = open_page(photo)
     bench.give_ends(shot)
-    bench.page.check("input[name=scale][value=mm_per_px]", force=True)
-    bench.page.fill("#mm-per-px", "0.1")
-    bench.page.fill("#depth-mm", "16")
+    bench.give_scale_and_depth()
     bench.page.select_option("#tilt", tilt)
     if angle:
         bench.page.fill("#wall-angle", angle)
@@ -153,8 +143,7 @@ def test_the_volume_is_that_of_the_solid_within_3_percent(open_page, shot, tmp_p
     assert shown == pytest.approx(read_solid(folder.path).cavity_volume_mm3 / 1000, rel=0.03)
 
 
-def test_the_shape_is_taken_back_like_an_end(open_page, shot):
-    bench = open_page(shot.file)
+def test_the_shape_is_taken_back_like_an_end(bench, shot):
     bench.give_ends(shot)
     bench.page.check("#keep-branches")
     bench.page.select_option("#tilt", "flare")

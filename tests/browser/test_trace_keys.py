@@ -6,9 +6,8 @@ import pytest
 pytestmark = pytest.mark.browser
 
 
-def test_the_keyboard_alone_is_enough(open_page, shot):
+def test_the_keyboard_alone_is_enough(bench, shot):
     """Tab to the photo, arrows to the ends, Enter; then to the points, and every one of them by keys."""
-    bench = open_page(shot.file)
     bench.await_state("walls")
     for _ in range(3):  # tools, views, photo
         bench.page.keyboard.press("Tab")
@@ -68,9 +67,8 @@ def _crosshair(bench):
     return np.array([shown["x"] + shown["width"] / 2, shown["y"] + shown["height"] / 2])
 
 
-def test_a_toolbar_is_one_stop_and_arrows_go_along_it(open_page, shot):
+def test_a_toolbar_is_one_stop_and_arrows_go_along_it(bench):
     """As WAI-ARIA describes a toolbar; what is switched off is left out."""
-    bench = open_page(shot.file)
     bench.await_state("walls")
     bench.page.keyboard.press("Tab")
     bench.page.keyboard.press("ArrowRight")
@@ -95,8 +93,7 @@ def test_every_word_can_be_read(open_page, shot, scheme):
     assert pale == []
 
 
-def test_every_control_has_a_name(open_page, shot):
-    bench = open_page(shot.file)
+def test_every_control_has_a_name(bench, shot):
     bench.give_ends(shot)
     assert bench.probe("nameless") == []
     assert bench.page.get_attribute("#end-0", "aria-label").startswith("End 1, where the nozzle starts, x ")

@@ -97,8 +97,7 @@ def test_a_photo_needs_scale_and_depth_before_it_is_saved(open_page, shot, tmp_p
     assert np.allclose(new.photo.ends_px, [shot.along(0.05), shot.along(0.95)], atol=4)
 
 
-def test_quitting_asks_once_where_something_would_be_lost(open_page, shot):
-    bench = open_page(shot.file)
+def test_quitting_asks_once_where_something_would_be_lost(bench, shot):
     bench.click(shot.along(0.05))
     bench.page.click("#quit")
     assert bench.text("#quit") == "Quit without saving?"
@@ -109,8 +108,7 @@ def test_quitting_asks_once_where_something_would_be_lost(open_page, shot):
     assert not shot.file.with_suffix(".toml").exists()
 
 
-def test_a_page_whose_command_has_gone_says_so(open_page, shot):
-    bench = open_page(shot.file)
+def test_a_page_whose_command_has_gone_says_so(bench, shot):
     bench.await_state("walls")
     bench.command.terminate()
     bench.command.wait(10)

@@ -35,9 +35,8 @@ def test_two_clicks_and_the_walls_are_there_within_half_a_second(open_page, big,
     assert _distance_to_line(bench.probe("line", "way"), big.line_px).max() < 0.5 / big.mm_per_px
 
 
-def test_the_line_follows_the_pointer_before_the_second_click(open_page, shot):
+def test_the_line_follows_the_pointer_before_the_second_click(bench, shot):
     """Nothing is kept of it: the figures stay empty until the end is placed."""
-    bench = open_page(shot.file)
     bench.click(shot.along(0.05))
     bench.page.mouse.move(*bench.at(shot.along(0.5)))
     bench.await_state("path")
@@ -48,8 +47,7 @@ def test_the_line_follows_the_pointer_before_the_second_click(open_page, shot):
     assert not re.search(r"\d", bench.text("#length"))
 
 
-def test_via_points_undo_and_redo(open_page, shot):
-    bench = open_page(shot.file)
+def test_via_points_undo_and_redo(bench, shot):
     bench.give_ends(shot)
     assert bench.page.get_attribute("#tools [data-tool=via]", "aria-pressed") == "true", "via points come next"
     for share in (0.7, 0.3):  # clicked in the wrong order, sorted along the crack
@@ -71,8 +69,7 @@ def test_via_points_undo_and_redo(open_page, shot):
     assert bench.page.is_disabled("#redo"), "what was undone is gone once something else is said"
 
 
-def test_an_end_is_dragged_and_the_line_follows(open_page, shot):
-    bench = open_page(shot.file)
+def test_an_end_is_dragged_and_the_line_follows(bench, shot):
     bench.give_ends(shot)
     before = bench.number("length")
     bench.drag(shot.along(0.95), shot.along(0.6))
@@ -103,8 +100,7 @@ def test_walls_follow_a_point_that_is_dragged(open_page, big):
     assert bench.number("length") / whole == pytest.approx(65 / 90, abs=0.03)
 
 
-def test_a_box_bounds_the_search(open_page, shot):
-    bench = open_page(shot.file)
+def test_a_box_bounds_the_search(bench, shot):
     bench.await_state("walls")
     bench.page.keyboard.press("b")
     bench.drag(*shot.mortar_px)
@@ -114,8 +110,7 @@ def test_a_box_bounds_the_search(open_page, shot):
     assert str(shot.file.parent) not in bench.text("#refusal")
 
 
-def test_an_automatic_line_is_a_proposal_until_it_is_confirmed(open_page, shot):
-    bench = open_page(shot.file)
+def test_an_automatic_line_is_a_proposal_until_it_is_confirmed(bench):
     bench.await_state("walls")
     assert bench.page.is_visible("#proposal")
     assert "proposal" in bench.text("#how")
@@ -129,8 +124,7 @@ def test_an_automatic_line_is_a_proposal_until_it_is_confirmed(open_page, shot):
     assert "Between your two ends" in bench.text("#how")
 
 
-def test_a_refusal_is_shown_and_taken_back(open_page, shot):
-    bench = open_page(shot.file)
+def test_a_refusal_is_shown_and_taken_back(bench, shot):
     bench.await_state("walls")
     for place in shot.mortar_px:
         bench.click(place)
@@ -141,8 +135,7 @@ def test_a_refusal_is_shown_and_taken_back(open_page, shot):
     assert bench.text("#refusal") == ""
 
 
-def test_a_line_that_is_refused_does_not_stay_on_the_photo(open_page, shot):
-    bench = open_page(shot.file)
+def test_a_line_that_is_refused_does_not_stay_on_the_photo(bench, shot):
     bench.give_ends(shot)
     bench.drag(shot.along(0.95), shot.mortar_px[1])
     bench.until("document.getElementById('refusal').innerText !== ''")
@@ -153,9 +146,8 @@ def test_a_line_that_is_refused_does_not_stay_on_the_photo(open_page, shot):
     assert bench.page.locator("#left-wall").count() == 0
 
 
-def test_two_windows_on_one_page_do_not_lock_each_other_out(open_page, shot):
+def test_two_windows_on_one_page_do_not_lock_each_other_out(bench, shot):
     """The server answers the newest question, whichever window asks it, and however long that has been open."""
-    bench = open_page(shot.file)
     bench.give_ends(shot)
     other = bench.page.context.new_page()
     other.goto(bench.url)

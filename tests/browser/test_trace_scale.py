@@ -5,9 +5,8 @@ import pytest
 pytestmark = pytest.mark.browser
 
 
-def test_a_ruler_gives_the_scale(open_page, shot):
+def test_a_ruler_gives_the_scale(bench, shot):
     """From marker to marker of the drawn photo; 1 % is a slip of the mouse by five pixels in 500."""
-    bench = open_page(shot.file)
     bench.give_ends(shot)
     assert bench.text("#length").endswith("px")
     bench.page.keyboard.press("r")
@@ -21,9 +20,8 @@ def test_a_ruler_gives_the_scale(open_page, shot):
     assert "mm/px" in bench.text("#scale-found")
 
 
-def test_the_corners_of_the_face_give_the_scale(open_page, shot):
+def test_the_corners_of_the_face_give_the_scale(bench, shot):
     """Clicked in any order; the crack then opens where it meets the face's edge."""
-    bench = open_page(shot.file)
     bench.page.keyboard.press("f")
     for corner in (2, 0, 3, 1):
         bench.click(shot.corners_px[corner])
@@ -40,9 +38,8 @@ def test_the_corners_of_the_face_give_the_scale(open_page, shot):
     assert bench.number("length") == pytest.approx(shot.length_mm, rel=0.015)
 
 
-def test_corners_of_a_turned_face_go_round_from_its_lower_left(open_page, shot):
+def test_corners_of_a_turned_face_go_round_from_its_lower_left(bench):
     """Turned by 20 degrees, a long face's lower left corner lies above the middle of the photo."""
-    bench = open_page(shot.file)
     bench.page.keyboard.press("f")
     corners = ((368, 315), (1684, 793), (1752, 605), (436, 127))
     for corner in (1, 3, 0, 2):
@@ -51,8 +48,7 @@ def test_corners_of_a_turned_face_go_round_from_its_lower_left(open_page, shot):
         assert bench.place(f"face-{number}") == pytest.approx(corner, abs=3)
 
 
-def test_corners_that_were_found_are_adjusted_by_hand(open_page, shot):
-    bench = open_page(shot.file)
+def test_corners_that_were_found_are_adjusted_by_hand(bench, shot):
     bench.page.check("input[value=face]")
     bench.page.fill("#face-width-mm", "160")
     bench.page.fill("#face-height-mm", "40")
@@ -67,9 +63,8 @@ def test_corners_that_were_found_are_adjusted_by_hand(open_page, shot):
         assert bench.at(bench.place(f"face-{corner}")) == pytest.approx(bench.at(shot.corners_px[corner]), abs=2)
 
 
-def test_what_is_half_said_asks_nothing(open_page, shot):
+def test_what_is_half_said_asks_nothing(bench):
     """A search of the photo takes seconds: a width without a height is no reason for another one."""
-    bench = open_page(shot.file)
     bench.await_state("walls")
     asked = []
     bench.page.on("request", lambda request: asked.append(request.post_data_json["hints"]))

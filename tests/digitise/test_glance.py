@@ -23,9 +23,13 @@ def photo(tmp_path_factory):
     return evenly_scaled(write_png(tmp_path_factory.mktemp("photo") / "crack.png", picture))
 
 
-def test_a_glance_sees_the_walls_that_are_there(photo):
+@pytest.fixture(scope="module")
+def path(photo):
+    return replace(find_path(photo, ENDS), width_px=WIDTH_PX)
+
+
+def test_a_glance_sees_the_walls_that_are_there(photo, path):
     """Half as many pixels, half as sure of each edge: half a pixel of the photo on average; length and width 1 %."""
-    path = replace(find_path(photo, ENDS), width_px=WIDTH_PX)
     rough, fine = glance(photo, path), trace_outline(photo, path)
     assert rough is not None
     assert rough.length_mm == pytest.approx(fine.length_mm, rel=0.01)
@@ -37,16 +41,18 @@ def test_a_glance_sees_the_walls_that_are_there(photo):
     assert len(rough.centreline_mm) < 0.6 * len(fine.centreline_mm)
 
 
-def test_a_narrow_crack_is_left_to_the_photo(photo):
-    path = find_path(photo, ENDS)
-    for width_px, seen in ((2 * GLANCE_WIDTH_PX, True), (1.9 * GLANCE_WIDTH_PX, False), (9.0, False), (0.0, False)):
-        assert (glance(photo, replace(path, width_px=width_px)) is not None) == seen
+@pytest.mark.parametrize(
+    ("width_px", "seen"), [(2 * GLANCE_WIDTH_PX, True), (1.9 * GLANCE_WIDTH_PX, False), (9.0, False), (0.0, False)]
+)
+def test_a_narrow_crack_is_left_to_the_photo(photo, path, width_px, seen):
+    assert (glance(photo, replace(path, width_px=width_px)) is not None) == seen
 
 
-def test_a_glance_that_finds_no_walls_says_nothing(photo):
+def test_a_glance_that_finds_no_walls_says_nothing_nor_one_at_a_painted_crack(photo, path):
     """Whether they are there is for the photo to say."""
     bare = CrackPath(np.column_stack([np.linspace(100, 900, 200), np.full(200, 80.0)]), WIDTH_PX, "ends")
     assert glance(photo, bare) is None
+    assert glance(replace(photo, file=Path("x"), drawn=np.ones(photo.brightness.shape, dtype=bool)), path) is None
 
 
 @pytest.mark.parametrize("factor", [2, 4, 8])
@@ -70,9 +76,3 @@ def test_a_pixel_of_the_copy_is_the_mean_of_its_block(photo):
     copy = smaller(photo, 4)
     block = photo.brightness[100:104, 896:900]
     assert copy.brightness[25, 224] == pytest.approx(block.mean(), rel=1e-5)
-
-
-def test_a_painted_crack_needs_no_glance(photo):
-    path = find_path(photo, ENDS)
-    painted = replace(photo, file=Path("x"), drawn=np.ones(photo.brightness.shape, dtype=bool))
-    assert glance(painted, path) is None

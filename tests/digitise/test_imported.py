@@ -23,8 +23,8 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
-from tests.meshes import Mesh, block, box, mesh_of, sheet, slotted, soup, turned
-from tests.shapes import CLOSED, OPEN, closed_crack, straight_slot, wandering_crack
+from tests.meshes import Mesh, block, box, labelled_mm2, mesh_of, sheet, slotted, soup, turned
+from tests.shapes import CLOSED, OPEN, closed_crack, wandering_crack
 from tests.slots import block_around, strip, zigzag
 
 AXES = {"y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)), "-x": ((0, 0, -1), (0, 1, 0), (1, 0, 0))}
@@ -50,13 +50,6 @@ def ring(points_mm: Floats) -> Floats:
     return np.vstack([points_mm, points_mm[:1]])
 
 
-def mesh_area_mm2(solid: Solid, label: FaceLabel) -> float:
-    corners = solid.vertices_mm[solid.faces[solid.face_label == label]]
-    return float(
-        np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
-    )
-
-
 @pytest.fixture(scope="module")
 def paper() -> tuple[Outline, Solid]:
     """Wandering, leaning, open at both ends: the hardest of our own solids."""
@@ -64,12 +57,17 @@ def paper() -> tuple[Outline, Solid]:
     return outline, build_solid(outline, CrackShape(depth_mm=16.0, tilt="lean"))
 
 
-@pytest.mark.parametrize(("name", "units", "up"), [("a.stl", "inch", "y"), ("a.ply", "m", "-x"), ("a.glb", "cm", "y")])
+@pytest.fixture(scope="module")
+def slot(tmp_path_factory) -> ImportedSample:
+    """A block with a slot of 60 x 4 x 10 mm."""
+    return brought(tmp_path_factory.mktemp("slot"), mesh_of(slotted()))
+
+
+@pytest.mark.parametrize(("name", "units", "up"), [("a.ply", "m", "-x"), ("a.glb", "cm", "y")])
 def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper, name, units, up):
     """Walls that lean by 11 degrees have moved by 0.01 mm where the mouth is seen, 0.05 mm under the face."""
     outline, solid = paper
-    scale = {"inch": 25.4, "m": 1000.0, "cm": 10.0}[units]
-    file = solid.vertices_mm @ np.array(AXES[up]).T / scale, solid.faces
+    file = solid.vertices_mm @ np.array(AXES[up]).T / {"m": 1000.0, "cm": 10.0}[units], solid.faces
     back = brought(tmp_path, file, name, units=units, up=up)
     assert back.solid.cavity_volume_mm3 == pytest.approx(solid.cavity_volume_mm3, rel=1e-6)
     assert back.solid.block_mm == pytest.approx(solid.block_mm, abs=1e-4)
@@ -77,7 +75,7 @@ def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper, name, units
     assert back.outline.ends == OPEN
     assert back.outline.length_mm == pytest.approx(arc_length(midline(outline))[-1], abs=0.3)
     # Beside an oblique end one wall is lost to a photo, and that is told; a mesh knows its walls.
-    assert back.outline.warnings == ()
+    assert back.outline.warnings == back.solid.figures.warnings == ()
     assert farthest_mm(back.outline.outline_mm, ring(outline.outline_mm)) < 0.03
     assert farthest_mm(ring(outline.outline_mm), ring(back.outline.outline_mm)) < 0.03
     # Where one wall alone is left beside an oblique end, the middle is a matter of taste.
@@ -87,16 +85,10 @@ def test_our_own_solid_comes_back_as_the_same_crack(tmp_path, paper, name, units
     for wall in (back.outline.left_wall_mm, back.outline.right_wall_mm):
         # A station between two corners of the ring cuts off as much as the ring bends there.
         assert farthest_mm(wall, ring(back.outline.outline_mm)) < 0.01
-
-
-def test_its_faces_are_told_apart_as_those_that_we_made(tmp_path, paper):
-    """To 0.2 percent: where a dam's edge would meet what is left of an old dam's, it is 0.02 mm wider."""
-    _, solid = paper
-    back = brought(tmp_path, (solid.vertices_mm, solid.faces)).solid
+    # To 0.2 percent: where a dam's edge would meet what is left of an old dam's, it is 0.02 mm wider.
     for label in FaceLabel:
-        assert mesh_area_mm2(back, label) == pytest.approx(mesh_area_mm2(solid, label), rel=2e-3), label.name
-    assert check_mesh(back.vertices_mm, back.faces, expected_euler=2) == []
-    assert back.figures.warnings == ()
+        assert labelled_mm2(back.solid, label) == pytest.approx(labelled_mm2(solid, label), rel=2e-3), label.name
+    assert check_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2) == []
 
 
 def test_sections_add_up_to_the_cavity(tmp_path):
@@ -110,7 +102,7 @@ def test_sections_add_up_to_the_cavity(tmp_path):
     assert sections.s_mm[-1] == pytest.approx(back.outline.length_mm)
 
 
-@pytest.mark.parametrize(("tilt", "angle_deg"), [("flare", 5.5), ("vertical", 0.0), ("funnel", 5.5), ("lean", 11.0)])
+@pytest.mark.parametrize(("tilt", "angle_deg"), [("funnel", 5.5), ("lean", 11.0)])
 def test_sections_hold_below_each_level_what_our_own_solid_holds(tmp_path, paper, tilt, angle_deg):
     """To 0.2 % of the cavity, at oblique ends too: layers of 0.3 mm and cells of a twenty-fourth of the width."""
     outline = paper[0]
@@ -129,8 +121,7 @@ def test_sections_hold_below_each_level_what_our_own_solid_holds(tmp_path, paper
         ), level_mm
 
 
-@pytest.mark.parametrize("turn_deg", [100.0, 140.0])
-@pytest.mark.parametrize("given", [False, True])
+@pytest.mark.parametrize(("turn_deg", "given"), [(100.0, True), (140.0, False)])
 def test_a_zigzag_has_its_length_width_and_volume(tmp_path, turn_deg, given):
     """A given line is taken at steps of 0.25 mm; smoothing rounds three bends by 1.5 % of the line at most."""
     line_mm = zigzag(turn_deg)
@@ -145,37 +136,28 @@ def test_a_zigzag_has_its_length_width_and_volume(tmp_path, turn_deg, given):
     assert np.trapezoid(sections.area_mm2, sections.s_mm) == pytest.approx(3000.0, rel=0.01)
 
 
-def test_a_solid_without_areas_by_level_is_of_an_earlier_state(tmp_path):
+def test_a_solid_without_areas_by_level_is_of_an_earlier_state(tmp_path, slot):
     """Its volumes would take the walls of the mesh as upright."""
-    solid = brought(tmp_path, mesh_of(slotted())).solid
-    write_solid(tmp_path, solid)
-    assert read_solid(tmp_path).sections.below_mm2 == pytest.approx(solid.sections.below_mm2, abs=1e-5)
-    write_solid(tmp_path, replace(solid, sections=replace(solid.sections, levels_mm=None, below_mm2=None)))
+    write_solid(tmp_path, slot.solid)
+    assert read_solid(tmp_path).sections.below_mm2 == pytest.approx(slot.solid.sections.below_mm2, abs=1e-5)
+    write_solid(tmp_path, replace(slot.solid, sections=replace(slot.solid.sections, levels_mm=None, below_mm2=None)))
     with pytest.raises(InputError, match=r"solid\.json: .*sections\.below_mm2 is missing"):
         read_solid(tmp_path)
 
 
-def test_it_is_named_a_mesh_wherever_a_photo_would_be(tmp_path):
-    outline = brought(tmp_path, mesh_of(slotted())).outline
-    assert (outline.path_source, outline.scale_source) == ("mesh", "mesh in mm: scan.stl")
-    assert outline.warnings == ()
-    shown_px = outline.centreline_px * outline.mm_per_px
-    assert np.ptp(shown_px, axis=0) == pytest.approx(np.ptp(outline.centreline_mm, axis=0), abs=1e-6)
+def test_it_is_named_a_mesh_wherever_a_photo_would_be(slot):
+    assert (slot.outline.path_source, slot.outline.scale_source) == ("mesh", "mesh in mm: scan.stl")
+    assert slot.outline.warnings == ()
+    shown_px = slot.outline.centreline_px * slot.outline.mm_per_px
+    assert np.ptp(shown_px, axis=0) == pytest.approx(np.ptp(slot.outline.centreline_mm, axis=0), abs=1e-6)
 
 
-def test_the_picture_shows_the_crack_dark_and_its_walls_on_it(tmp_path):
-    back = brought(tmp_path, mesh_of(slotted()))
-    picture = draw_overlay(back.photo, back.outline)
-    scale = picture.shape[1] / (back.outline.mm_per_px**-1 * (60 + 30))
-    (x, y) = back.outline.centreline_px[len(back.outline.centreline_px) // 3]
-    grey = np.mean(picture[round((y + 12) * scale), round(x * scale)])
-    face = np.mean(picture[round((y + 120) * scale), round(x * scale)])
+def test_the_picture_shows_the_crack_dark_and_its_walls_on_it(slot):
+    picture = draw_overlay(slot.photo, slot.outline)
+    scale = picture.shape[1] / (slot.outline.mm_per_px**-1 * (60 + 30))
+    (x, y) = slot.outline.centreline_px[len(slot.outline.centreline_px) // 3]
+    grey, face = (np.mean(picture[round((y + down) * scale), round(x * scale)]) for down in (12, 120))
     assert grey < 100 < 180 < face
-
-
-def test_other_openings_are_told(tmp_path):
-    (warning,) = brought(tmp_path, mesh_of(slotted(box((5.0, 5.0, -3.0), (8.0, 8.0, 1.0))))).outline.warnings
-    assert warning.startswith("1 other openings of up to 9.0 mm²")
 
 
 def test_each_repair_is_told(tmp_path):
@@ -207,7 +189,7 @@ def test_a_scanned_sheet_becomes_a_sample(tmp_path):
     assert back.solid.figures.mesh.face_tilt_deg == pytest.approx(2.0, abs=0.05)
     assert back.solid.vertices_mm[:, 2].min() == pytest.approx(-15.0, abs=1e-6)
     assert check_mesh(back.solid.vertices_mm, back.solid.faces, expected_euler=2) == []
-    labels = {label.name: mesh_area_mm2(back.solid, label) for label in FaceLabel}
+    labels = {label.name: labelled_mm2(back.solid, label) for label in FaceLabel}
     assert labels["TOP"] == pytest.approx(100 * 40 - 70 * 4.8, rel=0.02)
     assert labels["FLOOR"] < 70 * 1.6
 
@@ -219,7 +201,7 @@ def test_dams_stand_wherever_a_crack_leaves(tmp_path):
     boxes = np.array([dam.box_mm for dam in back.solid.figures.dams])
     assert len(boxes) == 3
     assert (boxes[:, 5] == 5.0).all()
-    assert mesh_area_mm2(back.solid, FaceLabel.END) == pytest.approx(3 * (4 * 10 + 12 * 5), rel=2e-3)
+    assert labelled_mm2(back.solid, FaceLabel.END) == pytest.approx(3 * (4 * 10 + 12 * 5), rel=2e-3)
     assert back.solid.cavity_volume_mm3 == pytest.approx(100 * 4 * 10 + 18 * 4 * 10)
 
 
@@ -228,7 +210,7 @@ def test_a_given_path_is_the_centreline(tmp_path):
     mesh = turned(turned(mesh_of(slotted()), 0, 3.0), 2, 14.0)
     line_mm = np.column_stack([np.linspace(75, 15, 100), np.full(100, 20.4), np.zeros(100)])
     file_mm = turned(turned((line_mm, mesh[1]), 0, 3.0), 2, 14.0)[0]
-    (tmp_path / "path.csv").write_text("x_mm,y_mm\n" + "\n".join(f"{x:.6f},{y:.6f}" for x, y, _ in file_mm))
+    np.savetxt(tmp_path / "path.csv", file_mm, "%.6f", ",", header="x_mm,y_mm,z_mm", comments="")
     back = brought(tmp_path, mesh, path=Path("path.csv"))
     centre = back.outline.centreline_mm
     assert np.abs(centre[:, 1] - 20.4).max() < 0.02
@@ -244,8 +226,7 @@ def test_a_given_path_is_the_centreline(tmp_path):
 @pytest.mark.parametrize(("from_mm", "share"), [(15, None), (50, "50")])
 def test_a_given_path_along_a_part_of_the_crack_is_told(tmp_path, from_mm, share):
     """The slot runs from 20 to 80 mm: half of it would get the sealant of all."""
-    line_mm = np.linspace((from_mm, 20.0), (85.0, 20.0), 50)
-    (tmp_path / "path.csv").write_text("x_mm,y_mm\n" + "\n".join(f"{x:.4f},{y:.4f}" for x, y in line_mm))
+    np.savetxt(tmp_path / "path.csv", np.linspace((from_mm, 20.0), (85.0, 20.0), 50))
     outline = brought(tmp_path, mesh_of(slotted()), path=Path("path.csv")).outline
     follows = [re.search(r"follows (\d+) % of the crack's mouth", warning) for warning in outline.warnings]
     assert [found and found[1] for found in follows] == ([] if share is None else [share])
@@ -267,35 +248,24 @@ def test_a_sheet_with_sides_needs_no_base(tmp_path):
         brought(tmp_path, open_below, base_mm=25.0)
 
 
+SLOT = mesh_of(slotted())
+
+
 @pytest.mark.parametrize(
     ("mesh", "settings", "says"),
     [
         (
-            mesh_of(slotted()),
+            SLOT,
             {"units": "m"},
-            "Bounding box 1e+05 x 4e+04 x 2e+04 mm, with units = m, is implausible .* in mm or cm",
+            r"box 1e\+05 x 4e\+04 x 2e\+04 mm, with units = m, is implausible .* in mm or cm",
         ),
-        (mesh_of(slotted()), {"base_mm": 30.0}, "base_mm is 30, but the mesh is closed below"),
-        (mesh_of(slotted()), {"up": "-z"}, "No crack opens in the face"),
-        (mesh_of(slotted()), {"path": Path("none.csv")}, "none.csv: no such path file"),
+        (SLOT, {"base_mm": 30.0}, "base_mm is 30, but the mesh is closed below"),
+        (SLOT, {"up": "-z"}, "No crack opens in the face"),
+        (SLOT, {"path": Path("none.csv")}, "none.csv: no such path file"),
         (sheet(), {}, "encloses no volume; it is a sheet. Give base_mm"),
         (sheet(), {"base_mm": 5.0}, "base_mm is 5, but the mesh reaches"),
     ],
 )
 def test_what_cannot_be_a_sample_is_refused_in_a_sentence(tmp_path, mesh, settings, says):
-    with pytest.raises(InputError, match=says.replace("+", r"\+")):
+    with pytest.raises(InputError, match=says):
         brought(tmp_path, mesh, **settings)
-
-
-def test_a_glb_that_is_not_in_metres_is_taken_at_its_word_and_told(tmp_path):
-    back = brought(tmp_path, mesh_of(slotted()), "scan.glb", units="mm")
-    assert "glTF is in metres; its numbers are read as mm" in back.notes[0]
-
-
-def test_a_straight_slot_has_its_own_length(tmp_path):
-    """Its ends lie in the block's sides, where one pixel of its picture is 0.08 mm."""
-    solid = build_solid(straight_slot(80.0, 3.1, OPEN), CrackShape(depth_mm=8.0, tilt="vertical"))
-    back = brought(tmp_path, (solid.vertices_mm, solid.faces))
-    assert back.outline.length_mm == pytest.approx(80.0, abs=1e-3)
-    assert np.abs(midline(back.outline)[:, 1] - 20.0).max() < 0.01
-    assert back.outline.face_mm == pytest.approx((0.0, 0.0, 80.0, 40.0))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from digitise.settings import NozzlePath
-from digitise.trajectory import path_report, plan_trajectory, radii_mm, turns_deg
+from digitise.trajectory import path_report, plan_trajectory
 from sealtwin.core.records import Outline, Sections
 from sealtwin.core.solid_figures import PathFigures
 from tests.shapes import arc_slot, dog_leg, straight_slot, wandering_crack
@@ -73,11 +73,3 @@ def test_a_sharp_turn_and_a_path_beside_the_crack_are_remarked_on():
     assert reported(dog_leg(15.0), smoothing_mm=0.0, spacing_mm=5.0)[1] == ()
     _, warnings = reported(dog_leg(60.0), smoothing_mm=2.0)
     assert any("smoothing takes the nozzle" in text and "3.00 mm wide" in text for text in warnings)
-
-
-def test_turns_and_radii_of_a_square_corner():
-    """(0,0), (1,0), (1,1): 90 degrees, on a circle of radius sqrt(2) / 2."""
-    corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
-    assert turns_deg(corner) == pytest.approx([90.0])
-    assert radii_mm(corner) == pytest.approx([np.sqrt(0.5)])
-    assert turns_deg(corner[:2]).size == radii_mm(corner[:2]).size == 0

@@ -42,7 +42,7 @@ def test_a_number_that_no_bench_has_is_refused_by_its_key(table: type[BaseModel]
     """Each of these once reached trajectory.csv or crack.stl, or ended in a traceback."""
     for value in values:
         with pytest.raises(ValidationError) as fault:
-            table.model_validate_json(_json(base | {key: value}))
+            table.model_validate_json(json.dumps(base | {key: value}))
         assert key in str(fault.value)
 
 
@@ -51,29 +51,25 @@ def test_a_number_that_no_bench_has_is_refused_by_its_key(table: type[BaseModel]
 def test_a_place_that_no_photo_has_is_refused_by_its_key(key, value):
     """Beyond 2^27 px OpenCV's integers overflow: a region of everything became a region of nothing."""
     with pytest.raises(ValidationError, match=key):
-        PhotoInput.model_validate_json(_json(PHOTO | {"mm_per_px": 0.1, key: [[0.0, 0.0], [value, 0.0]]}))
+        PhotoInput.model_validate_json(json.dumps(PHOTO | {"mm_per_px": 0.1, key: [[0.0, 0.0], [value, 0.0]]}))
 
 
 def test_a_marker_lies_in_one_place():
     places = [{"id": number, "x_mm": 20.0 * number, "y_mm": 0.0} for number in (0, 1, 2, 3, 1)]
     with pytest.raises(ValidationError, match="marker 1 is listed 2 times"):
-        MarkerBoard.model_validate_json(_json({"size_mm": 16.0, "markers": places}))
+        MarkerBoard.model_validate_json(json.dumps({"size_mm": 16.0, "markers": places}))
 
 
 @pytest.mark.parametrize("side", [0.0, -40.0, 1e9])
 def test_a_face_has_two_sides_of_a_sample_s_size(side):
     with pytest.raises(ValidationError, match=r"face_mm\.1"):
-        PhotoInput.model_validate_json(_json(PHOTO | {"face_mm": [160.0, side]}))
+        PhotoInput.model_validate_json(json.dumps(PHOTO | {"face_mm": [160.0, side]}))
 
 
 def test_what_a_bench_does_have_is_taken():
     CrackShape.model_validate(CRACK | {"dam_height_mm": 0.0, "floor_thickness_mm": 0.2, "depth_mm": 500.0})
     NozzlePath.model_validate({"volume_ml": 1000.0, "speed_mm_s": 1000.0, "smoothing_mm": 0.0, "trim_mm": 0.0})
-    PhotoInput.model_validate_json(_json(PHOTO | {"mm_per_px": 0.002}))
-
-
-def _json(content: dict[str, Any]) -> str:
-    return json.dumps(content)
+    PhotoInput.model_validate_json(json.dumps(PHOTO | {"mm_per_px": 0.002}))
 
 
 def test_a_share_of_the_cavity_beside_a_volume_is_refused():

@@ -9,18 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from digitise.settings import NozzlePath
-from digitise.trajectory import plan_trajectory, smooth_centreline, volume_warnings
+from digitise.trajectory import plan_trajectory, smooth_centreline, times_along, volume_warnings
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_trajectory, write_trajectory
 from sealtwin.core.records import Outline, Sections, Trajectory
-from tests.shapes import arc_slot, cut_crack, mirrored, reversed_path, straight_slot, wandering_crack
+from tests.shapes import arc_slot, cut_crack, reversed_path, straight_slot, wandering_crack
 
 PAPER = NozzlePath(volume_ml=4.8)
-
-
-def dispensed_mm3(trajectory: Trajectory) -> float:
-    return float((trajectory.flow_mm3_s[:-1] * np.diff(trajectory.t_s)).sum())
 
 
 def planned(outline: Outline, sections: Sections | None = None, **changes: Any) -> Trajectory:
@@ -39,14 +35,9 @@ def test_a_straight_crack_gets_the_paper_s_path():
     assert np.abs(path.s_mm - expected[:, 0]).max() < 1e-9
     assert path.duration_s == pytest.approx(15.0, rel=1e-12)
     assert path.length_mm == pytest.approx(60.0, rel=1e-12)
-    assert path.flow_mm3_s[:-1] == pytest.approx(np.full(60, 320.0))
-    assert path.speed_mm_s[:-1] == pytest.approx(np.full(60, 4.0))
-
-
-def test_a_controller_that_holds_the_last_row_stands_still_and_gives_no_more():
-    path = plan_trajectory(wandering_crack(1), PAPER, cavity_volume_mm3=1.0)
-    assert (path.flow_mm3_s[-1], path.speed_mm_s[-1]) == (0.0, 0.0)
-    assert path.flow_mm3_s[:-1].min() > 0
+    # A controller that holds the last row stands still and gives no more.
+    assert path.flow_mm3_s == pytest.approx([320.0] * 60 + [0.0])
+    assert path.speed_mm_s == pytest.approx([4.0] * 60 + [0.0])
 
 
 def test_an_arc_is_followed_within_the_smoothing_bound():
@@ -61,7 +52,7 @@ def test_an_arc_is_followed_within_the_smoothing_bound():
     assert np.abs(np.linalg.norm(exact.position_mm[:, :2], axis=1) - 60.0).max() < 1e-3
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_smoothing_keeps_its_bound_and_straightens_noise(seed):
     """On a rough centreline the bound is used up, and turns between waypoints are calmer than without."""
     rough = wandering_crack(seed, rough_mm=0.2)
@@ -85,7 +76,7 @@ def turns_deg(path: Trajectory) -> np.ndarray:
     return np.degrees(np.abs(np.diff(np.unwrap(np.arctan2(step[:, 1], step[:, 0])))))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     seed=st.integers(0, 50),
     volume_ml=st.floats(0.01, 900),
@@ -143,6 +134,7 @@ def test_a_reversed_path_is_the_same_line_from_its_other_end():
     # Turned about twice is a reversed crack with its trims exchanged, but for where the spline sets its knots: that
     # must stay below the bound of the smoothing.
     walked = planned(reversed_path(outline), trim_mm=(15.0, 5.0))
+    assert np.linalg.norm(there.position_mm[0, :2] - outline.centreline_mm[0]) < 5.1
     assert np.linalg.norm(walked.position_mm[[0, -1]] - back.position_mm[[0, -1]], axis=1).max() < 0.1
 
 
@@ -191,31 +183,10 @@ def test_a_pinch_between_two_waypoints_is_not_skipped():
     assert given_mm3[30] / given_mm3[0] == pytest.approx(0.75)
 
 
-def test_a_share_of_the_cavity_is_given_where_asked_for():
-    path = planned(straight_slot(), volume_ml="cavity", fill=1.0)
-    half = plan_trajectory(straight_slot(), NozzlePath(fill=0.55), cavity_volume_mm3=3968.0)
-    assert path.dispensed_mm3 == pytest.approx(1.0)
-    assert half.dispensed_mm3 == pytest.approx(0.55 * 3968.0, rel=1e-12)
-
-
-def test_the_cavity_s_volume_is_given_where_asked_for():
-    path = plan_trajectory(straight_slot(), NozzlePath(), cavity_volume_mm3=3968.0)
-    assert path.dispensed_mm3 == pytest.approx(3968.0, rel=1e-12)
-
-
-def test_a_mirrored_crack_gives_the_mirrored_path():
-    outline = wandering_crack(3)
-    path = plan_trajectory(outline, PAPER, 1.0)
-    twin = plan_trajectory(mirrored(outline), PAPER, 1.0)
-    assert np.abs(twin.position_mm - path.position_mm * [-1, 1, 1]).max() < 1e-9
-    assert np.abs(twin.position_mm - path.position_mm - [-160, 0, 0]).max() > 1.0
-
-
-def test_the_nozzle_starts_at_the_first_end():
-    outline = wandering_crack(3)
-    there, back = (plan_trajectory(o, PAPER, 1.0) for o in (outline, reversed_path(outline)))
-    assert np.linalg.norm(there.position_mm[0, :2] - outline.centreline_mm[0]) < 10.1
-    assert np.linalg.norm(back.position_mm[0, :2] - outline.centreline_mm[-1]) < 10.1
+@pytest.mark.parametrize(("path", "share"), [({}, 1.0), ({"fill": 0.55}, 0.55), ({"volume_ml": "cavity"}, 1.0)])
+def test_the_cavity_s_volume_or_a_share_of_it_is_given_where_asked_for(path, share):
+    it = plan_trajectory(straight_slot(), NozzlePath.model_validate(path), cavity_volume_mm3=3968.0)
+    assert it.dispensed_mm3 == pytest.approx(share * 3968.0, rel=1e-12)
 
 
 def test_the_file_gives_the_volume_too(tmp_path):
@@ -224,21 +195,37 @@ def test_the_file_gives_the_volume_too(tmp_path):
     assert read_trajectory(tmp_path).dispensed_mm3 == pytest.approx(4800.0, rel=1e-6)
 
 
+TOO_LONG = {"spacing_mm": 0.0105, "lead_in_mm": 500.0, "lead_out_mm": 500.0}
+
+
 @pytest.mark.parametrize(
-    ("length_mm", "changes", "says"),
+    ("length_mm", "changes", "cavity_mm3", "says"),
     [
-        (20.5, {}, r"Centreline 20.5 mm: too short to trim 2 x 10 mm"),
-        (20.5, {"trim_mm": (18.0, 2.0)}, r"too short to trim 18 and 2 mm and leave a step of 1 mm"),
-        (40.0, {"ramp_mm": 10.5}, r"ramp_mm is 10.5: two ramps do not fit into a path of 20.0 mm.* at most 10; or"),
-        (40.0, {"ramp_mm": 15.5, "lead_in_mm": 10.0}, r"into a path of 30.0 mm, leads included. Allowed is at most 15"),
-        (80.0, {"spacing_mm": 0.0105, "lead_in_mm": 500.0, "lead_out_mm": 500.0}, "more than 100000 waypoints"),
-        (1100.0, {"spacing_mm": 0.0105}, "more than 100000 waypoints"),
+        (20.5, {}, 0.0, r"Centreline 20.5 mm: too short to trim 2 x 10 mm"),
+        (20.5, {"trim_mm": (18.0, 2.0)}, 0.0, r"too short to trim 18 and 2 mm and leave a step of 1 mm"),
+        (
+            40.0,
+            {"ramp_mm": 10.5},
+            0.0,
+            r"ramp_mm is 10.5: two ramps do not fit into .* 20.0 mm.* at most 10; or",
+        ),
+        (40.0, {"ramp_mm": 15.5, "lead_in_mm": 10.0}, 0.0, r"a path of 30.0 mm, leads included. Allowed is at most 15"),
+        (80.0, TOO_LONG, 0.0, "more than 100000 waypoints"),
+        (1100.0, {"spacing_mm": 0.0105}, 0.0, "more than 100000 waypoints"),
+        # volume_ml has a limit of 1000; "cavity" must not be a way round it.
+        (80.0, {"volume_ml": "cavity"}, 3.1e7, r"the cavity holds 31000 ml, more than the 1000 ml"),
+        (
+            80.0,
+            {"volume_ml": "cavity", "fill": 3.0},
+            4e5,
+            r"400 ml, which fill = 3 makes 1200 ml, more than the 1000",
+        ),
     ],
 )
-def test_impossible_paths_are_refused_in_a_sentence(length_mm, changes, says):
+def test_impossible_paths_are_refused_in_a_sentence(length_mm, changes, cavity_mm3, says):
     plan = NozzlePath.model_validate({"volume_ml": 4.8} | changes)
     with pytest.raises(InputError, match=says):
-        plan_trajectory(straight_slot(length_mm), plan, cavity_volume_mm3=0.0)
+        plan_trajectory(straight_slot(length_mm), plan, cavity_volume_mm3=cavity_mm3)
 
 
 def test_a_crack_without_any_section_gets_no_share_of_nothing():
@@ -249,14 +236,6 @@ def test_a_crack_without_any_section_gets_no_share_of_nothing():
         planned(straight_slot(80.0), flow="cross_section")
 
 
-def test_a_cavity_larger_than_a_path_may_fill_is_refused_with_its_volume():
-    """volume_ml has a limit of 1000; "cavity" must not be a way round it."""
-    with pytest.raises(InputError, match=r"the cavity holds 31000 ml, more than the 1000 ml"):
-        plan_trajectory(straight_slot(), NozzlePath(), cavity_volume_mm3=3.1e7)
-    with pytest.raises(InputError, match=r"holds 400 ml, which fill = 3 makes 1200 ml, more than the 1000 ml"):
-        plan_trajectory(straight_slot(), NozzlePath(fill=3.0), cavity_volume_mm3=4e5)
-
-
 def test_a_volume_far_from_the_cavity_s_is_remarked_on():
     """The paper's trial gives 0.84 cavities (4.8 of 5.71 ml); 1000 ml for 3.17 is a slip, and so is a thousandth."""
     assert volume_warnings(4800.0, 5710.0) == ()
@@ -264,3 +243,31 @@ def test_a_volume_far_from_the_cavity_s_is_remarked_on():
     assert "1000 ml of sealant to a cavity of 3.17 ml, 315 times" in flood
     (drop,) = volume_warnings(1.0, 3170.0)
     assert "0.000315 times" in drop
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    speed=st.floats(0.01, 1000),
+    ramp=st.floats(0.01, 200),
+    even=st.floats(0.0, 500),
+    count=st.integers(2, 300),
+)
+def test_a_path_with_two_ramps_takes_as_long_as_one_longer_by_both_of_them(speed, ramp, even, count):
+    """Each ramp is passed at half the speed on average."""
+    length = 2 * ramp + even
+    t_s = times_along(np.linspace(0.0, length, count), speed, ramp)
+    # Square roots of distances: rounding of 1e-16 mm becomes 1e-8 of a ramp.
+    assert t_s[-1] == pytest.approx((length + 2 * ramp) / speed, rel=1e-7)
+    assert t_s[0] == 0
+    assert np.diff(t_s).min() > 0
+
+
+def test_acceleration_is_constant_and_speed_is_reached_at_the_end_of_the_ramp():
+    """4 mm/s over 8 mm: 1 mm/s², 4 s. Second differences of t² / 2 are exact at even times."""
+    way = np.array([0.0, 0.5, 2.0, 4.5, 8.0, 12.0, 16.0, 19.5, 22.0, 23.5, 24.0])
+    # Half a second at a time: 0.5 t² up to t = 4 s, 4 mm/s in between, and the same way down.
+    assert times_along(way, 4.0, 8.0) == pytest.approx([0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10], abs=1e-12)
+
+
+def test_no_ramp_is_at_speed_at_once():
+    assert times_along(np.array([0.0, 1.0, 3.0]), 2.0, 0.0).tolist() == [0.0, 0.5, 1.5]

@@ -1,22 +1,98 @@
-"""The block of a sample: its four sides, past what stands out of them."""
+"""The face of a sample in its mesh, and the block with four sides under it."""
 
 import numpy as np
 import pytest
+import trimesh
 from manifold3d import Manifold, OpType
 
-from digitise.mesh_import.block import cut_block, parted
+from digitise.mesh_import.block import FacePlane, cut_block, find_face, parted
+from digitise.mesh_import.import_mesh import moved
+from digitise.mesh_import.repair import one_surface
 from sealtwin.core.errors import InputError
-from tests.meshes import BLOCK_MM, box, slotted
+from tests.meshes import BLOCK_MM, Mesh, box, mesh_of, modelled, sheet, slotted, turned
+from tests.shapes import wandering_crack
+
+
+def face_of(mesh: Mesh) -> FacePlane:
+    return find_face(one_surface(*mesh))
+
+
+def test_a_level_face_is_left_exactly_where_it_is():
+    """Dams stand above it, and a floor lies below: neither is the face."""
+    vertices, faces = modelled(wandering_crack(), depth_mm=16.0, tilt="flare", wall_angle_deg=5.5)
+    plane = face_of((vertices + np.array([0.0, 0.0, 64.0]), faces))
+    assert plane.tilt_deg == 0.0
+    assert plane.roughness_mm < 1e-6  # the tidied vertices of its edge
+    assert np.array_equal(plane.to_level[:3, :3], np.eye(3))
+    assert plane.to_level[2, 3] == pytest.approx(-64.0, abs=1e-6)
+
+
+def test_a_face_that_is_level_but_for_rounding_is_not_turned():
+    """By 2e-7 radians, 0.02 µm over its width: float32 leaves as much, and exact sides would be lost for it."""
+    mesh = turned(mesh_of(slotted()), 0, 1e-5)
+    assert np.array_equal(face_of(mesh).to_level[:3, :3], np.eye(3))
+
+
+@pytest.mark.parametrize(("about", "by_deg"), [(0, 7.0), (1, -20.0), (0, 0.01)])
+def test_a_tilted_face_is_brought_level(about, by_deg):
+    mesh = turned(mesh_of(slotted()), about, by_deg)
+    plane = face_of(mesh)
+    assert plane.tilt_deg == pytest.approx(abs(by_deg), abs=1e-6)
+    level = moved(mesh[0], plane.to_level)
+    assert level[:, 2].max() == pytest.approx(0.0, abs=1e-9)
+    assert np.ptp(level[:, 2]) == pytest.approx(20.0)
+    # By the shortest way: it was not turned about any other axis.
+    assert np.ptp(level[:, :2], axis=0) == pytest.approx([100.0, 40.0])
+
+
+def test_a_rough_face_is_known_by_its_middle():
+    """The grain of this very sheet leans by 0.02 degrees itself, 0.014 mm over its width."""
+    plane = face_of(turned(sheet(rough_mm=0.1, from_mm=30.0), 0, 3.0))
+    assert plane.tilt_deg == pytest.approx(3.0, abs=0.04)
+    assert plane.roughness_mm == pytest.approx(0.1, rel=0.2)
+    middle = np.array([50.0, 5.0])
+    assert plane.height_mm(middle[None])[0] == pytest.approx(5.0 * np.sin(np.radians(3.0)), abs=0.03)
+
+
+def test_a_ball_has_no_face():
+    ball = trimesh.creation.icosphere(4, 50.0)
+    with pytest.raises(InputError, match=r"face .*: \d+% "):
+        face_of((np.array(ball.vertices), np.array(ball.faces, dtype=np.int64)))
+
+
+def test_a_sheet_on_edge_has_no_face():
+    with pytest.raises(InputError, match="no plane face on its upper side: 0%"):
+        face_of(turned(sheet(rough_mm=0.0, from_mm=200.0), 0, 90.0))
+
 
 BELOW_MM = 0.05
 
 
-def test_a_block_is_cut_exactly_at_its_sides():
-    block = cut_block(slotted().translate((12.3, -4.5, 0.0)), BELOW_MM)
+def oblique_slot(width_mm: float, angle_deg: float) -> Manifold:
+    half = width_mm / 2
+    slot = box((-100.0, -half, -10.0), (100.0, half, 1.0)).rotate((0.0, 0.0, angle_deg)).translate((50.0, 20.0, 0.0))
+    return slotted() - slot
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        slotted(),
+        # A crack may leave through a fifth of a side.
+        slotted(box((-1.0, 16.0, -10.0), (30.0, 24.0, 1.0))),
+        # Its walls recede from the side slowly: lines beside its opening are less than 1 mm behind it.
+        *(oblique_slot(4.0, angle_deg) for angle_deg in (20.0, 45.0, 70.0)),
+        # In a slot of 0.6 mm at 52 degrees no line is 1 mm behind the side, and the side is plane.
+        oblique_slot(0.6, 52.0),
+    ],
+    ids=["slot", "side crack", "20 degrees", "45 degrees", "70 degrees", "thin"],
+)
+def test_a_block_is_cut_exactly_at_its_sides_whatever_crack_leaves_by_them(body):
+    block = cut_block(body.translate((12.5, -4.5, 0.0)), BELOW_MM)
     assert block.size_mm == BLOCK_MM[:2]
     assert block.trimmed_mm == 0.0
-    assert block.placed[:2, 3] == pytest.approx([-12.3, 4.5])
-    assert block.body.volume() == pytest.approx(slotted().volume(), rel=1e-9)
+    assert block.placed[:2, 3] == pytest.approx([-12.5, 4.5])
+    assert block.body.volume() == pytest.approx(body.volume(), rel=1e-9)
 
 
 @pytest.mark.parametrize("top_mm", [0.0, 10.0])
@@ -26,11 +102,6 @@ def test_dams_at_its_sides_are_no_part_of_it(top_mm):
     assert block.size_mm == BLOCK_MM[:2]
     assert block.trimmed_mm == 4.0
     assert block.body.volume() == pytest.approx(slotted().volume(), rel=1e-12)
-
-
-def test_a_crack_may_leave_through_a_fifth_of_a_side():
-    block = cut_block(slotted(box((-1.0, 16.0, -10.0), (30.0, 24.0, 1.0))), BELOW_MM)
-    assert block.size_mm == BLOCK_MM[:2]
 
 
 def test_a_turned_block_is_turned_back():
@@ -53,21 +124,23 @@ def test_rough_sides_are_cut_to_where_material_stands_all_along():
     assert block.size_mm[1] == pytest.approx(39.5 - 0.01, abs=0.02)
 
 
-def test_a_core_is_no_block():
-    core = Manifold.cylinder(30.0, 50.0, 50.0, 128).translate((0.0, 0.0, -30.0))
+@pytest.mark.parametrize(
+    "body",
+    [Manifold.cylinder(30.0, 50.0, 50.0, 128), Manifold.cylinder(30.0, 10.0, 60.0, 4)],
+    ids=["core", "pyramid on its tip"],
+)
+def test_what_has_no_four_upright_sides_is_no_block(body):
     with pytest.raises(InputError, match="no block with four upright sides"):
-        cut_block(core, BELOW_MM)
+        cut_block(body.translate((0.0, 0.0, -30.0)), BELOW_MM)
 
 
-def test_a_pyramid_is_no_block():
+def test_a_pyramid_is_the_block_under_its_upper_edge():
     pyramid = Manifold.cylinder(30.0, 60.0, 30.0, 4).rotate((0, 0, 45)).translate((0.0, 0.0, -30.0))
     assert cut_block(pyramid, BELOW_MM).size_mm[0] < 43
-    with pytest.raises(InputError, match="no block with four upright sides"):
-        cut_block(Manifold.cylinder(30.0, 10.0, 60.0, 4).translate((0.0, 0.0, -30.0)), BELOW_MM)
 
 
 def test_a_cut_that_loses_volume_is_refused():
-    """As a library does where a triangle's corners lie on a line: see the needle in test_digitise_repair."""
+    """As a library does where a triangle's corners lie on a line: see the needle in test_repair."""
 
     class Lossy:
         def volume(self) -> float:
@@ -78,18 +151,3 @@ def test_a_cut_that_loses_volume_is_refused():
 
     with pytest.raises(InputError, match="cannot be cut without loss"):
         parted(Lossy(), slotted())  # pyright: ignore[reportArgumentType]
-
-
-@pytest.mark.parametrize("angle_deg", [20.0, 45.0, 70.0])
-def test_an_oblique_crack_moves_no_side(angle_deg):
-    """Its walls recede from the side slowly: lines beside its opening are less than 1 mm behind it."""
-    slot = box((-100.0, -2.0, -10.0), (100.0, 2.0, 1.0)).rotate((0.0, 0.0, angle_deg)).translate((50.0, 20.0, 0.0))
-    block = cut_block(slotted() - slot, BELOW_MM)
-    assert block.size_mm == BLOCK_MM[:2]
-    assert block.trimmed_mm == 0.0
-
-
-def test_a_thin_oblique_crack_moves_no_side():
-    """In a slot of 0.6 mm at 52 degrees no line is 1 mm behind the side, and the side is plane."""
-    slot = box((-100.0, -0.3, -10.0), (100.0, 0.3, 1.0)).rotate((0.0, 0.0, 52.0)).translate((50.0, 20.0, 0.0))
-    assert cut_block(slotted() - slot, BELOW_MM).size_mm == BLOCK_MM[:2]

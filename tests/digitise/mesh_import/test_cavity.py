@@ -1,11 +1,11 @@
-"""The crack in a block, and what is none."""
+"""The crack in a block, what is none, and the path that somebody brings along."""
 
 import numpy as np
 import pytest
-from manifold3d import Manifold, OpType
+from manifold3d import Manifold
 
-from digitise.mesh_import.block import Block, cut_block
-from digitise.mesh_import.cavity import Cavity, find_cavity
+from digitise.mesh_import.block import cut_block
+from digitise.mesh_import.cavity import Cavity, find_cavity, read_path
 from sealtwin.core.errors import InputError
 from tests.meshes import SLOT_MM3, block, box, slotted
 
@@ -58,30 +58,58 @@ def test_two_cracks_compete_until_a_path_chooses():
     assert cavity_in(second_slot(), line_mm).volume_mm3 == pytest.approx(50 * 4 * 6)
 
 
-def test_a_path_beside_all_cracks_chooses_none():
-    with pytest.raises(InputError, match="path is in no opening"):
-        cavity_in(second_slot(), np.array([[10.0, 35.0], [90.0, 35.0]]))
-
-
-def test_a_crack_through_the_underside_holds_nothing():
-    with pytest.raises(InputError, match="underside"):
-        cavity_in(slotted(box((40.0, 19.0, -25.0), (45.0, 21.0, -5.0))))
-
-
-def test_a_plain_block_has_no_crack():
-    with pytest.raises(InputError, match="No crack opens in the face"):
-        cavity_in(block())
-
-
-def test_pores_make_no_crack():
-    pores = Manifold.batch_boolean([box((x, 5.0, -3.0), (x + 0.9, 5.9, 1.0)) for x in (10.0, 50.0)], OpType.Add)
-    with pytest.raises(InputError, match="No crack opens in the face"):
-        cavity_in(block() - pores)
+@pytest.mark.parametrize(
+    ("body", "line_mm", "says"),
+    [
+        (second_slot(), np.array([[10.0, 35.0], [90.0, 35.0]]), "path is in no opening"),
+        # A crack through the underside holds nothing.
+        (slotted(box((40.0, 19.0, -25.0), (45.0, 21.0, -5.0))), None, "underside"),
+        (block(), None, "No crack opens in the face"),
+        (block() - box((10.0, 5.0, -3.0), (10.9, 5.9, 1.0)), None, "No crack opens in the face"),
+    ],
+    ids=["path beside", "through", "plain block", "pore"],
+)
+def test_what_is_no_crack_is_refused(body, line_mm, says):
+    with pytest.raises(InputError, match=says):
+        cavity_in(body, line_mm)
 
 
 def test_an_open_crack_ends_in_the_block_s_sides():
-    found: Block = cut_block(slotted(box((-1.0, 18.0, -10.0), (101.0, 22.0, 1.0))), BELOW_MM)
-    cavity = find_cavity(found, BELOW_MM, None)
+    cavity = cavity_in(slotted(box((-1.0, 18.0, -10.0), (101.0, 22.0, 1.0))))
     assert cavity.volume_mm3 == pytest.approx(100 * 4 * 10)
     assert cavity.body.bounding_box()[0] == 0.0
     assert cavity.body.bounding_box()[3] == 100.0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1 2\n3 4.5\n",
+        "1,2,7\n3,4.5,7\n",
+        "# from CAD\n1;2\n\n1;2\n3; 4.5  # the end\n",
+        "x,y\r\n1,2\r\n3,4.5\r\n",
+        "t_s,x_mm,y_mm,z_mm\n0,1,2,3\n1,3,4.5,3\n",
+        "\ufeff1\t2\n3\t4.5",
+    ],
+)
+def test_x_and_y_are_read_however_they_are_parted(tmp_path, text):
+    (tmp_path / "path.txt").write_text(text, encoding="utf-8")
+    assert np.array_equal(read_path(tmp_path / "path.txt"), [[1.0, 2.0], [3.0, 4.5]])
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"", "0 different points"),
+        (b"1 2\n1 2\n", "1 different points"),
+        (b"1 2\n3\n", "line 2: .*'3'"),
+        (b"x_inch,y_inch\n1,2\n", "line 1: .*'x_inch y_inch'"),
+        (b"1 nan\n", "line 1: .*'1 nan'"),
+        (b"\xff\xfe1 2\n", "no text"),
+        (b"1 2\n" * 1_300_000, "larger than 5 MB"),
+    ],
+)
+def test_what_is_no_path_is_refused_with_its_line(tmp_path, content, says):
+    (tmp_path / "path.txt").write_bytes(content)
+    with pytest.raises(InputError, match=says):
+        read_path(tmp_path / "path.txt")

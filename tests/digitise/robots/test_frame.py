@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -29,6 +29,7 @@ def fitted(sample_mm: Floats, robot_mm: Floats, limit_mm: float = 0.5, up: float
     return fit_frame(sample_mm, robot_mm, limit_mm=limit_mm, up=up, where="cell.toml")
 
 
+@settings(max_examples=30)
 @given(turn=st.floats(-180, 180), tip=st.floats(-60, 60), seed=st.integers(0, 99))
 def test_any_turn_and_shift_is_found_exactly(turn, tip, seed):
     frame = fitted(CORNERS, seen(CORNERS, turn, tip))
@@ -42,14 +43,6 @@ def test_any_turn_and_shift_is_found_exactly(turn, tip, seed):
     # Above the face is along its normal: 3 mm of height stay 3 mm.
     lifted = frame.to_robot_mm(flat + np.array([0, 0, 3.0]))
     assert lifted - frame.to_robot_mm(flat) == pytest.approx(np.tile(3.0 * frame.normal, (5, 1)))
-
-
-def test_the_residual_is_how_far_a_touch_was_off():
-    """One of four corners touched 0.4 mm too high: the twist that a rigid face cannot follow is shared by all four."""
-    robot_mm = seen(FOUR, tip_deg=0.0)
-    robot_mm[3, 2] += 0.4
-    frame = fitted(FOUR, robot_mm)
-    assert frame.residual_mm == pytest.approx(np.full(4, 0.1), abs=1e-3)
 
 
 def test_errors_of_touch_grow_outside_the_taught_points():

@@ -17,7 +17,7 @@ ADDED = {"motion": "move", "dispenser": "s", "output_bit": None, "axis_start_mm"
 ON_Z = {"dispenser": "z", "output_bit": None, "axis_start_mm": -20.0}
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(it=random_paths(), turn=st.floats(-180, 180), axis=st.sampled_from(["s", "t"]), gives=st.sampled_from("+-"))
 def test_moves_go_where_and_press_as_far_as_was_planned(it, turn, axis, gives):
     """Three decimals of a place, four of the plunger: 1e-4 mm of a 20 mm syringe is 0.03 mm³."""
@@ -128,28 +128,28 @@ def test_a_short_path_gets_the_three_points_that_a_curve_needs():
     assert len(places) == 2
 
 
+LOW = {"spel": ON_Z, "tip_deg": 0.0, "reach": {"low_mm": (-800.0, -800.0, -10.0)}}
+
+
 @pytest.mark.parametrize(
-    ("path", "spel", "says"),
+    ("path", "changes", "says"),
     [
         ({"ramp_mm": 5.0}, {}, r'CVMove keeps one speed, .* from 0\.\d+ to 4 mm/s\. Set spel.motion = "move"'),
         ({"flow": "cross_section"}, {}, r'CVMove keeps one flow, .* Set spel.motion = "move"; or digitise with'),
         (
             {"flow": "cross_section"},
-            {"motion": "move"},
+            {"spel": {"motion": "move"}},
             r"an output that is on or off gives one flow or none, .* let an axis press the plunger",
         ),
         ({"speed_mm_s": 0.05}, {}, r"SpeedS takes 0\.1 mm/s or more, and the path has 0\.05"),
-        ({}, {"first_point": 940}, r"needs 65 points from P940 on; P999 is the last"),
+        ({}, {"spel": {"first_point": 940}}, r"needs 65 points from P940 on; P999 is the last"),
+        # The plunger's axis.
+        ({}, LOW, r"SPEL\+ program, .* 25\.3 mm out of the reach box, to .* -35\.3\) mm"),
     ],
 )
-def test_what_spel_cannot_say_is_refused(path, spel, says):
+def test_what_spel_cannot_say_is_refused(path, changes, says):
     with pytest.raises(InputError, match="cell.toml: .*" + says):
-        spel_text(placed(trajectory(**path), spel=spel))
-
-
-def test_a_plunger_axis_out_of_reach_is_refused():
-    with pytest.raises(InputError, match=r"SPEL\+ program, .* 25\.3 mm out of the reach box, to .* -35\.3\) mm"):
-        spel_text(placed(spel=ON_Z, tip_deg=0.0, reach={"low_mm": (-800.0, -800.0, -10.0)}))
+        spel_text(placed(trajectory(**path), **changes))
 
 
 @pytest.mark.parametrize("motion", ["curve", "move"])

@@ -14,7 +14,7 @@ from tests.pictures import write_png
 from tests.sheets import Page, read_pdf, read_svg
 
 FACE_MM = (160.0, 40.0)
-PX_PER_MM = 8.0
+PX_PER_MM = 6.0
 
 
 def frame_of(face_mm=FACE_MM, size_mm=16.0, dictionary="4x4_50", count=8, paper="a4"):
@@ -27,32 +27,37 @@ def printed(folder: Path, ending: str, **changes) -> Page:
     return read_pdf(path) if ending == "pdf" else read_svg(path)
 
 
-@pytest.mark.parametrize("ending", ["pdf", "svg"])
+@pytest.fixture(scope="module")
+def page(tmp_path_factory) -> Page:
+    """The default frame, as a PDF."""
+    return printed(tmp_path_factory.mktemp("page"), "pdf")
+
+
 @pytest.mark.parametrize(
-    "changes",
+    ("ending", "changes"),
     [
-        {},
-        {"count": 4, "dictionary": "apriltag_36h11", "size_mm": 20.0, "face_mm": (70.0, 40.0)},
-        {"dictionary": "5x5_100", "paper": "letter", "face_mm": (100.0, 100.0)},
-        {"dictionary": "6x6_250", "paper": "a3", "size_mm": 30.0},
+        ("pdf", {}),
+        ("svg", {"count": 4, "dictionary": "apriltag_36h11", "size_mm": 20.0, "face_mm": (70.0, 40.0)}),
+        ("pdf", {"dictionary": "5x5_100", "paper": "letter", "face_mm": (100.0, 100.0)}),
+        ("svg", {"dictionary": "6x6_250", "paper": "a3", "size_mm": 30.0}),
     ],
     ids=["default", "four of AprilTag", "letter", "a3"],
 )
 def test_a_photo_of_the_printed_page_is_measured_by_the_table_that_comes_with_it(tmp_path, ending, changes):
-    """Both files rastered at 8 px/mm: each marker to 10 µm, and the scale of the whole to 0.01 %."""
-    page = printed(tmp_path, ending, **changes)
-    photo_path = write_png(tmp_path / "scan.png", page.light(PX_PER_MM))
+    """Rastered at 6 px/mm: each marker to 10 µm, and the scale of the whole to 0.01 %."""
+    light = printed(tmp_path, ending, **changes).light(PX_PER_MM)
     table = tomllib.loads(board_toml(frame_of(**changes)))["photo"]["markers"]
-    settings = PhotoInput(file=photo_path, data="synthetic", markers=MarkerBoard.model_validate_json(json.dumps(table)))
-    photo = load_photo(settings, tmp_path)
+    board = MarkerBoard.model_validate_json(json.dumps(table))
+    photo = load_photo(
+        PhotoInput(file=write_png(tmp_path / "scan.png", light), data="synthetic", markers=board), tmp_path
+    )
     assert photo.mm_per_px == pytest.approx(1 / PX_PER_MM, rel=1e-4)
     assert photo.scale_residual_mm is not None
     assert photo.scale_residual_mm < 0.01
 
 
-def test_the_opening_lies_between_the_markers_as_the_table_says(tmp_path):
+def test_the_opening_lies_between_the_markers_as_the_table_says(page):
     """Its lower left corner is the origin of the table, and its line lies within it, to be cut away."""
-    page = printed(tmp_path, "pdf")
     board = board_around(FACE_MM, 16.0, "4x4_50", 8)
     cut = np.array([bar for bar in page.bars if bar[4] == CUT_GREY])
     low_mm = cut[:, :2].min(axis=0)
@@ -67,8 +72,7 @@ def test_the_opening_lies_between_the_markers_as_the_table_says(tmp_path):
         assert place_mm - low_mm == pytest.approx(corners_mm(board, marker), abs=0.01)
 
 
-def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(tmp_path):
-    page = printed(tmp_path, "pdf")
+def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(page):
     (line,) = [bar for bar in page.bars if bar[2] == pytest.approx(100, abs=1e-3) and bar[3] < 1]
     marks = [bar for bar in page.bars if bar[2] == pytest.approx(line[3], abs=1e-3) and bar[1] == line[1]]
     assert len(marks) == 11
@@ -78,10 +82,9 @@ def test_the_ruler_is_100_mm_from_outer_edge_to_outer_edge(tmp_path):
     assert np.diff(inner) == pytest.approx(10, abs=1e-3)
 
 
-def test_the_page_says_what_to_do_and_what_a_frame_off_the_face_costs(tmp_path):
-    text = printed(tmp_path, "pdf").text
+def test_the_page_says_what_to_do_and_what_a_frame_off_the_face_costs(page):
     for said in ("Print at 100 %", "must be 100.0 mm long", "level with the cracked face", "0.33 % at 300 mm"):
-        assert said in text
+        assert said in page.text
 
 
 @pytest.mark.parametrize("dictionary", ["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"])

@@ -22,6 +22,11 @@ def bent() -> Specimen:
     return make_specimen(1, BENT)
 
 
+@pytest.fixture(scope="module")
+def bent_photo(bent, tmp_path_factory) -> Photo:
+    return photo_of(bent, tmp_path_factory.mktemp("bent"))
+
+
 def errors(photo: Photo, specimen: Specimen) -> tuple[float, float]:
     """Of lengths between places all over the face: of their mean, and of the worst that is longer than 10 mm."""
     seen_mm = photo.to_mm(specimen.to_px(GRID_MM))
@@ -31,23 +36,19 @@ def errors(photo: Photo, specimen: Specimen) -> tuple[float, float]:
     return abs(float(np.mean(off))), float(np.abs(off[true_mm > 10]).max())
 
 
-def with_markers(specimen: Specimen, ids) -> MarkerBoard:
-    return MarkerBoard(
-        size_mm=specimen.board.size_mm, markers=tuple(marker for marker in specimen.board.markers if marker.id in ids)
-    )
-
-
-@pytest.mark.parametrize("ids", [range(8), (0, 2, 5, 7)], ids=["8 markers", "4 markers"])
-def test_a_bent_photo_is_measured_like_a_straight_one(bent, tmp_path, ids):
+def test_a_bent_photo_is_measured_like_a_straight_one(bent, bent_photo, tmp_path):
     """The issue asks for 0.3 %. The design note reached 0.07 % in the mean and 0.14 % in the worst length."""
     bent.write(tmp_path)
-    photo = load_photo(bent.photo_input().model_copy(update={"markers": with_markers(bent, ids)}), tmp_path)
-    mean, worst = errors(photo, bent)
-    assert mean < 0.0002
-    assert worst < 0.0005
-    assert photo.scale_source.endswith(", lens fitted")
-    assert photo.scale_residual_mm is not None
-    assert photo.scale_residual_mm < 0.01
+    four = tuple(marker for marker in bent.board.markers if marker.id in (0, 2, 5, 7))
+    board = MarkerBoard(size_mm=bent.board.size_mm, markers=four)
+    by_four = load_photo(bent.photo_input().model_copy(update={"markers": board}), tmp_path)
+    for photo in (bent_photo, by_four):
+        mean, worst = errors(photo, bent)
+        assert mean < 0.0002
+        assert worst < 0.0005
+        assert photo.scale_source.endswith(", lens fitted")
+        assert photo.scale_residual_mm is not None
+        assert photo.scale_residual_mm < 0.01
 
 
 def test_a_lens_that_is_not_wanted_is_not_fitted(bent, tmp_path):
@@ -57,17 +58,17 @@ def test_a_lens_that_is_not_wanted_is_not_fitted(bent, tmp_path):
         load_photo(bent.photo_input().model_copy(update={"lens": "none"}), tmp_path)
 
 
-def test_pixels_and_millimetres_of_a_bent_photo_lead_back_to_each_other(bent, tmp_path):
-    photo = photo_of(bent, tmp_path)
+def test_pixels_and_millimetres_of_a_bent_photo_lead_back_to_each_other(bent_photo):
+    photo = bent_photo
     width, height = photo.size_px
     places_px = np.random.default_rng(1).uniform((0, 0), (width, height), (1000, 2))
     assert photo.view.lens is not None
     assert photo.to_px(photo.to_mm(places_px)) == pytest.approx(places_px, abs=1e-7)
 
 
-def test_the_face_has_a_bowed_edge_in_a_bent_photo(bent, tmp_path):
+def test_the_face_has_a_bowed_edge_in_a_bent_photo(bent_photo):
     """From its corners on; its sides leave the straight line between them by half a pixel."""
-    photo = photo_of(bent, tmp_path)
+    photo = bent_photo
     assert photo.face_ring_px is not None
     assert photo.face_px is not None
     assert photo.face_ring_px[::32] == pytest.approx(photo.face_px)
@@ -76,9 +77,9 @@ def test_the_face_has_a_bowed_edge_in_a_bent_photo(bent, tmp_path):
     assert np.abs(lower - straight)[:, 1].max() > 0.5
 
 
-def test_the_local_scale_is_that_of_the_place(bent, tmp_path):
+def test_the_local_scale_is_that_of_the_place(bent, bent_photo):
     """A tilted camera sees one side of the face closer: a millimetre there has 2 % more pixels."""
-    photo, half_mm = photo_of(bent, tmp_path), np.array([0.5, 0.0])
+    photo, half_mm = bent_photo, np.array([0.5, 0.0])
     places_mm_ = np.array([[35.0, 2.0], [35.0, 38.0]])
     across = np.linalg.norm(bent.to_px(places_mm_ + half_mm) - bent.to_px(places_mm_ - half_mm), axis=1)
     up = np.linalg.norm(bent.to_px(places_mm_ + half_mm[::-1]) - bent.to_px(places_mm_ - half_mm[::-1]), axis=1)
@@ -87,9 +88,9 @@ def test_the_local_scale_is_that_of_the_place(bent, tmp_path):
     assert local == pytest.approx(1 / np.sqrt(across * up), rel=2e-3)
 
 
-def test_tilt_and_uncertainty_of_a_photo_are_told(bent, tmp_path):
+def test_tilt_and_uncertainty_of_a_photo_are_told(bent_photo):
     """The camera leans by 4 degrees about x and 2 about y. The frame's callipered size is most of what is unsure."""
-    photo = photo_of(bent, tmp_path)
+    photo = bent_photo
     assert photo.camera_tilt_deg == pytest.approx(4.47, abs=0.2)
     span_mm = np.hypot(70 + 28 + 16, 40 + 28 + 16)
     assert photo.scale_uncertainty is not None
@@ -120,8 +121,9 @@ def test_corners_beside_markers_are_checked_like_corners_alone(bent, tmp_path):
         load_photo(settings, tmp_path)
 
 
-@pytest.mark.parametrize("count", [4, 8])
-@pytest.mark.parametrize(("placing_mm", "most"), [(0.0, 1.35), (0.1, 1.15)], ids=["exact", "glued"])
+@pytest.mark.parametrize(
+    ("count", "placing_mm", "most"), [(4, 0.0, 1.35), (8, 0.0, 1.35), (8, 0.1, 1.15)], ids=["4", "8", "8 glued"]
+)
 def test_a_lens_that_is_not_there_adds_little_noise(count, placing_mm, most):
     """Fitted in any case, it would make errors of the local scale half as large again, of exact markers."""
     rng = np.random.default_rng(5)
@@ -129,7 +131,7 @@ def test_a_lens_that_is_not_there_adds_little_noise(count, placing_mm, most):
     places_px = view.to_px(face_grid_mm())
     exact = fit_view(view.to_px(true_mm), true_mm, view.size_px, lens=False).view.mm_per_px_at(places_px)
     chosen, plain = [], []
-    for _ in range(60):
+    for _ in range(30):
         seen_px = view.to_px(true_mm + np.repeat(rng.normal(0, placing_mm, (count, 2)), 4, axis=0))
         seen_px += rng.normal(0, 0.05, seen_px.shape)
         fit, _ = fit_markers(seen_px, true_mm, view.size_px, lens_wanted=True)

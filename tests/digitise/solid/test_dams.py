@@ -1,4 +1,4 @@
-"""Dams where the crack leaves the block, and nowhere else."""
+"""Dams where the crack leaves the block, and nowhere else; labels of faces by the planes that they lie in."""
 
 import dataclasses
 

@@ -1,15 +1,17 @@
-"""The crack from above: run out past its flat ends, which are the same however its walls were measured."""
+"""The crack from above: run out past its flat ends, and which wall each piece of its outline is."""
 
 import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from digitise.settings import CrackShape
-from digitise.solid.footprint import lay_out
+from digitise.solid.footprint import lay_out, sides
 from digitise.solid.tilt_variants import Slicer
 from sealtwin.core.errors import InputError
-from tests.shapes import CUT, oblique_slot, straight_slot, with_ring
+from sealtwin.core.records import Floats
+from tests.shapes import CLOSED, CUT, arc_slot, oblique_slot, reversed_path, straight_slot, with_ring
 
 VERTICAL = CrackShape(depth_mm=16.0, tilt="vertical")
 
@@ -36,3 +38,46 @@ def test_a_crack_that_comes_back_past_its_cut_end_is_refused():
     )
     with pytest.raises(InputError, match=r"One end of the crack is cut, .* Move the end along the crack"):
         lay_out(with_ring(hairpin, ring), VERTICAL, 0.0)
+
+
+UP, DOWN, RIGHT, LEFT = np.array([[0, 1], [0, -1], [1, 0], [-1, 0]], dtype=float)
+
+
+def share(outline, place: tuple[float, float], outward: Floats) -> float:
+    return float(sides(outline, 10.0).left_share(np.array([place]), outward[None])[0])
+
+
+def test_left_is_left_of_the_walk():
+    """Along +x left is +y, wherever the wall itself faces; walked back it is the other."""
+    slot = straight_slot(40.0, 3.0, CUT)
+    for outline, left in ((slot, 1.0), (reversed_path(slot), 0.0)):
+        for outward in (UP, DOWN, RIGHT):
+            assert share(outline, (20.0, 1.5), outward) == left
+            assert share(outline, (20.0, -0.1), outward) == 1 - left
+
+
+def test_run_outs_keep_their_sides():
+    """Beyond a cut end the walls run on straight, and so does what is left and right of them."""
+    slot = straight_slot(40.0, 3.0, CUT)
+    assert (share(slot, (-8.0, 1.5), UP), share(slot, (48.0, 1.5), UP)) == (1.0, 1.0)
+    assert (share(slot, (-8.0, -1.5), DOWN), share(slot, (48.0, -1.5), DOWN)) == (0.0, 0.0)
+    # The last step of a trace may point anywhere; the run-out follows the last 5 mm.
+    centre = slot.centreline_mm.copy()
+    centre[-1, 1] += 0.4
+    assert share(replace(slot, centreline_mm=centre), (48.0, 1.5), UP) == 1.0
+    arc = arc_slot(60.0, 80.0, 3.0)
+    assert share(arc, (57.0, -5.0), LEFT) == 1.0
+    assert share(arc, (63.0, -5.0), RIGHT) == 0.0
+
+
+@pytest.mark.parametrize(("tip_x", "out"), [(40.0, RIGHT), (0.0, LEFT)])
+def test_a_tip_goes_over_from_left_to_right(tip_x, out):
+    """Straight out it is half of either; what faces up by a third of the way to all left, more of the left."""
+    slot = straight_slot(40.0, 3.0, CLOSED)
+    assert share(slot, (tip_x, 0.4), out) == pytest.approx(0.5)
+    turned = np.radians(20.0)
+    assert share(slot, (tip_x, 0.4), np.cos(turned) * out + np.sin(turned) * UP) == pytest.approx(0.5 + 20 / 120)
+    assert share(slot, (tip_x, -0.4), np.cos(turned) * out + np.sin(turned) * DOWN) == pytest.approx(0.5 - 20 / 120)
+    assert share(slot, (tip_x, 0.4), UP) == 1.0
+    # Away from the tip a wall is one or the other, however rough.
+    assert share(slot, (20.0, 1.5), out) == 1.0

@@ -8,9 +8,8 @@ import pytest
 from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid
 from digitise.solid.tilt_variants import crack_sections
-from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import Floats, Solid
-from tests.shapes import CUT, cut_crack, straight_slot, wandering_crack
+from tests.shapes import CUT, cut_crack, straight_slot
 
 W = 3.1
 SLOPE = np.tan(np.radians(5.0))
@@ -40,15 +39,10 @@ def test_a_section_is_what_stands_between_two_walls_and_a_floor(tilt, area_mm2):
 
 
 @pytest.mark.parametrize("tilt", ["vertical", "lean", "flare", "funnel", "undercut"])
-@pytest.mark.parametrize(
-    ("outline", "depth_mm"),
-    [(wandering_crack(1), ((0.0, 16.0), (40.0, 6.0), (80.0, 12.0))), (cut_crack(2, length_mm=80.0), 16.0)],
-    ids=["table", "level"],
-)
-def test_sections_add_up_to_the_cavity(tilt, outline, depth_mm):
+def test_sections_add_up_to_the_cavity(tilt):
     """Within 2 %: a bend gives its outer wall more than its inner one, and a flare most of all."""
-    shape = CrackShape(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=5.0)
-    solid = build_solid(outline, shape)
+    shape = CrackShape(depth_mm=((0.0, 16.0), (20.0, 6.0), (40.0, 12.0)), tilt=tilt, wall_angle_deg=5.0)
+    solid = build_solid(cut_crack(2), shape)
     assert total_mm3(solid) == pytest.approx(solid.cavity_volume_mm3, rel=0.02)
 
 
@@ -118,12 +112,3 @@ def test_sections_among_stones_add_up_to_the_cavity(tilt, angle_deg, within):
         shape = CrackShape(depth_mm=depth_mm, tilt=tilt, wall_angle_deg=angle_deg)
         solid = build_solid(outline, shape)
         assert total_mm3(solid) == pytest.approx(solid.cavity_volume_mm3, rel=within)
-
-
-def test_sections_come_back_from_the_folder(tmp_path):
-    solid = build_solid(wandering_crack(1), CrackShape(depth_mm=((0.0, 16.0), (40.0, 6.0)), tilt="lean"))
-    write_solid(tmp_path, solid)
-    again = read_solid(tmp_path)
-    for name in ("s_mm", "depth_mm", "area_mm2"):
-        assert getattr(again.sections, name) == pytest.approx(getattr(solid.sections, name), abs=1e-5)
-    assert again.wall_angles_deg == solid.wall_angles_deg

@@ -43,32 +43,29 @@ def test_a_step_above_the_limit_is_shape():
     assert mesh_volume_mm3(vertices, faces) == pytest.approx(body.volume(), rel=1e-9)
 
 
+VERTICES, FACES = tidy(cube(10))
+A, B = FACES[0, :2]
+
+
 def test_corners_that_differ_by_rounding_become_one():
-    vertices, faces = arrays(cube(10))
-    soup = vertices[faces.reshape(-1)] + np.random.default_rng(0).uniform(-3e-6, 3e-6, (36, 3))
+    soup = VERTICES[FACES.reshape(-1)] + np.random.default_rng(0).uniform(-3e-6, 3e-6, (36, 3))
     _, welded = _welded(soup, np.arange(36).reshape(-1, 3))
     assert len(np.unique(welded)) == 8
     assert check_mesh(soup, welded, expected_euler=2) == []
 
 
 def test_a_fin_of_two_opposite_faces_goes():
-    _, faces = arrays(cube(10))
-    a, b, _ = faces[0]
-    finned = np.vstack([faces, [a, b, 8], [b, a, 8]])
-    assert np.array_equal(np.unique(_without_opposite_pairs(finned), axis=0), np.unique(faces, axis=0))
+    finned = np.vstack([FACES, [A, B, 8], [B, A, 8]])
+    assert np.array_equal(np.unique(_without_opposite_pairs(finned), axis=0), np.unique(FACES, axis=0))
 
 
 def test_a_flat_patch_goes_though_its_diagonals_differ():
     """A quad on a cube's edge, its back cut along the other diagonal: no faces cancel, nothing is enclosed."""
-    vertices, faces = arrays(cube(10))
-    a, b, _ = faces[0]
-    outward = np.array([20.0, 20.0, 20.0])
-    vertices = np.vstack([vertices, vertices[b] + outward, vertices[a] + outward])
-    flag = np.array([[a, b, 8], [a, 8, 9], [b, a, 9], [8, b, 9]])
-    flagged = np.vstack([faces, flag])
+    vertices = np.vstack([VERTICES, VERTICES[[B, A]] + 20.0])
+    flagged = np.vstack([FACES, [[A, B, 8], [A, 8, 9], [B, A, 9], [8, B, 9]]])
     assert any("three or more faces" in fault for fault in check_mesh(vertices, flagged))
     kept = _without_empty_patches(vertices, flagged)
-    assert np.array_equal(np.unique(kept, axis=0), np.unique(faces, axis=0))
+    assert np.array_equal(np.unique(kept, axis=0), np.unique(FACES, axis=0))
 
 
 def arrays(body: Manifold) -> tuple[Floats, Integers]:

@@ -87,15 +87,14 @@ def test_the_page_knows_how_many_via_points_there_may_be():
     assert f"const MOST_VIA = {MOST_VIA};" in (ASSETS / "tools.js").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", ["../page.py", "..%2fpage.py", "assets/main.js", "/etc/passwd", "main.js/", "x"])
-def test_no_other_file_is_served(page, name):
+@pytest.mark.parametrize(
+    "name",
+    ["../page.py", "..%2fpage.py", "assets/main.js", "/etc/passwd", "main.js/", "x"]
+    + [f"photo/{tile}" for tile in ("0/2/0.jpg", "9/0/0.jpg", "0/0/0.png", "0/-1/0.jpg", "0/0/0.jpg/x")],
+)
+def test_no_other_file_and_no_tile_outside_the_photo_is_served(page, name):
     assert page.get(name) is None
-
-
-def test_tiles_are_served(page):
     assert page.get("photo/0/1/1.jpg")[1] == "image/jpeg"
-    for name in ("photo/0/2/0.jpg", "photo/9/0/0.jpg", "photo/0/0/0.png", "photo/0/-1/0.jpg", "photo/0/0/0.jpg/x"):
-        assert page.get(name) is None
 
 
 def test_it_opens_with_the_facts(page):
@@ -141,18 +140,16 @@ def test_saving_hands_the_hints_over_and_ends_it(page, saved):
     assert [(hints.said(), depth_mm) for hints, depth_mm in saved] == [({"mm_per_px": 0.1}, 16.0)]
 
 
-def test_a_refused_save_says_why_and_the_page_stays(page, saved):
-    assert _posted(page, "save", {"hints": {}, "shape": {"depth_mm": -1}}) == [
-        {"refused": "crack.toml: depth_mm: too shallow."}
-    ]
+@pytest.mark.parametrize(
+    ("depth_mm", "why"),
+    [(-1, "crack.toml: depth_mm: too shallow."), (999, "lab/crack.toml: Permission denied")],
+    ids=["refused", "cannot be written"],
+)
+def test_a_save_that_fails_says_why_and_costs_no_click(page, saved, depth_mm, why):
+    (answer,) = _posted(page, "save", {"hints": {}, "shape": {"depth_mm": depth_mm}})
+    assert answer["refused"].startswith(why)
     assert not page._ended.is_set()
     assert not saved
-
-
-def test_a_place_that_cannot_be_written_costs_no_click(page, saved):
-    (answer,) = _posted(page, "save", {"hints": {}, "shape": {"depth_mm": 999}})
-    assert answer["refused"].startswith("lab/crack.toml: Permission denied")
-    assert not page._ended.is_set()
     _posted(page, "save", {"hints": {}, "shape": {"depth_mm": 16}})
     assert len(saved) == 1
 

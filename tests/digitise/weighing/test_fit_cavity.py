@@ -22,6 +22,10 @@ def slot(width_mm=WIDTH_MM):
     return straight_slot(LENGTH_MM, width_mm)
 
 
+def shaped(tilt, depth_mm: Any = DEPTH_MM) -> CrackShape:
+    return CrackShape(depth_mm=depth_mm, tilt=tilt)
+
+
 def fill_of(floor_mm, mouth_mm, depth_mm=DEPTH_MM, levels_mm=LEVELS_MM, off_g=None, **liquid: Any):
     """Return what a straight trapezoid holds below each level, weighed without a meniscus."""
     height_mm = depth_mm + np.array(levels_mm)
@@ -56,7 +60,7 @@ def test_steps_without_error_give_angle_and_depth(tilt, floor_mm, mouth_mm):
 def test_one_weighing_at_the_brim_gives_the_angle_where_width_and_depth_are_known():
     """The volume changes by L D^2 / cos^2 with the angle, so that 0.06 ml more are 0.17 degrees more."""
     brim = {"levels_mm": (0.0,), "mass_sd_g": 0.06, "flush_sd_mm": 1e-3}
-    shape = CrackShape(depth_mm=DEPTH_MM, tilt="flare")
+    shape = shaped("flare")
     _, _, weighed = weigh(slot(), shape, fill_of(3.0, 5.0, **brim), 1e-4, 1e-4)
     _, _, more = weigh(slot(), shape, fill_of(3.0, 5.0, **brim, off_g=[0.06]), 1e-4, 1e-4)
     slope_deg = np.degrees(60.0 / (LENGTH_MM * DEPTH_MM**2)) * np.cos(np.radians(3.6)) ** 2
@@ -66,7 +70,7 @@ def test_one_weighing_at_the_brim_gives_the_angle_where_width_and_depth_are_know
 
 
 def test_what_a_photo_and_a_gauge_leave_open_widens_the_angle():
-    shape, fill = CrackShape(depth_mm=DEPTH_MM, tilt="flare"), fill_of(3.0, 5.0)
+    shape, fill = shaped("flare"), fill_of(3.0, 5.0)
     doubt_deg = [np.hypot(*weigh(slot(), shape, fill, sd_mm, sd_mm)[2].steps[1][:2]) for sd_mm in (0.01, 0.1, 0.3)]
     assert doubt_deg[0] < doubt_deg[1] < doubt_deg[2]
     # Undeclared, a tenth of width and depth.
@@ -75,7 +79,7 @@ def test_what_a_photo_and_a_gauge_leave_open_widens_the_angle():
 
 def test_a_step_of_each_unknown_takes_the_others_with_it():
     """Root times its transpose is the covariance: the volume of the cavity is known better than its parts."""
-    _, _, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM, tilt="flare"), fill_of(3.0, 5.0), 0.2, 1.0)
+    _, _, weighed = weigh(slot(), shaped("flare"), fill_of(3.0, 5.0), 0.2, 1.0)
     root = np.array(weighed.steps)
     assert root == pytest.approx(np.tril(root))
     slope = np.radians(1) / np.cos(np.radians(weighed.wall_angle_deg)) ** 2
@@ -106,7 +110,7 @@ def test_a_fill_that_no_angle_explains_is_refused(factor):
     fill = fill_of(3.0, 5.0)
     wrong = fill.model_copy(update={"mass_g": tuple(factor * mass_g for mass_g in fill.mass_g or ())})
     with pytest.raises(InputError, match="grams"):
-        weigh(slot(), CrackShape(depth_mm=DEPTH_MM, tilt="flare"), wrong, 0.1, 0.2)
+        weigh(slot(), shaped("flare"), wrong, 0.1, 0.2)
 
 
 @pytest.mark.parametrize(
@@ -122,7 +126,7 @@ def test_a_fill_that_no_angle_explains_is_refused(factor):
 )
 def test_the_other_reading_of_the_tilt_is_named_where_it_fits_better(tilt, other, traced_mm, floor_mm, mouth_mm):
     fill = fill_of(floor_mm, mouth_mm, level_sd_mm=0.05, flush_sd_mm=0.05)
-    _, _, weighed = weigh(slot(traced_mm), CrackShape(depth_mm=DEPTH_MM, tilt=tilt), fill, 0.1, 0.2)
+    _, _, weighed = weigh(slot(traced_mm), shaped(tilt), fill, 0.1, 0.2)
     assert [finding for finding in weighed.findings if "fits the weighed fill better" in finding] == [
         f'tilt = "{other}" fits the weighed fill better: the photo then shows the width of the '
         f"{'floor' if other == 'flare' else 'mouth'}."
@@ -130,42 +134,43 @@ def test_the_other_reading_of_the_tilt_is_named_where_it_fits_better(tilt, other
 
 
 def test_steps_that_scatter_more_than_declared_say_less():
-    shape, liquid = CrackShape(depth_mm=DEPTH_MM, tilt="flare"), {"level_sd_mm": 0.05, "flush_sd_mm": 0.05}
-    sound = weigh(slot(), shape, fill_of(3.0, 5.0, **liquid), 0.1, 0.2)[2]
-    torn = weigh(slot(), shape, fill_of(3.0, 5.0, off_g=[0.0, 0.5, 0.0, -0.5, 0.0], **liquid), 0.1, 0.2)[2]
+    sound, torn = (
+        weigh(slot(), shaped("flare"), fill_of(3.0, 5.0, off_g=off_g, level_sd_mm=0.05, flush_sd_mm=0.05), 0.1, 0.2)[2]
+        for off_g in (None, [0.0, 0.5, 0.0, -0.5, 0.0])
+    )
     assert torn.steps[1][1] > 2 * sound.steps[1][1]
 
 
 def test_walls_that_open_downward_stay_upright_and_are_named():
-    outline, shape, weighed = weigh(
-        slot(), CrackShape(depth_mm=DEPTH_MM, tilt="funnel"), fill_of(5.0, 3.0), 0.1, 0.2
-    )  # fmt: skip
+    funnel = shaped("funnel")
+    outline, shape, weighed = weigh(slot(), funnel, fill_of(5.0, 3.0), 0.1, 0.2)
     assert shape.wall_angle_deg == 0
     assert weighed.steps[1][1] > 0
     assert any("open downward" in finding for finding in weighed.findings)
     build_solid(outline, shape)
 
 
-@pytest.mark.parametrize("tilt", ["lean", "vertical", "funnel"])
-@pytest.mark.parametrize("angle_deg", [4.0, 20.0, 25.0, 35.0])
+@pytest.mark.parametrize(
+    ("tilt", "angle_deg"), [("lean", 4.0), ("lean", 25.0), ("vertical", 20.0), ("funnel", 25.0), ("funnel", 35.0)]
+)
 def test_an_undercut_is_named_with_its_angle_however_steep_it_is(tilt, angle_deg):
     """Beyond 14 degrees the fit ended at a bound: named as 14 degrees, and from 25 not at all."""
     fill = fill_of(WIDTH_MM + 2 * DEPTH_MM * np.tan(np.radians(angle_deg)), WIDTH_MM)
-    _, _, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM, tilt=tilt), fill, None, None)
+    _, _, weighed = weigh(slot(), shaped(tilt), fill, None, None)
     way = "open downward by" if tilt == "funnel" else "open on the way down by"
     assert any(f"{way} {angle_deg:.1f} degrees each" in finding for finding in weighed.findings)
     assert any('"undercut"' in finding for finding in weighed.findings)
 
 
 def test_an_undercut_whose_fill_closes_stays_upright_and_says_so():
-    _, shape, weighed = weigh(slot(), CrackShape(depth_mm=DEPTH_MM, tilt="undercut"), fill_of(1.4, 3.0), 0.1, 0.2)
+    _, shape, weighed = weigh(slot(), shaped("undercut"), fill_of(1.4, 3.0), 0.1, 0.2)
     assert shape.wall_angle_deg == 0
     assert any("close downward by" in finding and "an undercut cannot" in finding for finding in weighed.findings)
 
 
 def test_steps_below_the_photos_mouth_move_the_volume_with_the_angle():
     """A degree more of an undercut is L D^2 / cos^2 more volume, as of a flare: the steps keep that sign."""
-    shape = CrackShape(depth_mm=DEPTH_MM, tilt="undercut")
+    shape = shaped("undercut")
     _, _, weighed = weigh(slot(), shape, fill_of(5.0, 3.0), 0.2, 1.0)
     root = np.array(weighed.steps)
     gradient = [LENGTH_MM * DEPTH_MM, np.radians(LENGTH_MM * DEPTH_MM**2), LENGTH_MM * 5.0]
@@ -182,7 +187,7 @@ def test_what_an_undercut_gains_around_a_tip_is_weighed_too():
     below_mm3 = [np.trapezoid(area_mm2[at:], depth_mm[at:]) for at in np.searchsorted(depth_mm, -np.array(LEVELS_MM))]
     mass_g = tuple(1e-3 * np.array(below_mm3))
     fill = WeighedFill(mass_g=mass_g, level_mm=LEVELS_MM, density_kg_m3=1000.0, surface_tension_n_m=0.0)
-    _, _, weighed = weigh(outline, CrackShape(depth_mm=DEPTH_MM, tilt="undercut"), fill, 0.01, 0.01)
+    _, _, weighed = weigh(outline, shaped("undercut"), fill, 0.01, 0.01)
     # Without the solid's own volumes it is 0.06 degrees too much.
     assert weighed.wall_angle_deg == pytest.approx(np.degrees(np.arctan(slope)), abs=0.02)
 
@@ -208,7 +213,7 @@ def test_a_table_of_depths_moves_as_a_whole():
 
 def test_an_outline_with_side_cracks_keeps_its_width():
     outline = replace(slot(), branches_kept=True)
-    moved, _, weighed = weigh(outline, CrackShape(depth_mm=DEPTH_MM, tilt="flare"), fill_of(3.2, 5.2), 0.3, 0.2)
+    moved, _, weighed = weigh(outline, shaped("flare"), fill_of(3.2, 5.2), 0.3, 0.2)
     assert moved is outline
     assert weighed.steps[0] == (0.0, 0.0, 0.0)
 

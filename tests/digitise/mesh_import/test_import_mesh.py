@@ -1,15 +1,18 @@
-"""Units and axes of a file: turned and scaled, never mirrored, never guessed."""
+"""Units and axes of a file, never mirrored and never guessed; parts of a block by their planes."""
 
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
 import pytest
+from manifold3d import Manifold
 
-from digitise.mesh_import.import_mesh import UPRIGHT, moved, notes_on_unit, upright, upright_mm
+from digitise.mesh_import.import_mesh import UPRIGHT, label_imported, moved, notes_on_unit, upright, upright_mm
 from digitise.settings import MeshInput, MeshUnit
 from sealtwin.core.errors import InputError
 from sealtwin.core.mesh_file import FileUnit, Triangles
+from sealtwin.core.records import FaceLabel
+from tests.meshes import BLOCK_MM, area_mm2, box, mesh_of, slotted
 
 
 def settings(units: str = "mm", up: str = "z") -> MeshInput:
@@ -60,3 +63,48 @@ def test_a_file_that_says_its_unit_is_believed():
 def test_a_glb_is_in_metres_only_by_its_standard():
     (note,) = notes_on_unit(said_by_file("m"), settings(), Path("scan.glb"))
     assert "is in metres; its numbers are read as mm" in note
+
+
+BELOW_MM = 0.05
+
+
+def areas_mm2(body: Manifold) -> dict[str, float]:
+    vertices, faces = mesh_of(body)
+    label = label_imported(vertices, faces, (0.0, 0.0, *BLOCK_MM[:2]), BELOW_MM)
+    return {each.name: area_mm2(vertices, faces[label == each]) for each in FaceLabel}
+
+
+WALL_MM2, FLOOR_MM2 = 2 * (60 + 4) * 10.0, 60 * 4.0
+
+
+OUTSIDE_MM2 = 4000 + 2 * (100 + 40) * 20
+OPEN_SLOT, DAM = slotted(box((-1.0, 18.0, -10.0), (30.0, 22.0, 1.0))), box((-4.0, 14.0, -20.0), (0.0, 26.0, 5.0))
+
+
+@pytest.mark.parametrize(
+    ("body", "expected_mm2"),
+    [
+        (
+            slotted(),
+            {"TOP": 4000 - FLOOR_MM2, "WALL": WALL_MM2, "FLOOR": FLOOR_MM2, "END": 0.0, "OUTSIDE": OUTSIDE_MM2},
+        ),
+        # A dent of 0.04 mm with upright walls is part of the face, however steep: no room for sealant.
+        (
+            slotted(box((5.0, 5.0, -0.04), (15.0, 15.0, 1.0))),
+            {"TOP": 4000 - FLOOR_MM2 + 40 * 0.04, "WALL": WALL_MM2},
+        ),
+        (
+            slotted(box((5.0, 5.0, -3.0), (15.0, 15.0, 1.0))),
+            {"WALL": WALL_MM2 + 40 * 3, "FLOOR": FLOOR_MM2 + 100},
+        ),
+        (
+            slotted(box((5.0, 5.0, -21.0), (15.0, 15.0, -19.0))),
+            {"OUTSIDE": OUTSIDE_MM2 + 40 * 1, "WALL": WALL_MM2},
+        ),
+        (OPEN_SLOT + DAM, {"END": 4 * 10 + 12 * 5}),
+    ],
+    ids=["slot", "grain", "pit beside the crack", "rough underside", "inside of a dam"],
+)
+def test_each_part_has_its_area(body, expected_mm2):
+    found_mm2 = areas_mm2(body)
+    assert {name: found_mm2[name] for name in expected_mm2} == pytest.approx(expected_mm2)

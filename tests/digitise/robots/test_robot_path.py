@@ -1,31 +1,22 @@
-"""A path in the robot's frame, and each limit of the cell broken once."""
+"""A path in the robot's frame: each limit of the cell, the plain files read back, and words that stay comments."""
 
+import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
-from digitise.robots.robot_path import place_path
+from digitise.robots.gcode import gcode_text
+from digitise.robots.robot_path import LONGEST, comments, decimal, place_path, points_text, table_text
+from digitise.robots.spel import spel_text
+from digitise.robots.urscript import urscript_text
 from sealtwin.core.errors import InputError
-from tests.cells import cell, in_cell, placed, trajectory
+from sealtwin.core.record_files import read_trajectory
+from tests.cells import cell, in_cell, placed, random_paths, trajectory
+from tests.robot_readers import read_gcode, read_spel, read_urscript
 from tests.shapes import arc_slot, straight_slot
-
-
-def test_the_path_lies_where_the_taught_points_put_it():
-    it = trajectory(lead_in_mm=5.0)
-    path = placed(it)
-    assert np.abs(path.trajectory.position_mm - in_cell(it.position_mm)).max() < 1e-9
-    assert path.tilt_deg == pytest.approx(1.0, abs=1e-6)
-    for name in ("t_s", "s_mm", "speed_mm_s", "flow_mm3_s"):
-        assert getattr(path.trajectory, name) is getattr(it, name)
-    assert path.warnings == ()
-
-
-def test_the_safe_height_is_above_the_face_and_not_above_the_path():
-    path = placed(motion={"safe_height_mm": 30.0})
-    for over, tip in zip(path.over_mm, (0, -1), strict=True):
-        # The tip is 3 mm above the face already.
-        assert over - path.trajectory.position_mm[tip] == pytest.approx(27.0 * path.frame.normal)
 
 
 @pytest.mark.parametrize(
@@ -63,8 +54,7 @@ def test_what_a_cell_does_not_allow_is_refused_by_name(planned, changes, says):
 
 
 def test_the_spacing_that_a_refusal_names_is_enough():
-    path = placed(trajectory(spacing_mm=1.7), motion={"most_waypoints": 40})
-    assert len(path.trajectory.t_s) <= 40
+    assert len(placed(trajectory(spacing_mm=1.7), motion={"most_waypoints": 40}).trajectory.t_s) <= 40
 
 
 def test_a_bend_needs_v_squared_over_r():
@@ -119,3 +109,69 @@ def test_a_path_of_one_flow_is_told_from_one_of_several():
 def test_a_trajectory_that_somebody_broke_moves_no_arm(change, says):
     with pytest.raises(InputError, match=f"trajectory.csv: .*{says}"):
         place_path(change(trajectory()), cell(), "cell.toml")
+
+
+@settings(max_examples=10, deadline=None)
+@given(it=random_paths(), turn=st.floats(-180, 180))
+def test_points_are_places_in_their_order(it, turn):
+    """Four decimals."""
+    text = points_text(place_path(it, cell(turn), "cell.toml"))
+    assert np.abs(np.loadtxt(io.StringIO(text)) - in_cell(it.position_mm, turn)).max() < 6e-5
+
+
+def test_the_table_is_a_trajectory_in_the_robot_s_frame(tmp_path):
+    """The same columns as trajectory.csv, so that whatever reads that one reads this."""
+    path = placed()
+    (tmp_path / "trajectory.csv").write_text(table_text(path), encoding="utf-8")
+    again = read_trajectory(tmp_path)
+    for name in vars(again):
+        assert getattr(again, name) == pytest.approx(getattr(path.trajectory, name), abs=6e-7), name
+    assert again.given_mm3.sum() == pytest.approx(4800.0, rel=1e-6)
+
+
+PATH = placed()
+HOSTILE = [
+    "bench\nG1 Z-500 F9000",
+    "bench\r\nMove P999",
+    "a ; G28\u2028G1 Z-500",
+    "x\") : Motor Off '",
+    "*) (*) ! ? ~ \x18 % $X\x85G0 Z0",
+    "'''\"\"\" end\ndef evil():\n",
+    "\x00\x0b\x0c\x1c\x1d\x1e\u2029 G0 Z-9",
+]
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+@pytest.mark.parametrize(
+    ("text", "read"), [(gcode_text, read_gcode), (spel_text, read_spel), (urscript_text, read_urscript)]
+)
+def test_a_hostile_name_never_becomes_code(name, text, read):
+    """The readers refuse words they do not know; what they do know must be the same with any name."""
+    plain, named = text(replace(PATH, head=("bench",))), text(replace(PATH, head=(name,)))
+    assert read(named) == read(plain)
+    assert len(named.splitlines()) == len(plain.splitlines())
+    assert named.splitlines()[1:] == plain.splitlines()[1:]
+
+
+@given(st.lists(st.integers(0, 0x10FFFF).map(chr), max_size=60).map("".join))
+@example("0" * 200)
+@example("".join(map(chr, range(0x2100))))
+def test_a_comment_is_one_line_of_harmless_signs(text):
+    said = comments("", [text])[0]
+    assert len(said.splitlines()) <= 1
+    # GRBL obeys ! ? ~ even in comments; % ends a tape, * begins a checksum, quotes and brackets open things.
+    assert not set(said) & set("!?~%*$'\"`;#()[]{}<>\\|&^@\t\x7f")
+    assert said.isascii()
+    assert len(said) <= len(" ") + LONGEST
+
+
+def test_plain_words_and_numbers_are_kept():
+    assert comments("", ["trial paper-trial_2, 4.8 ml: 100/160 = ok"]) == [" trial paper-trial_2, 4.8 ml: 100/160 = ok"]
+    assert comments(";", ["a", ""]) == ["; a", ";"]
+
+
+@pytest.mark.parametrize(
+    ("value", "decimals", "text"), [(1e-9, 4, "0.0000"), (-1e-9, 4, "0.0000"), (1e6, 1, "1000000.0"), (-2.5, 0, "-2")]
+)
+def test_numbers_have_no_powers_of_ten_and_no_minus_zero(value, decimals, text):
+    assert decimal(value, decimals) == text
