@@ -19,9 +19,7 @@ STEP_PX = 0.5
 REACH = 0.12  # Range around the rough edge in which the exact one is searched, over the blob's radius
 LEAST_RADIUS_PX = 40.0  # Below it half a pixel of the edge is over 6 % of the yield stress
 LEAST_CONTRAST = 0.06  # Least change of light across the edge, over the sheet's light: blurred grain has a fifth of it
-MOST_UNROUND = (
-    0.10  # Largest RMS deviation over the mean radius; beyond it the plate sloped or the cone was pulled aside
-)
+MOST_UNROUND = 0.10  # Largest RMS deviation over the mean radius; more means a sloped plate or a cone pulled aside
 LEAST_SEEN, LEAST_SEEN_LONG = 0.8, 0.95
 """Least share of rays on which the edge must be found, of a blob and of a bead.
 

@@ -18,7 +18,10 @@ STRAIGHT_MM = 1e5  # Radius above which a bend is rounding error
 SAMPLE_MM = 0.25  # Step of the centreline before smoothing, so that every millimetre has equal weight
 FINEST_SAMPLES, MOST_SAMPLES = 17, 20_000
 MOST_WAYPOINTS = 100_000  # Most waypoints of a path: a metre of crack at a hundredth of a millimetre
-MUCH_SEALANT, LITTLE_SEALANT = 3.0, 0.1  # Sealant over cavity with a warning; the paper has 0.8 to 1.2
+MUCH_SEALANT, LITTLE_SEALANT = (
+    3.0,
+    0.1,
+)  # Sealant over cavity with a warning: above, below; the paper has 0.8 to 1.2
 ROUNDING = 1e-9
 
 

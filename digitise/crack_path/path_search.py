@@ -48,7 +48,7 @@ class PathLimits:
     gap_widths: float = 4.0  # Longest gap that is a grain, in widths: at most 3.6 on the 55 cracks
     least_gap: float = 10.0  # The same in cells
     beside_around: float = 6.0  # Cells from the surroundings within which a path runs along them
-    around_widths: float = 3.0  # Widths over which a crack that leaves the sample may do so
+    around_widths: float = 3.0  # Widths over which a path may run along them, as at the edge of the sample
     least_beside: float = 40.0  # The same in cells
     coarser: int = 4  # Size of the cells on which the widest cracks are searched for, in cells of the fine map
 

@@ -21,7 +21,7 @@ class LineFilter:
     """
 
     directions: int = 8  # Directions over half a turn; sixteen found no more on 45 drawn photos, in twice the time
-    sigmas: tuple[tuple[float, ...], ...] = ((0.7,), (0.7, 1.4), (1.4,), (1.4,))  # Of the dark middle, by halvings
+    sigmas: tuple[tuple[float, ...], ...] = ((0.7,), (0.7, 1.4), (1.4,), (1.4,))  # Of the dark middle, for each copy
     least_side: int = 60  # Least side of a halved copy; a line as long as a few widths does not fit on a smaller one
     elongation: float = 2.5  # Length over width
     middle: float = 0.7  # Width of the middle, in sigmas
@@ -130,7 +130,7 @@ def _followed(responses: Stack) -> Map:
 
 
 def _moved(picture: Map, distance_px: float, angle: float) -> Map:
-    """Shift the picture by a distance against a direction."""
+    """Return at each pixel the value that is ``distance_px`` away in the direction ``angle``."""
     x_px, y_px = -distance_px * np.cos(angle), -distance_px * np.sin(angle)
     return moved(picture, x_px, y_px, cv2.INTER_LINEAR, cv2.BORDER_REFLECT)
 

@@ -16,10 +16,8 @@ from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
 
 NEAR_PX, FAR = 3.0, (3.0, 24.0)  # Px beyond half a width that belong to the path; reach: widths, plus px
-NOT_DARK, BRIGHT = (
-    0.93,
-    1.25,
-)  # Light of a path over its darker side, 0.88 on hairlines; of a bright line over ground
+NOT_DARK = 0.93  # Light of a path over its darker side, above which it is not dark; hairlines have 0.88
+BRIGHT = 1.25  # Least light of a bright line along a path over the ground's
 SIDES, SIDES_PX = (0.9, 2.2), (2.0, 5.0)  # Widths, plus px, between which the sides of a found line are compared
 MOST_UNLIKE = 0.4  # Largest difference of both sides over the smaller step to the line: up to 0.33 on real cracks
 BAND, BAND_PX = (6.0, 20.0), 6.0  # Reach of the view of a dark band: widths, plus px; least px by which it is wider
@@ -40,7 +38,7 @@ def require_dark(photo: Photo, path: CrackPath) -> None:
         raise InputError(
             f"{photo.file}: no crack between the ends: the path is as bright as the ground on one side of it, and "
             f"something {brightest:.1f} times as bright as the ground runs along it. A crack brighter than the ground, "
-            "as if filled or with a light crust, is not found by its darkness: paint it in photo.mask, and "
+            "such as one with a filling or a light crust, is not found by its darkness: paint it in photo.mask, and "
             f"give ends_px on the paint. If the crack is dark, {IN_ITS_MIDDLE}."
         )
 

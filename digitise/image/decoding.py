@@ -26,7 +26,7 @@ READABLE = "JPEG, PNG, WEBP, TIFF or BMP"
 MAX_PIXELS = 50_000_000  # Largest photo, twice that of a good camera; it takes 350 MB of memory
 TOO_LARGE = f"more than the {MAX_PIXELS // 1_000_000} million pixels allowed; save it smaller."
 MIN_SIDE_PX = 64
-MASK = "photo.mask"  # Setting of the mask, which must not be a JPEG: that blurs its two values
+MASK = "photo.mask"  # Setting of the mask. Messages about it suggest PNG, since JPEG blurs its two values
 HEIF_BRANDS = (b"hei", b"hev", b"mif", b"msf", b"avi")  # How the brands of HEIC, HEIF and AVIF files begin
 HEIF = (
     "this is HEIC, HEIF or AVIF, which cannot be read; save it as JPEG at full size (a phone's camera has a setting "

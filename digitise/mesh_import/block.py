@@ -35,8 +35,8 @@ class BlockSearch:
     levels: int = 8  # Sections, from the face to the underside, in which a side must be in material
     lines: int = 400  # Lines across each section, one for every 0.4 mm of the paper's sample
     rough: float = 5.0  # Distance behind the median that is a side's roughness, in median deviations
-    deep: float = 20.0  # Distance behind the median that is a crack, in median deviations
-    opening_mm: float = 1.0  # Distance behind the median that is a crack in every side, however rough
+    deep: float = 20.0  # Distance behind that roughness that is a crack, in median deviations
+    opening_mm: float = 1.0  # Distance behind that roughness that is a crack in every side, however rough
     rounding_mm: float = 1e-6  # Distance behind the median that is rounding of a plane side
     most_opening: float = 0.5  # Largest share of a side's lines that may meet a crack
     most_off: float = 0.25  # Largest share of the body's extent outside the block: dams, chamfers, rough sides are less

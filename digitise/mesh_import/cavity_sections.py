@@ -65,7 +65,7 @@ def cavity_sections(cavity: Manifold, outline: Outline) -> Sections:
 
 
 def covered(region: CrossSection, to_cells: Callable[[Floats], Floats], shape: tuple[int, int]) -> Floats:
-    """Return the share of each cell in a region, (rows, columns), by the map of its points to cells."""
+    """Return the share of each cell in a region, (rows, columns); ``to_cells`` maps points to columns and rows."""
     share = np.zeros(shape[::-1])
     for ring in map(np.asarray, region.to_polygons()):
         # Islands run clockwise.

@@ -47,7 +47,7 @@ class LineLimits:
     parting: float = 1.0  # Gain of the walls' distance for each mm of both, above which they still part
     fork: float = 0.75  # Length of a side crack over that of the arm beside it from which a warning names the fork
     unswept: float = 0.1  # Largest share of the area between both walls that is passed twice or not at all
-    clear: float = 0.1  # Gap between a side crack and the largest circle in the main one: a path is off by a third
+    clear: float = 0.1  # Gap between a side crack and circles in the main one; the rough path is off by a third of it
     most_listed: int = 4  # Most side arms whose lengths a warning lists
     circles: int = 16  # Circles nearest to a place on the rim that may contain it
     deep: float = 0.75  # Depth of a room, over the width of its mouth, that makes it a side crack

@@ -185,7 +185,7 @@ class RobotCell(Settings):
     motion: Motion
     plunger: Plunger | None = None
     pump: Pump | None = None
-    """Weighings of the pump, from which programs request the flow that gives the path's. Default: the pump is exact."""
+    """Weighings of the pump. Programs then request what gives the path's flow. Default: it gives what is requested."""
     spel: Spel | None = None
     gcode: Gcode | None = None
     urscript: Urscript | None = None

@@ -142,8 +142,8 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
         if after <= before:
             raise InputError(
                 f"{path}: at a request of {asked_after:g} mm³/s the pump gave {after:.4g}, no more than the "
-                f"{before:.4g} at {asked_before:g}: a flow between has no request. Weigh again, or omit the flow "
-                "that it cannot give."
+                f"{before:.4g} at {asked_before:g}: no flow between them can be requested. Weigh again, or omit the "
+                "request that it does not follow."
             )
     relative = np.concatenate([flow[group] / mean - 1 for group, mean in zip(groups, given, strict=True)])
     return PumpTable(
@@ -160,7 +160,10 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
 
 
 def _bend(requested: Floats, given: Floats) -> float:
-    """Return the largest relative distance of a curve from its chords: a quarter of a flow's from its own chord."""
+    """Return the largest relative distance of the curve between two flows from the straight line.
+
+    It is a quarter of the distance of a flow from the line between its neighbours.
+    """
     if len(requested) < 3:
         return 0.0
     chord = given[:-2] + (given[2:] - given[:-2]) * (requested[1:-1] - requested[:-2]) / (

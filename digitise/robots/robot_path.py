@@ -35,9 +35,8 @@ class RobotPath:
     wanted_mm3: float = 0.0  # Sealant that the path is to give
     hold_s: float = 0.0  # Time from the request to the pump to the nozzle's start along the crack
     weighed: bool = False  # True if the trajectory has the request to a weighed pump, not the wanted flow
-    head: tuple[
-        str, ...
-    ] = ()  # Lines for a program's head; they contain a user's words and enter it by ``comments`` only
+    # Lines for a program's head; they contain a user's words and enter it by ``comments`` only.
+    head: tuple[str, ...] = ()
 
     @property
     def tilt_deg(self) -> float:

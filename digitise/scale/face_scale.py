@@ -48,7 +48,7 @@ def find_face(brightness: Map, size_mm: tuple[float, float], file: Path) -> tupl
 def see_face(brightness: Map) -> Floats | None:
     """Find the corners in px of a face of unknown size, (4, 2); None if there is no filled one with straight sides.
 
-    Its shadow would be the longest dark line in the photo. All four edges must be inside it.
+    A face's shadow would be the longest dark line in the photo. All four edges must be inside the photo.
     """
     rough = _rough_corners(brightness, LEAST_PART_UNMEASURED, LEAST_FILLED)
     if rough is None:

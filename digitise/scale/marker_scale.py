@@ -277,9 +277,8 @@ def _search(grey: NDArray[np.uint8], board: MarkerBoard, expected: set[int], fil
     detector = _detector(_dictionary(board))
     longest = max(grey.shape)
     corners_px: dict[int, Floats] = {}
-    for side_px in [LIMITS.search_px * 2**step for step in range(10) if LIMITS.search_px * 2**step < longest] + [
-        longest
-    ]:
+    copies_px = [side_px for step in range(10) if (side_px := LIMITS.search_px * 2**step) < longest]
+    for side_px in (*copies_px, longest):
         shrink = side_px / longest
         copy = grey if shrink == 1 else cv2.resize(grey, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
         corners, ids, _ = detector.detectMarkers(copy)

@@ -37,7 +37,7 @@ from sealtwin.core.solid_figures import EndOfCrack, SolidFigures, Span, WeighedC
 
 JITTER_MM = 2e-4  # Step of the vertices' random shift after a failed build, which breaks a coincidence
 LEAST_CLOSED = 0.02  # Share of a crack with meeting funnel walls that gives a warning: at closed tips they always meet
-TABLE_SHORT_MM = 2.0  # Length of crack beyond its table of depths that gives a warning: less is the doubt of its end
+TABLE_SHORT_MM = 2.0  # Length of crack beyond its table of depths without a warning: ends are uncertain by as much
 ATTEMPTS = 6
 CAVITY_TOLERANCE = 1e-3  # Relative difference allowed between the mesh's cavity and the integral of its sections
 FINER = 8  # Factor on the sections before a refusal: those of a funnel change fast near the meeting of walls

@@ -62,7 +62,10 @@ def trace_line(photo: Photo, path: CrackPath) -> Traced:
 
 
 def trace_thin(photo: Photo, path: CrackPath) -> tuple[Traced, BoxFit]:
-    """Follow the darkest line along ``path`` and fit the crack's width; raise InputError if too little is in view."""
+    """Follow the darkest line along ``path`` and fit the crack's width.
+
+    Raises InputError if too little is in view, or if one side of most of the path is far brighter than the other.
+    """
     line_px, patch = _line_px(photo, path), _patch(photo, path)
     reach = round((LIMITS.reach * path.width_px + LIMITS.reach_px) / STEP_PX)
     places_px = STEP_PX * np.arange(-reach, reach + 1, dtype=float)

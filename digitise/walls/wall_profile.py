@@ -301,7 +301,10 @@ def _outward(strip: Strip, values: NDArray) -> NDArray:
 
 
 def _level(strip: Strip, where: NDArray[np.bool_], over: int) -> Floats:
-    """Return the median brightness of the samples ``where`` at each station, steadied along. A station needs three."""
+    """Return the median brightness of the samples ``where`` at each station, steadied along.
+
+    Stations with under three such samples are interpolated from their neighbours.
+    """
     enough = where & (where.sum(axis=1, keepdims=True) >= 3)
     return _steadied(np.where(enough, strip.light, np.nan)[None], over)[0]
 

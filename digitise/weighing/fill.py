@@ -31,8 +31,8 @@ class WeighedFill(Settings):
     density_kg_m3: float = Field(default=998.0, ge=500, le=3000)
     """Density of the liquid; by default that of water at 20 C, within 0.2 %."""
     surface_tension_n_m: float = Field(default=0.030, ge=0, le=0.1)
-    """Surface tension of the liquid, which is higher at the walls that it wets than at its lowest line. Default: water
-    with a drop of detergent. Pure water, with 0.073, wets poorly. 0 if the levels are means across the crack."""
+    """Surface tension of the liquid, which lifts its surface at the walls above its lowest line. Default: water with a
+    drop of detergent. Pure water, with 0.073, wets poorly. 0 if the levels are means across the crack."""
     mass_sd_g: float = Field(default=0.05, gt=0, le=100)
     """Standard deviation of one weighing: half of the last digit of a kitchen scale."""
     level_sd_mm: float = Field(default=0.2, gt=0, le=10)

@@ -3,7 +3,7 @@
 /** A tenth of a pixel is finer than a click. */
 export const rounded = ([x, y]) => [Math.round(x * 10) / 10, Math.round(y * 10) / 10];
 
-/** Hints and shape by their keys in the trial file; points that are not placed and numbers that are not given. */
+/** A draft without points and numbers, by the keys of the trial file. */
 const EMPTY = {
   ends_px: [null, null], crack: null, via_px: [], roi_px: [], walls_px: [], branches: null,
   ruler_px: [], ruler_mm: null, face_corners_px: [], face_mm: [null, null], mm_per_px: null, scale_is: null,

@@ -11,7 +11,7 @@ export class History {
     return this.steps[this.at];
   }
 
-  /** True if there is a step to undo, `by` -1, or to redo, 1. */
+  /** True if a step can be undone, with `by` -1, or redone, with 1. */
   can(by) {
     return this.at + by in this.steps;
   }

@@ -1,4 +1,4 @@
-// Parts of the page, and new ones.
+// Find elements of the page by id, and make new ones.
 
 export const part = (id) => document.getElementById(id);
 

@@ -33,7 +33,7 @@ export async function post(name, content, each, signal) {
 
 /** Requests the crack whenever points move, but one request at a time. */
 export class Tracing {
-  /** `show` gets every answer with the meaning of its request; `lost` is called if the server has ended. */
+  /** `show` gets every answer with the meaning of its request; `lost` is called if a request fails. */
   constructor(show, lost) {
     this.show = show;
     this.lost = lost;
