@@ -102,7 +102,7 @@ def sweep(
     scheduler: Annotated[
         Text,
         option(
-            "Compute on the workers of this Dask scheduler instead of on this machine; needs the extra cluster.",
+            "Compute on the workers of this Dask scheduler instead of this machine; needs the pip extra 'cluster'.",
             "tls://HOST:PORT",
         ),
     ] = None,
