@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TrialRun:
-    """A complete run folder: what ``run_trial`` returns."""
+    """A run folder that is complete and up to date: what ``run_trial`` returns."""
 
     folder: Path
     result: TrialResult
@@ -304,7 +304,7 @@ def calibrate(
     InputError
         A trial, a setting or a role cannot be used.
     NumericalError
-        A quarter of the runs or more failed.
+        Over a quarter of the runs failed or have a volume off by over 5 %.
 
     Warns
     -----

@@ -34,7 +34,7 @@ INTERRUPTED = 130
 NO_MEMORY = re.compile("failed to map segment|cannot allocate memory", re.IGNORECASE)
 DEVICE = option("Device of the fluid run; it is an error if the named device does not exist.", "auto|cpu|cuda:0")
 JSON = flag("--json", "Print one JSON object on stdout, everything else on stderr.")
-QUIET = flag("--quiet", "Print warnings only, no narration and no progress.")
+QUIET = flag("--quiet", "On stderr, print only warnings: no narration and no progress.")
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,8 @@ class Commands(TyperGroup):
 class CheckedCommand(TyperCommand):
     """Command that reports the new spelling of a removed option, and refuses an option that is given twice.
 
-    Click would silently use the last value. Help of options that are settings is read only when it is shown.
+    Click would silently use the last value. Options that take a list may be repeated. Help of options that are settings
+    is read only when it is shown.
     """
 
     def format_help(self, ctx: Any, formatter: Any) -> None:

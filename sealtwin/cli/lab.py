@@ -29,8 +29,8 @@ def ingest(
     ("Tiefe in mm; 16,0"); other texts are kept with their sample. A table of masses and levels is read as a liquid
     weighed into the crack.
 
-    Each sound sample is traced, and checked as 'sealtwin run' would before its first frame. Photos of doubtful samples
-    are traced too, so that all questions come at once. LAB/index.html shows all traced walls.
+    A sample is sound if it can be run: it is traced, and checked as 'sealtwin run' would before its first frame. Photos
+    of doubtful samples are traced too, so that all questions come at once. LAB/index.html shows all traced walls.
 
     An unknown word of a note that may be a setting becomes a question; define it once in the table words of lab.toml:
     "Bandgeschw." = "path.speed_mm_s" (or "ignore").
@@ -61,9 +61,9 @@ def lab(
 ) -> None:
     """Query a lab's catalogue: list LAB, show LAB SAMPLE, export LAB --out FILE.csv."""
     if (action == "show") != (sample is not None):
-        raise typer.BadParameter("show needs a sample; list and export have none")
+        raise typer.BadParameter("show needs a sample; list and export take none")
     if (action == "export") != (out is not None):
-        raise typer.BadParameter("export needs --out; list and show have none")
+        raise typer.BadParameter("export needs --out; list and show do not take it")
     from sealtwin.cli.folder_answer import list_answer, show_answer
     from sealtwin.lab.catalogue import export
 

@@ -65,8 +65,8 @@ def trace(
     """Click a crack's ends on its photo, check and correct its walls, and save.
 
     Opens a page in your browser that only this machine can reach; the command ends when you save or quit there.
-    In a trial, only the hints for its photo and the settings of --set change; for a photo, a new trial is written
-    into its folder. With a folder, the page shows one photo after another.
+    In a trial, only the hints for its photo, the depth and walls of the crack, and the settings of --set change; for a
+    photo, a new trial is written into its folder. With a folder, the page shows one photo after another.
     """
     import webbrowser
 

@@ -102,7 +102,7 @@ def sweep(
     scheduler: Annotated[
         Text,
         option(
-            "Compute on the workers of this Dask scheduler instead of on this machine; needs the extra cluster.",
+            "Compute on the workers of this Dask scheduler instead of this machine; needs the pip extra 'cluster'.",
             "tls://HOST:PORT",
         ),
     ] = None,
@@ -112,7 +112,7 @@ def sweep(
     dry_run: Annotated[
         bool, flag("--dry-run", "Check all settings, digitise, estimate the time; run no fluid.")
     ] = False,
-    example: Annotated[File, option("Write a commented study file as a start.", "FILE")] = None,
+    example: Annotated[File, option("Write a commented study file to start from.", "FILE")] = None,
 ) -> None:
     """Run a trial many times with different settings: a grid, a list or a Latin hypercube, on all cores.
 
@@ -134,7 +134,7 @@ def sweep(
         command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
         return
     if not targets:
-        raise typer.BadParameter("give a study; --example FILE writes one as a start")
+        raise typer.BadParameter("give a study; --example FILE writes one to start from")
     from sealtwin.study import sweep as sweeps
 
     verb = str(targets[0])

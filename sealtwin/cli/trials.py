@@ -65,7 +65,7 @@ def robot(
         bool,
         flag("--allow-automatic", "Accept a crack that was found automatically; check it first."),
     ] = False,
-    example: Annotated[File, option("Write a commented cell file as a start.", "FILE")] = None,
+    example: Annotated[File, option("Write a commented cell file to start from.", "FILE")] = None,
 ) -> None:
     """Write a run's nozzle path for a robot: txt, CSV, Epson SPEL+, G-code, URScript.
 
@@ -80,7 +80,7 @@ def robot(
         command.reply(Answer({"version": 1, "file": example.as_posix()}, [str(example)]))
         return
     if folder is None or cell is None:
-        raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file as a start")
+        raise typer.BadParameter("give RUN and --cell FILE; --example FILE writes a cell file to start from")
     from digitise.robots.cell import FORMATS
     from sealtwin.core.run_folder import open_folder
     from sealtwin.trial.robot_files import REPORT, write_robot_files
@@ -200,7 +200,7 @@ def validate(
 
 @answers(quiet=False, as_json=False)
 def init(command: Command, folder: Annotated[Path, argument("DIR", "Folder for the new trial.")]) -> None:
-    """Write a commented trial and an empty sheet for readings as a start."""
+    """Write a commented trial and an empty sheet for readings to start from."""
     from sealtwin.trial.starter_files import write_starter
 
     command.reply(Answer({}, [str(written) for written in write_starter(folder)]))

@@ -242,11 +242,11 @@ def write_profile(folder: Path, profile: Profile) -> None:
 
 
 def read_profile(folder: Path) -> Profile:
-    """Read a profile. Raises InputError if a number is missing, there is one row, or s does not grow."""
+    """Read a profile. Raises InputError if a number is missing, there are fewer than two rows, or s does not grow."""
     path = folder / "profile.csv"
     rows = files.read_table(path, PROFILE_COLUMNS, finite=True)
     if len(rows) < 2 or (np.diff(rows[:, 0]) <= 0).any():
-        raise InputError(f"{path}: expected two rows or more, and s_mm grows from row to row. Simulate again.")
+        raise InputError(f"{path}: expected two rows or more, in which s_mm grows from row to row. Simulate again.")
     return Profile(s_mm=rows[:, 0], level_mm=rows[:, 1], data="synthetic", source="simulation")
 
 

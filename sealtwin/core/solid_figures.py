@@ -126,9 +126,7 @@ class SolidFigures:
     cavity_volume_95_mm3: Span | None = None
     mouth_width_mm: float | None = None
     floor_width_mm: float | None = None
-    volume_mm3: dict[str, float] = field(
-        default_factory=dict
-    )  # Volume of the cavity for each interpretation of the tilt
+    volume_mm3: dict[str, float] = field(default_factory=dict)  # Volume of the cavity by interpretation of the tilt
     closing_depth_mm: ClosingDepth | None = None
     mesh: MeshOrigin | None = None
     watertight: bool | None = None
@@ -136,7 +134,7 @@ class SolidFigures:
     euler: int | None = None  # Vertices minus edges plus faces
     min_edge_mm: float | None = None
     self_intersections: int | None = None
-    jitter_mm: float | None = None  # Random shift of the outline's vertices, needed if a build failed without it
+    jitter_mm: float | None = None  # Random shift of the outline's vertices; 0 if the build succeeded without one
     ends: tuple[EndOfCrack, ...] | None = None
     dams: tuple[DamBox, ...] = ()
     weighed: WeighedCavity | None = None

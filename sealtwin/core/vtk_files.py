@@ -115,7 +115,7 @@ def _values(array: ElementTree.Element, data: bytes) -> NDArray[Any]:
 
 
 def _plain_name(name: str) -> str:
-    """Return a name. Raises ValueError for a path: a collection must not lead out of its folder."""
+    """Return the name of a frame's file. Raises ValueError for a path: frames are in the collection's folder."""
     if not re.fullmatch(r"[\w.-]+\.vtp", name):
         raise ValueError(f"it names {name!r:.60}")
     return name

@@ -159,7 +159,7 @@ def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]
 def export(lab: Path, out: Path) -> int:
     """Write a CSV with a row for each sample, taken in or not; return how many. Raises InputError if ``out`` exists."""
     if out.exists():
-        raise InputError(f"{out}: exists and is not overwritten; give another name, or move it away.")
+        raise InputError(f"{out}: already exists and is not overwritten; give another name, or move it away.")
     trials, faults = latest_trials(lab)
     rows = [*trials, *({"sample": fault.name, "state": "failed", "reason": fault.sentence} for fault in faults)]
     files.write_sheet(out, COLUMNS, ([row.get(column) for column in COLUMNS] for row in rows))

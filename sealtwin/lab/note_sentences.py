@@ -279,8 +279,8 @@ class _Reader:
         if self._rest(before):
             return None
         unit = unit_spelt(one.unit)
-        fitting = (one for one in SETTINGS.values() if one.unit in OF_SETTINGS and unit in UNITS[one.unit])
-        return next((self._read(meaning, one, "") for meaning in fitting), None)
+        meanings = (each for each in SETTINGS.values() if each.unit in OF_SETTINGS and unit in UNITS[each.unit])
+        return next((self._read(meaning, one, "") for meaning in meanings), None)
 
     def _read(self, meaning: WordMeaning, one: Quantity, unit: str) -> tuple[str, Any] | None:
         with suppress(ValueError):
@@ -320,7 +320,7 @@ class _Reader:
         self.used.setdefault(key, []).extend(ones)
 
     def _stated(self, one: Quantity) -> str:
-        """Return the phrase of a number without a unit if an equals sign or a setting's word marks it as a value."""
+        """Return the phrase of a number without a unit, if "=", ":" or a setting's word marks it as a value; or ""."""
         start, end = self.phrases[bisect_right(self.phrases, (one.start, len(self.text))) - 1]
         start, end = max(start, one.start - LONGEST_QUOTE), min(end, one.end + LONGEST_QUOTE)
         before = self.text[start : one.start]

@@ -51,9 +51,7 @@ class SampleFiles:
     questions: tuple[str, ...]
     part: SamplePart | None = None  # Part of the file of readings, if samples share it
     texts: tuple[PurePath, ...] = ()  # Free texts, which give no settings
-    answers: Mapping[Role, Mapping[str, str]] = field(
-        default_factory=dict
-    )  # From the pairing file, by the role of the file
+    answers: Mapping[Role, Mapping[str, str]] = field(default_factory=dict)  # From the pairing file, by role
     others: tuple[str, ...] = ()  # Names of the other samples
 
     @property

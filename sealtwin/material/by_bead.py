@@ -201,8 +201,8 @@ def material_of_bead(photo: PhotoInput, laid: LaidBead, day: date, note: Callabl
     }
     low, high = (end / laid.asked_mm3_s for end in flow.interval)
     sentences = [
-        f"The pump gave {flow.value:.4g} of {laid.asked_mm3_s:g} mm³/s, or {flow.value / laid.asked_mm3_s:.3f}, 95 % "
-        f"{low:.3f} to {high:.3f}."
+        f"The pump gave {flow.value:.4g} mm³/s, {flow.value / laid.asked_mm3_s:.3f} times the requested "
+        f"{laid.asked_mm3_s:g} mm³/s, 95 % {low:.3f} to {high:.3f}."
     ]
     if delay is not None:
         sentences.append(

@@ -188,7 +188,8 @@ def viscosity(
         if not 1.1 * cone.bottom_mm / 2 < blob.radius_mm < LATE * replay.at_rest_mm:
             raise InputError(
                 f"the photo of {early_s:g} s shows {blob.radius_mm / replay.at_rest_mm:.0%} of the spread at rest: "
-                f"only between 1.1 times the cone's radius and {LATE:.0%} it shows the viscosity. Take a photo then."
+                f"to determine the viscosity it must be between 1.1 times the cone's radius and {LATE:.0%}. Take a "
+                "photo then."
             )
         around_mm = blob.radius_mm + blob.radius_error_mm * np.array([-1, 0, 1])
         reached = np.interp(around_mm, radii[steps], times[steps])

@@ -14,7 +14,8 @@ from sealtwin.core.settings import Settings, checked
 from simulate.material_file import Material
 
 EDGE_N_M = 0.005
-"""Coefficient lambda of the term lambda R^2 / V that surface tension adds (Roussel et al. 2005, cement pastes)."""
+"""Coefficient lambda in lambda R^2 / V, the stress that surface tension carries, which is subtracted to get the yield
+stress (Roussel et al. 2005, cement pastes)."""
 EDGE_ERROR_N_M = 0.0015  # Its standard uncertainty for an unmeasured paste: the value has one digit
 DENSITY_ERROR = 0.01  # Relative standard uncertainty of a density from a weighed syringe
 MEASURED = "A measured paste, written by 'sealtwin material'. Errors are standard uncertainties."

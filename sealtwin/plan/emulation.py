@@ -31,7 +31,7 @@ class Faults(Settings):
     material_factor: Factor = 1.0
     """Yield stress and viscosity over the plan's."""
     wider_percent: float = Field(default=0.0, ge=-50, le=100)
-    """Increase of the width at ``wider_at_mm``, in percent. It decreases to 0.6 of this 8 mm to either side."""
+    """Increase of the width at ``wider_at_mm``, in percent. 8 mm to either side it is 0.6 of this."""
     wider_at_mm: float = Field(default=45.0, ge=0, le=10_000)
     noise_mm: float = Field(default=0.0, ge=0, le=10)
     """Standard deviation of the level at each station. Stations are 1 mm apart."""
@@ -107,7 +107,7 @@ def emulate(
 
 
 def _sensed(pour: SteeredPour, passes: TwoPasses, faults: Faults, random: np.random.Generator) -> LevelFrame | None:
-    """Return the level from the sensor: behind the nozzle, but not around it. None without a station."""
+    """Return the level from the sensor: behind the nozzle, but not around it. None if it covers no station."""
     level, t_s = pour.level(), pour.t_s
     s_mm = np.arange(SEEN_EVERY_MM / 2, level.s_mm[-1], SEEN_EVERY_MM)
     at_mm, start_mm = np.interp(t_s, passes.motion.t_s, passes.motion.s_mm), passes.motion.s_mm[0]

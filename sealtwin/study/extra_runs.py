@@ -32,8 +32,8 @@ from validate.uncertainty.computed import RUNS, Effect, InputDraws, SizeRuns, Sp
 from validate.wording.of_runs import sentences_of_runs
 
 RATIO = 1.3
-"""Ratio of neighbouring particle sizes, the least that Celik et al. 2008 recommend: a larger ratio would make the finer
-runs dear (they cost four times as much already) and leave the coarser ones too few particles abreast."""
+"""Ratio of neighbouring particle sizes: the least that Celik et al. 2008 recommend, since a finer run takes four
+times the computing time already, and with larger particles there would be too few across the crack."""
 REPLICATES = 3
 """Runs of each particle size, with different seeds. With two the error would have 4 instead of 7 degrees of freedom and
 sqrt(3/2) times the noise: an interval 1.4 times as wide."""

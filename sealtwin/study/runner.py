@@ -32,7 +32,7 @@ from sealtwin.trial.stage_numbers import own_numbers
 from sealtwin.trial.trial_file import Trial
 from validate.settings import Readings
 
-MOST_NUMBERS = 8  # Most coefficients of a baseline curve; also used for a sweep that varies more settings
+MOST_NUMBERS = 8  # Most coefficients of a baseline curve; a sweep of more settings is compared with that curve
 
 SUMMARY = "summary.json"
 INPUTS = "inputs"  # Folder of the copied readings, in a run folder

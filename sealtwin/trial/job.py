@@ -156,7 +156,7 @@ def require_sample(trial: Trial, source: Path) -> None:
     table = "photo" if trial.mesh is None else "mesh"
     for role, file in sample_files(trial).items():
         if not (source / file).exists():
-            raise InputError(f"{source / file}: not found; {table}.{role} names it.")
+            raise InputError(f"{source / file}: not found; {table}.{role} names it. Put it there, or correct the name.")
 
 
 def begin_writing(job: Job, stage: StageName) -> None:

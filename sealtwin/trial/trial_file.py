@@ -208,11 +208,13 @@ def _seen_from(folder: Path, value: Any, source: Path) -> Any:
         return seen_from(folder, value, source)
     if not isinstance(value, Path):
         return value
+    file = source / value
     try:
-        return Path(os.path.relpath(source / value, folder)).as_posix()
+        # If a folder is a link, ".." leads to the folder above its target.
+        return Path(os.path.relpath(file.parent.resolve() / file.name, folder.resolve())).as_posix()
     except ValueError:
         # On another drive on Windows.
-        return (source / value).absolute().as_posix()
+        return file.absolute().as_posix()
 
 
 _CURVES = ("fluid.curve", "fluid.cooling")
