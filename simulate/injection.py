@@ -57,7 +57,7 @@ class Injection:
     volume_control: VolumeControl | None
     slope: SampleSlope = LEVEL
     done: int = 0  # Number of finished frames
-    moving: int = 0  # Moving particles of all runs at the last count: of every frame on a CPU, of a sample on a GPU
+    moving: int = 0  # Moving particles of all runs, counted in each frame on a CPU, in sampled frames on a GPU
     failed: dict[int, NumericalError] = field(default_factory=dict)
     """Errors of the runs that were given up, by their number; the others continue."""
 
@@ -221,7 +221,7 @@ class Injection:
         return added_viscosity(self.solver.size_mm * CM, self.engine.step_s) / CM2_IN_M2
 
     def remarks_on(self, number: int) -> tuple[str, ...]:
-        """Return the remarks on a fluid, also before the first frame."""
+        """Return the remarks on a fluid; they do not need a frame."""
         return tuple(remarks_on(self.fluids[number], self.outline, self.solid, self.solver, self.schedule))
 
     def _d_cm(self, number: int) -> float:

@@ -121,7 +121,7 @@ def read_table(path: Path, kind: type[Table]) -> Table:
 def fault_of(curve: MaterialCurve, cooling: CoolingCurve | None, file: Path | None = None) -> str | None:
     """Return why two tables do not fit each other, or None; ``file`` is the cooling's, if it was read from one."""
     if curve.temperature_c is None:
-        problem = "fluid.cooling beside a fluid.curve over age_s: it is for temperature_c only; leave it out"
+        problem = "fluid.cooling beside a fluid.curve over age_s: only one over temperature_c needs it; leave it out"
         return None if cooling is None else problem
     if cooling is None:
         return "fluid.curve is over temperature_c: give fluid.cooling, the table of the temperature over age_s"

@@ -23,7 +23,7 @@ from simulate.vessel import Vessel
 from simulate.volume_control import VolumeControl
 
 RIM_MM = 5.0  # Thickness of the block around the hollow and below it
-HEADROOM = 1.1  # Depth of the hollow over the cone's height: the surroundings of the face are not modelled
+HEADROOM = 1.1  # Depth of the hollow over the cone's height: all paste is then below the face
 SCATTER = 0.05  # Scatter of a lattice over its spacing: exactly even rows stay on top of each other
 
 

@@ -19,7 +19,7 @@ from sealtwin.core.arc_length import arc_length_at
 from sealtwin.core.errors import NumericalError
 from sealtwin.core.records import Bed, FaceLabel, Floats, Integers, Outline, Profile, Run, Solid
 from simulate.settings import SampleSlope
-from simulate.vessel import Mask, inside, vessel_of
+from simulate.vessel import Mask, in_triangle, vessel_of
 
 PIXEL_MM = 0.2  # Pixel of the side view; never more than half a particle's radius
 GRAVITY_MM_S2 = 9810.0
@@ -129,7 +129,7 @@ def over_cavity(position_mm: Floats, solid: Solid) -> Mask:
     point = position_mm[above, :2]
     on_face = np.zeros(len(above), dtype=bool)
     for triangle in solid.vertices_mm[solid.faces[solid.face_label == FaceLabel.TOP]][:, :, :2]:
-        on_face |= inside(triangle, point)
+        on_face |= in_triangle(triangle, point)
     counted[above] = ~on_face
     return counted
 

@@ -81,7 +81,7 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
                 "stands, over hollows."
             )
             return
-    # With D_cm walls drag less than no slip does; the paper's U has a D_cm, and particles move before it acts.
+    # With a D_cm walls drag less than no slip; with the paper's U, which has one, particles move before viscosity acts.
     if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SUNK * solid.depth_mm:
         yield (
             f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm apart it sinks by its "

@@ -97,7 +97,7 @@ def ready(
     device: str,
     slope: SampleSlope = LEVEL,
 ) -> Injection:
-    """Prepare particle runs for their first frame; reuse the walls of the last call if sample and radius are the same.
+    """Prepare particle runs for their first frame, with the last call's walls for the same sample, radius and device.
 
     Making the walls takes a fifth of a run's time. Raises InputError if one of the fluids cannot be run.
     """

@@ -28,7 +28,7 @@ STIFFEST_U = 1e6
 substep allows.
 """
 THICKNESSES = ("U", "viscosity_pa_s", "consistency_pa_s_n")
-"""Settings of the viscosity: a fluid without a curve has exactly one."""
+"""Settings of the viscosity: a fluid has exactly one, unless a curve or a material gives it."""
 
 MOST_YIELD_PA = 1e4  # Yield stress of paste that has set: it carries a column of a metre
 

@@ -25,7 +25,7 @@ FLATTEST = 0.1  # Largest height over radius of a heap for which the closed form
 class Cone:
     """Frustum that contains the paste before it is lifted; its smaller end is up."""
 
-    bottom_mm: float  # Inner diameter, as top_mm
+    bottom_mm: float  # Inner diameter, like top_mm
     top_mm: float
     height_mm: float
 

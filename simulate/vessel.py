@@ -86,13 +86,13 @@ def _crossings(triangle_mm: Floats, cell_mm: float, low: Integers, shape: Intege
     has_area = np.abs(doubled_area) >= 1e-12
     a, b, c, doubled_area = a[has_area], b[has_area], c[has_area], doubled_area[has_area]
     # Row by row along y, so that the cost of an oblique needle is in proportion to its length.
-    row, owner = counted(*_cells_between(*_ends((a, b, c), 0), cell_mm, low[0], shape[0]))
+    row, owner = whole_numbers(*_cells_between(*_ends((a, b, c), 0), cell_mm, low[0], shape[0]))
     first, last = _cells_between(*_stretch((a, b, c), owner, (row + low[0] + 0.5) * cell_mm), cell_mm, low[1], shape[1])
-    column, which = counted(first, last)
+    column, which = whole_numbers(first, last)
     row, owner = row[which], owner[which]
     middle = (np.column_stack([row, column]) + low + 0.5) * cell_mm
     a, b, c, doubled_area = a[owner], b[owner], c[owner], doubled_area[owner]
-    hit = inside((a[:, :2], b[:, :2], c[:, :2]), middle)
+    hit = in_triangle((a[:, :2], b[:, :2], c[:, :2]), middle)
     a, b, c, doubled_area, middle = a[hit], b[hit], c[hit], doubled_area[hit], middle[hit]
     beside = middle - a[:, :2]
     to_b, to_c = cross(beside, c - a) / doubled_area, cross(b - a, beside) / doubled_area
@@ -129,14 +129,14 @@ def _cells_between(low_mm: Floats, high_mm: Floats, cell_mm: float, low: int, co
     return np.maximum(first, 0), np.minimum(last, count - 1)
 
 
-def counted(first: Integers, last: Integers) -> tuple[Integers, Integers]:
+def whole_numbers(first: Integers, last: Integers) -> tuple[Integers, Integers]:
     """Return the whole numbers of all ranges, one range after the other, and each number's range."""
     count = np.maximum(last - first + 1, 0)
     index = np.repeat(np.arange(len(count)), count)
     return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count), index
 
 
-def inside(corners: Sequence[Floats], point: NDArray[np.floating]) -> Mask:
+def in_triangle(corners: Sequence[Floats], point: NDArray[np.floating]) -> Mask:
     """Return the mask of points in a triangle of the plane, edges included, (n,); empty for one without area."""
     a, b, c = corners
     sign = np.sign(cross(b - a, c - a))

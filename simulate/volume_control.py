@@ -1,4 +1,4 @@
-"""Controls a bed's volume: each run adjusts the weight of its particles in the density so that the bed keeps it.
+"""Keeps a bed's volume at the dispensed one: each run adjusts the weight of its particles in the density sum.
 
 One constant cannot do this. A column is compressed by its weight; at a free surface half of the kernel is empty, so
 that layers there are closer; paste with a yield stress comes to rest before it is densely packed; new sealant presses
@@ -124,7 +124,7 @@ class VolumeControl:
         return min(MOST_FACTOR / self._factor, max(LEAST_FACTOR / self._factor, changed))
 
     def figures(self) -> Iterator[BedFigures]:
-        """The figures of each run's bed, as its particles are now."""
+        """Yield the figures of each run's bed, as its particles are now."""
         self._find_lying()
         self._count()
         for raise_surfaces, sum_lines in self._batches:

@@ -67,7 +67,7 @@ class Checkpoint(Watcher):
     """A watcher that saves a run's state at ``path``, and restores it in a run of the same ``key``."""
 
     def __init__(self, path: Path, key: str, note: Callable[[str], None]) -> None:
-        """``key`` is a hash of all inputs of the run; ``note`` receives sentences on what happened to checkpoints."""
+        """``key`` identifies all inputs of the run; ``note`` receives sentences on what happened to checkpoints."""
         self._path, self._key, self._note = path, key, note
         self._kept = time.monotonic()
 
@@ -160,7 +160,7 @@ class FrameFiles(Moments):
         self._frames: dict[str, float] = {}
 
     def begin(self, injection: Injection) -> None:
-        """Remove the frames of an earlier run; keep those before a resumed run's frame, and the user's files."""
+        """Remove the frames of an earlier run; keep those up to a resumed run's frame, and the user's files."""
         there = sorted(self._folder.glob("*"))
         listed = read_collection(self._collection) if self._collection.is_file() else []
         self._frames = {path.name: t_s for t_s, path in listed if t_s <= injection.t_s and path in there}

@@ -21,7 +21,7 @@ SPARE = 16  # Entries past the last one that a loop over sixteen points at a tim
 
 
 def neighbour_lists(rows: int, wall_particle: wp.array, device: str, *, packed: bool, lanes: int = 1) -> Any:
-    """Return empty neighbour lists of ``rows`` movers, ``packed`` for a CPU's loops; ``lanes`` threads share a row."""
+    """Return empty neighbour lists for up to ``rows`` movers, ``packed`` for a CPU; ``lanes`` threads share a row."""
     lists = Neighbours()
     lists.room, lists.lanes = int(packed), lanes
     lists.lacking = wp.zeros(1, dtype=int, device=device)

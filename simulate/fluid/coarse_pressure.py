@@ -81,7 +81,7 @@ class CoarsePressure:
         ]
 
     def begin(self, rows: int) -> None:
-        """Begin a substep, after its prediction."""
+        """Set the smooth part to 0 and find each mover's nodes; call it after a substep's prediction."""
         self.nodes.total.zero_()
         self._locate(rows)
 

@@ -44,7 +44,7 @@ class FaultChecks:
         self._state, self._unsolved = state, unsolved
         limits = (FASTEST_CM_S, DENSEST, support, barrier.clearance)
         self.look = launcher.bind(pressure.inspect, state.particles, *limits, barrier.grid)
-        """Check the movers of the first rows, whose number it takes."""
+        """Check the movers; it takes the number of their rows."""
 
     def found(self) -> dict[int, RunFault]:
         """Return the first fault of each run with a fault, by the number of the run."""

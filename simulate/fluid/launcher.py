@@ -35,8 +35,8 @@ class Launcher:
         One thread of a CPU takes all rows of a slice, in a loop within the kernel: reading the arguments for each row
         would take up to a third of a kernel's time.
 
-        Each row of a kernel whose rows are ``shared`` has as many threads as the launcher has lanes; else it has the
-        threads of a block of ``lanes``, on a GPU.
+        On a GPU a row has a block of ``lanes`` threads or, if the kernel's rows are ``shared``, as many threads as the
+        launcher has lanes.
 
         The arrays among ``inputs`` may be written to later, but not replaced. Arrays of a struct may be replaced, until
         a frame is recorded, because a launch reads the struct.

@@ -104,7 +104,7 @@ class Pressure:
         self._densities[iteration](rows)
 
     def correct(self, rows: int, iteration: int | None = None) -> None:
-        """Move by Eq. 3: in the last iteration (default) as walls allow, in others as the nearest wall's plane does."""
+        """Move by Eq. 3: in the last iteration (default) as walls allow, in others as the nearest plane allows."""
         number = self._most - 1 if iteration is None else iteration
         self._corrections[number](rows)
         self._shifts[number](rows)

@@ -196,7 +196,8 @@ class FluidSolver:
 
     def _bind_lists(self, kernel: Any, domain: Domain) -> None:
         state, lists, walls = self.state, self.lists, self.lists.wall_particle
-        # Particles that come within h during the pressure iterations are listed in the next one: kernels vanish at h.
+        # Particles that come within h during the pressure iterations are listed in the next substep only; kernels
+        # vanish at h.
         box = (domain.low, domain.high, self._support)
         self.fluid_cells = CellGrid(*box, state.position, state.status, self._launcher, state.runs)
         here = wp.zeros(len(walls), dtype=int, device=state.device)
@@ -278,7 +279,7 @@ class FluidSolver:
         self.state.renumber(order[np.argsort(order // self.state.particles_per_run, kind="stable")])
 
     def begin_frame(self, frame: int) -> None:
-        """Release the particles of a frame, and freeze those that reach the age."""
+        """Release the particles of a frame, and freeze those that reach the freezing age."""
         state = self.state
         # Of one run only the released particles are read; of several runs, or on a GPU, all.
         if state.runs == 1 and not self.replays:
@@ -288,7 +289,7 @@ class FluidSolver:
         self.find_movers()
 
     def rest(self) -> None:
-        """Wake particles beside a flow and put quiet ones to sleep."""
+        """Wake particles beside a flow and put quiet ones to sleep, once in a frame."""
         if self.sleeps:
             self._wake(self.rows)
             self._fall_asleep(self.rows)

@@ -151,7 +151,7 @@ class MoversList:
         self._state, self._sorted = state, False
         self._in_order = device == "cpu" if in_order is None else in_order
         state.particles.mover = wp.zeros(state.count, dtype=int, device=device)
-        state.particles.movers = wp.zeros(1, dtype=int, device=device)
+        state.particles.mover_count = wp.zeros(1, dtype=int, device=device)
         state.particles.first_row = wp.zeros(state.runs + 1, dtype=int, device=device)
         self._order = listing.Order()
         self._order.row = wp.zeros(0 if self._in_order else state.count, dtype=int, device=device)
@@ -192,4 +192,4 @@ class MoversList:
 
     def number(self) -> int:
         """Return the number of movers of all runs."""
-        return int(self._state.particles.movers.numpy()[0])
+        return int(self._state.particles.mover_count.numpy()[0])

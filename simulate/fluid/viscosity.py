@@ -30,7 +30,7 @@ FRESH_SHEAR = 10.0  # Shear in 1/s of a particle just released: its neighbours a
 def explicit_parts(
     paste: Rheology, support: float, frame_s: float, substeps: int, *, shears_per_s: tuple[float, float], lasts_s: float
 ) -> tuple[float, float, float]:
-    """Return the largest parts of a velocity that viscosity, yield stress and D remove in a substep, even far above 1.
+    """Return the largest parts of a velocity that viscosity, yield stress and D remove in a substep; they may exceed 1.
 
     ``shears_per_s`` are the slowest shear and that of a jet. Lengths are in cm.
     """
@@ -79,7 +79,7 @@ class Viscosity:
         self._search.curvature = wp.zeros(rows, dtype=float, device=device)
         for name in ("error", "length", "turn", "goal", "holds"):
             setattr(self._search, name, wp.zeros(runs, dtype=float, device=device))
-        for name in ("warm", "iterations", "unsolved"):
+        for name in ("iterations", "unsolved"):
             setattr(self._search, name, wp.zeros(runs, dtype=int, device=device))
         self._search.left = wp.zeros((runs, int(code.CHUNKS)), dtype=float, device=device)
         self._search.partial = wp.zeros((runs, int(code.CHUNKS)), dtype=code.Sums, device=device)

@@ -9,7 +9,7 @@ from simulate.kernels.run_module import run_kernel
 from simulate.kernels.status import FROZEN, MOVING, Particles
 from simulate.kernels.vessel import Lines, Liquid, raise_over
 
-LANES = 64  # Threads of a GPU's block
+LANES = 64  # Threads of a GPU's block: as in most launches, since each width has the whole module compiled
 PARTS = wp.constant(32)
 """Parts of a run that are summed up one by one; the host adds them. One run alone then fills a quarter of a GPU."""
 

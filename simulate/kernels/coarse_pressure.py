@@ -125,7 +125,7 @@ def sum_matrix(
 ):
     """Sum up the effects of the nodes' multipliers on the sums of C at other nodes, times the spacing squared."""
     row = wp.tid()
-    if row >= particles.movers[0]:
+    if row >= particles.mover_count[0]:
         return
     part = coarse.part[row]
     along = coarse.along[row]
@@ -151,7 +151,7 @@ def sum_excess(
 ):
     """Sum up t_i phi_a C_i, also of loose fluid, with C < 0."""
     row = wp.tid()
-    if row >= particles.movers[0]:
+    if row >= particles.mover_count[0]:
         return
     n = coarse.node[row]
     s = coarse.part[row][0]

@@ -1,8 +1,8 @@
 """Device code of the conjugate gradients that solve the viscosity's linear system, for all runs at once.
 
 Runs are independent: each has the same bits with any number of threads and of other runs. On a GPU a block of threads
-sums up a part of a run, or all its parts: each thread takes every so many rows, and a tile adds up the threads' sums in
-an order that depends on the block's width only. On a CPU a block has one thread, which takes all rows.
+sums up a part of a run, or all its parts: each thread takes every 64th row (``LANES``), and a tile adds up the threads'
+sums in an order that depends on the block's width only. On a CPU a block has one thread, which takes all rows.
 """
 
 import warp as wp
@@ -63,7 +63,6 @@ class Search:
     turn: wp.array[float]  # Share of the last direction in the next one
     goal: wp.array[float]
     holds: wp.array[float]  # Number of particles plus the drag by all that does not move with them
-    warm: wp.array[int]  # 1 if the search begins at the guess
     iterations: wp.array[int]
     more: wp.array[int]  # A single number, 1 if a run needs another iteration
     unsolved: wp.array[int]  # 1 for each run with a search that ended above its goal
@@ -124,7 +123,7 @@ def whole_sum(search: Search, run: int, lane: int):
 
 @wp.func
 def begins_run(part: int, begin: int):
-    """Returns whether a part is the first of its run, or the first that a thread takes."""
+    """Return whether a part is the first of its run, or the first that a thread takes."""
     return part == begin or part % CHUNKS == 0
 
 
@@ -160,7 +159,6 @@ def begin_run(search: Search, run: int, squares: Sums, of_the_right: float, of_t
     rounded = ROUNDINGS * UNIT_ROUNDOFF * squares[4]
     change = wp.max(of_the_change * of_the_change * squares[1], rounded * rounded / wp.max(squares[0], 1.0e-30))
     search.goal[run] = wp.min(of_the_right * of_the_right * squares[0], change)
-    search.warm[run] = begins_at_guess(squares)
     search.error[run] = wp.where(squares[2] < squares[1], squares[2], squares[1])
     search.holds[run] = squares[3]
     search.turn[run] = 0.0

@@ -54,7 +54,9 @@ def row_at(solid: Distance, a: int, b: int, c: int) -> int:
 
 @wp.func
 def distance_at(solid: Distance, x: wp.vec3, below: float) -> wp.vec4:
-    """Return gradient and signed distance. The gradient is a unit vector for distances between 0 and ``below``, else 0.
+    """Return gradient and signed distance. The gradient is a unit vector for distances between 0 and ``below``.
+
+    Elsewhere it may be 0.
 
     Outside the grid the solid is the half-space below z = 0 within the footprint of the sample's block.
     """

@@ -99,7 +99,7 @@ const auto take = [reach2](Points of, int begin, int end, wp::vec4 here, int sel
         const ints packed = PACKED(who, mask);
         const int left = most - so_far, more = __builtin_popcount(mask);
         if (left >= AT_ONCE) __builtin_memcpy(list + so_far, &packed, sizeof packed);
-        // Only as many as fit: the place after the list belongs to another one.
+        // As many as fit, up to the list's last slot: slots that are not written would keep the entries of before.
         else if (left > 0) __builtin_memcpy(list + so_far, &packed, 4 * __builtin_elementwise_min(more, left));
         so_far += more;
 #else

@@ -28,7 +28,7 @@ def count_frame(particles: Particles):
 
 @run_kernel
 def grow_older(points: Span, particles: Particles, paste: Paste):
-    """Release the particles of this frame, and freeze those that reach the age.
+    """Release the particles of this frame, and freeze those that reach the freezing age.
 
     Sleeping particles are frozen too: if one woke later, the run would have more movers than it has rows for.
     """
@@ -64,7 +64,7 @@ for (int i = 0, next = 0; i < count; ++i) {
     if (i == next) first_row[run++] = listed, next += particles.per_run;
     if (status[i] == MOVING) particle[listed++] = i;
 }
-first_row[particles.first_row.shape[0] - 1] = particles.movers.data[0] = listed;
+first_row[particles.first_row.shape[0] - 1] = particles.mover_count.data[0] = listed;
 """,
     )
 )
@@ -74,7 +74,7 @@ def list_first(count: int, particles: Particles, order: Order, by_cell: int): ..
 @run_kernel
 def list_in_order(
     points: Span,
-    particles: Particles,  # out: mover, movers and first_row
+    particles: Particles,  # out: mover, mover_count and first_row
     order: Order,
     by_cell: int,
 ):
@@ -100,7 +100,7 @@ def mark_movers(
 
 @wp.kernel
 def list_marked(
-    particles: Particles,  # out: mover, movers and first_row
+    particles: Particles,  # out: mover, mover_count and first_row
     order: Order,
     by_cell: int,
 ):
@@ -120,5 +120,5 @@ def list_marked(
         particles.first_row[k // particles.per_run] = row
     if k == count - 1:
         total = row + wp.where(moves, 1, 0)
-        particles.movers[0] = total
+        particles.mover_count[0] = total
         particles.first_row[count // particles.per_run] = total

@@ -66,7 +66,7 @@ def neighbour_kernels(search: ModuleType, module: Any) -> Any:
         for first in range(rows.begin + wp.tid() // lanes(), end_of(rows, particles), rows.step):
             if first % block > 0:
                 continue
-            last = wp.min(first + block, particles.movers[0])
+            last = wp.min(first + block, particles.mover_count[0])
             list_rows(first, last, particles, cells, wall_cells, near)
             if lane() > 0:
                 continue

@@ -116,7 +116,7 @@ def shift(
     clearance: float,
     solid: Distance,
 ):
-    """Move by the pressure's correction: in a run's last iteration as walls allow, in others as the nearest plane does.
+    """Move by the pressure's correction: in a run's last iteration as walls allow, in others as the nearest plane.
 
     The last move starts at the substep's first position, so that walls stop also what planes did not. Runs that move
     ``as_solved`` make the last move later.

@@ -55,13 +55,13 @@ class Particles:
     swelling: wp.array[float]
     """Factor of each run on the scheme's weight of a particle in the density sum."""
     mover: wp.array[int]  # List of the particles that move, run by run
-    movers: wp.array[int]  # Their number
+    mover_count: wp.array[int]
     first_row: wp.array[int]  # First row of each run in that list, and one past the last row
 
 
 @wp.struct
 class Span:
-    """Rows, parts or runs of a launch. Each thread takes every ``step``-th of them: one on a GPU, all on a CPU."""
+    """Rows, parts or runs of a launch. A thread, or block, takes every ``step``-th: one on a GPU, all on a CPU."""
 
     begin: int
     end: int
@@ -71,7 +71,7 @@ class Span:
 @wp.func
 def end_of(rows: Span, particles: Particles):
     """Return the end of the rows of a launch that have a mover."""
-    return wp.min(rows.end, particles.movers[0])
+    return wp.min(rows.end, particles.mover_count[0])
 
 
 @wp.func

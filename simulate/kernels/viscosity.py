@@ -66,7 +66,7 @@ def thinning(paste: Paste, run: int, gamma: float):
 
 @wp.func
 def shear_of(sums: GradientSums, walls: DragSums, moves: wp.vec3, volume: float, support: float):
-    """Return the shear, sqrt(2 D:D), of a linear fit to the velocities around a particle and of walls, which are 0."""
+    """Return the shear, sqrt(2 D:D), of a linear fit to the velocities around a particle, 0 at walls."""
     fit = wp.mat33(sums[0], sums[3], sums[5], sums[3], sums[1], sums[4], sums[5], sums[4], sums[2])
     changes = wp.mat33(sums[6], sums[7], sums[8], sums[9], sums[10], sums[11], sums[12], sums[13], sums[14])
     normal = wp.normalize(wp.vec3(walls[3], walls[4], walls[5]))

@@ -120,7 +120,7 @@ def _at_the_face(solid: Solid, middle_mm: Floats, half_diagonal_mm: float, block
 
 
 def _nodes_mm(mesh: wp.Mesh, grid: Any, noded: Integers, device: str) -> Floats:
-    """Compute node distances of the blocks marked in ``noded``, (b, NODES), for a grid without nodes."""
+    """Compute the node distances of the blocks ``noded``, (b, NODES), for a grid that has no nodes yet."""
     blocks = exact_distance.Blocks()
     blocks.number = wp.array(noded, dtype=wp.vec3i, device=device)
     blocks.distance = wp.empty((len(noded), int(device_code.NODES)), dtype=float, device=device)

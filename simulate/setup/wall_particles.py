@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from sealtwin.core.records import FaceLabel, Floats, Integers, Outline, Solid
 from simulate.kernels.neighbours import NOWHERE_CM
 from simulate.setup.signed_distance import CLEARANCE, CM, MARGIN_MM, Barrier, build_barrier
-from simulate.vessel import counted
+from simulate.vessel import whole_numbers
 
 TURN = np.arctan((np.sqrt(5) - 1) / 2)
 """Angle of the golden ratio: it is far from simple slopes, so that no row of points is along an edge."""
@@ -60,7 +60,7 @@ def place_walls(solid: Solid, outline: Outline, barrier: Barrier, radius_mm: flo
     near = label[points.face] != FaceLabel.TOP
     near[~near] = _near_crack(points.position_mm[~near], outline)
     deep = points.position_mm[near] - radius_mm * _normals(triangles_mm)[points.face[near]]
-    # In a thin nose a radius deep is nearer to the opposite wall, or outside the solid: such points are dropped.
+    # In a thin nose a point a radius deep is near the opposite wall, or outside the solid; such points are dropped.
     inside = barrier.exact_mm(deep) <= -0.9 * radius_mm if len(deep) else np.zeros(0, dtype=bool)
     chosen = _spread(deep[inside], points.lot[near][inside], NEAREST * spacing_mm)
     _, nearest = KDTree(chosen).query(deep)
@@ -155,8 +155,9 @@ def spread_points(triangles_mm: Floats, spacing_mm: float) -> SurfacePoints:
     axes = _axes(normal[face] / length[face, None])
     corner = np.einsum("fck,fak->fca", triangles_mm[face], axes) / spacing_mm - SHIFT
     across = corner[:, :, 0]
-    row, which = counted(*(end.astype(np.int64) for end in (np.ceil(across.min(axis=1)), np.floor(across.max(axis=1)))))
-    column, line = counted(*_crossed(corner[which], row))
+    first, last = np.ceil(across.min(axis=1)), np.floor(across.max(axis=1))
+    row, which = whole_numbers(first.astype(np.int64), last.astype(np.int64))
+    column, line = whole_numbers(*_crossed(corner[which], row))
     node, which = np.column_stack([row[line], column]), which[line]
     height = np.einsum("fk,fk->f", triangles_mm[face, 0], normal[face] / length[face, None])
     lot = _lots(node)
