@@ -296,8 +296,8 @@ class Solver(Settings):
     across this crack. Half the radius takes about ten times as long.
     """
     substeps: int | None = Field(default=None, ge=1, le=MOST_SUBSTEPS)
-    """Substeps per frame. Default: enough that a particle falls less than 0.03 h in one, 4 in the paper's trial.
-    Compression falls with their square.
+    """Substeps per frame. Default: enough that g dt² is below 0.03 h, or below 0.035 h if the sealant carries pressure
+    over. Compression falls with their square.
     """
     pressure: Literal["local", "two-level"] = "local"
     """local: iterations pass pressure from neighbour to neighbour; a column of 16 mm stays 12 % compressed at its

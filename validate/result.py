@@ -20,7 +20,7 @@ Outcome = Literal["passed", "failed", "undecided", "open"]
 """The result of a comparison (decision 0079).
 
 passed: the gate is kept and is outside the interval of the mean error;
-failed: the gate is missed, or a particle escaped;
+failed: the gate is missed and is outside the interval, or a particle escaped;
 undecided: the gate is inside that interval, there are too few readings, or files were edited by hand;
 open: no gate was declared.
 """

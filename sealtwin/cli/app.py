@@ -14,7 +14,7 @@ from sealtwin.cli.answer import CheckedCommand, Commands, open_missing_streams, 
 app = typer.Typer(
     name="sealtwin",
     cls=Commands,
-    help="From a photo of a cracked pavement sample and a measured depth to a validated digital twin of its sealing.",
+    help="From a photo of a cracked pavement sample and a measured depth to a digital twin of its sealing.",
     epilog=(
         "Exit codes: 0 ok, 1 a bug, 2 usage, 3 bad input, 4 numerical failure, "
         "5 the trial's gate missed (the report is complete), 6 some of a batch failed, 130 interrupted."
