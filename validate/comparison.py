@@ -208,7 +208,7 @@ class MassBalance(JsonRecord):
     shrinkage_percent: float | None = in_unit("%")
     """Declared shrinkage before the reading; None if not declared."""
     readings_when_dispensed_mm3: float
-    """The same volume before shrinkage, if shrinkage is declared."""
+    """Sealant below the measured level before it shrank; ``readings_mm3`` if no shrinkage is declared."""
 
 
 class VolumeComparison(JsonRecord):
