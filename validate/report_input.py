@@ -60,7 +60,7 @@ class LiveModel(JsonRecord):
     along: list[float]
     """Gravity's unit vector along the crack at the faces between cells."""
     into: float
-    """Component of that vector into the sample."""
+    """Component of gravity's unit vector into the sample."""
     paste: dict[str, float]
     nozzle_mm: float
     settle_s: float
