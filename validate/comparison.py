@@ -19,7 +19,7 @@ PART = ConfigDict(extra="forbid")
 
 
 def in_unit(unit: str) -> Any:
-    """Return a field whose unit its name does not end with, for the published schema."""
+    """Return a field with its unit, for the published schema, if the field's name does not end with one."""
     return Field(json_schema_extra={"unit": unit})
 
 
@@ -208,7 +208,7 @@ class MassBalance(JsonRecord):
     shrinkage_percent: float | None = in_unit("%")
     """Declared shrinkage before the reading; None if not declared."""
     readings_when_dispensed_mm3: float
-    """The same volume before shrinkage, if shrinkage is declared."""
+    """Sealant below the measured level before it shrank; ``readings_mm3`` if no shrinkage is declared."""
 
 
 class VolumeComparison(JsonRecord):
@@ -240,7 +240,7 @@ class StationBands(JsonRecord):
 class BudgetPart:
     """One error of the budget and its standard uncertainties: half the half-width of its 95 % interval.
 
-    An error without a declared size is entered as 0.2 mm.
+    Those of undeclared errors, which no interval includes, are for a size of 0.2 mm.
     """
 
     name: str

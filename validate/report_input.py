@@ -60,7 +60,7 @@ class LiveModel(JsonRecord):
     along: list[float]
     """Gravity's unit vector along the crack at the faces between cells."""
     into: float
-    """Its component into the sample."""
+    """Component of gravity's unit vector into the sample."""
     paste: dict[str, float]
     nozzle_mm: float
     settle_s: float
@@ -91,9 +91,7 @@ class Evidence:
     readings: Profile | None = None  # None without a caliper sheet; the report then shows only the simulation
     comparison: Comparison | None = None  # Comparison of profile and readings; None without readings
     prediction: PredictedLevel | None = None  # Of a run without readings; None without extra runs
-    earlier: EarlierTrials | None = (
-        None  # Error expected from the lab's earlier trials; None with fewer than two that count
-    )
+    earlier: EarlierTrials | None = None  # Readings expected from earlier trials; None with fewer than two valid ones
     volume_ratio: float
     overlay_path: Path
     photo_data: DataKind

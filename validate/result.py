@@ -79,7 +79,7 @@ class FluidFigures(JsonRecord):
     device: str
     """Device that computed the run."""
     warnings: tuple[str, ...]
-    """Sentences on unsound features of the fluid."""
+    """Sentences on faults of the fluid."""
 
 
 class PredictedPart(JsonRecord):
@@ -141,11 +141,11 @@ class EarlierTrial(JsonRecord):
     computed_fill_ratio: float
     """Share of the room below the face that is filled up to the computed level."""
     read_fill_ratio: float
-    """The same for the measured level."""
+    """Share of the room below the face that is filled up to the measured level."""
     computed_heap_mm2: float
     """Heap above the face by the computed level, in mm³ per mm of crack."""
     read_heap_mm2: float
-    """The same for the measured level."""
+    """Heap above the face by the measured level, in mm³ per mm of crack."""
 
 
 class Bias(JsonRecord):

@@ -263,7 +263,7 @@ class Uncertainty(Settings):
     def with_sample(self, width_mm: float | None, weighed: WeighedCavity | None) -> Self:
         """Return them completed with the uncertainties of the sample's walls.
 
-        A weighed fill gives width, angle and depth their uncertainties, each for the ones before it as given. Without a
+        A weighed fill gives width, angle and depth their uncertainties, each with those before it fixed. Without a
         weighed fill, the uncertainty ``width_mm`` of a width fitted to a photo applies unless one is declared.
         """
         if weighed is not None:

@@ -200,7 +200,7 @@ def test_the_band_of_the_profile_is_wider_than_that_of_a_station(alone):
     assert ratio == pytest.approx(np.full(9, ratio[0]))
     assert 1.2 < ratio[0] < 1.7
     assert found["stations"]["by_chance"] == pytest.approx(0.45, rel=0.02)
-    assert "fewer than 1 would by chance" in found["sentences"][1]
+    assert "fewer than 1 would be by chance" in found["sentences"][1]
 
 
 def test_a_datum_that_is_off_is_shared_and_does_not_average_out(evidence, alone):

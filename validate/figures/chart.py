@@ -201,9 +201,7 @@ class Chart:
     screening: str = ""  # Sentence on the runs of the fast model; empty if there are none
     unused: tuple[str, ...] = ()  # Sentences on declared errors that the readings contradict
     fluid_warnings: tuple[str, ...] = ()  # Sentences on faults of the runs' fluids
-    fitted: int = (
-        2  # Number of settings that were fitted to these readings: those of the map, and those that the trial declares
-    )
+    fitted: int = 2  # Number of settings fitted to these readings: those of the map, and those that the trial declares
 
     @property
     def errors_mm(self) -> Floats:

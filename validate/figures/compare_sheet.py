@@ -93,7 +93,8 @@ def _cautions(sides: Sequence[Side]) -> list[str]:
     kinds = sorted({side.readings.data for side in sides if side.readings is not None} - {"measured"})
     sentences = [f"Not a validation: some readings are {' and '.join(kinds)}."] if kinds else []
     if unranked := [f"run {number}: {side.unranked}" for number, side in enumerate(sides, start=1) if side.unranked]:
-        sentences.append(f"Not ranked: {'; '.join(unranked)}.")
+        leak = " A particle must never pass a wall: please report it with the trial file."
+        sentences.append(f"Not ranked: {'; '.join(unranked)}.{leak if any(s.escaped_particles for s in sides) else ''}")
     return sentences + _not_held_out(sides)
 
 

@@ -45,7 +45,7 @@ class ModelSizes:
     aside_deg: float = 28.0
     """Angle of the first view from the line square to the crack, large enough to show the crack's width."""
     down_deg: float = 32.0
-    """Angle of the first view below the horizontal."""
+    """Angle by which the first view looks down from the horizontal."""
     rim_mm: float = 0.35
     """Width of the line around the crack's mouth."""
     still_px: tuple[int, int] = (1200, 600)

@@ -135,13 +135,13 @@ def error_figures(error: Difference, measured: Profile) -> ErrorFigures:
     flat_mm = error.base.quantile(0.5)
     line = Profile(error.x[[0, -1]], np.full(2, flat_mm))
     return ErrorFigures(
-        error.mean_error,
-        error.mean(),
-        float(size.value[worst]),
-        float(error.x[worst]),
-        size.share_below(CLOSE_MM),
-        flat_mm,
-        level_difference(line, measured).mean_error,
+        mean_error_mm=error.mean_error,
+        bias_mm=error.mean(),
+        worst_error_mm=float(size.value[worst]),
+        worst_at_mm=float(error.x[worst]),
+        share_under_1_mm=size.share_below(CLOSE_MM),
+        flat_level_mm=flat_mm,
+        flat_level_error_mm=level_difference(line, measured).mean_error,
     )
 
 

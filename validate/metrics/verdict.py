@@ -41,7 +41,7 @@ def basis_of(s_mm: Floats, from_mm: float, to_mm: float, length_mm: float) -> Ba
     gap = float(np.diff(np.clip(used_mm, from_mm, to_mm)).max()) / length_mm
     coverage = (to_mm - from_mm) / length_mm
     enough = len(used_mm) >= FEWEST_STATIONS and coverage >= LEAST_COVERAGE - ROUNDING and gap <= WIDEST_GAP + ROUNDING
-    return Basis(len(used_mm), coverage, gap * length_mm, enough)
+    return Basis(stations_used=len(used_mm), coverage=coverage, widest_gap_mm=gap * length_mm, enough_readings=enough)
 
 
 def judged(
@@ -151,7 +151,7 @@ def _role_sentence(m: LevelMetrics) -> str:
         if m.fitted:
             count = counted(m.stations_compared, "station")
             what = f"fitted at {count}: {', '.join(map(setting_name, m.fitted))}"
-        return f"Calibrated on these {readings} ({what}): so this error is the residual of the fit, not a test."
+        return f"Calibrated on these {readings} ({what}), so this error is the residual of the fit, not a test."
     if m.role == "held-out" and m.lab_searched:
         return f"Held out: no study and no calibration in the lab's catalogue uses these {readings}."
     if m.role == "held-out":

@@ -91,7 +91,7 @@ def unit_cells(
     """Yield the unit that each row gives in ``columns`` for its reading, or for its station.
 
     A column of units belongs to the readings on its left, up to the previous one. If only stations are on its left, it
-    belongs to them, or to the readings on its right that are ``without`` a unit.
+    belongs to them, and, as the only such column, to the readings on its right that are ``without`` a unit.
     """
     before = -1
     for at in columns:

@@ -261,9 +261,8 @@ class _HeaderReader:
             columns = [column for column in readings if column.number == label]
             if label is None and len(readings) > 1:
                 finding = f"{_names(columns)}: no repeat number, but there are {len(readings)} columns of readings."
-                self._add_fault(
-                    finding, f"If all are repeats, list them in levels, without a mean. {ASSIGN}", columns[0].name
-                )
+                remedy = f"One of them may be a mean: list only the repeats as levels. {ASSIGN}"
+                self._add_fault(finding, remedy, columns[0].name)
             elif len(columns) > 1:
                 self._add_fault(f"repeat {label} occurs twice: {_names(columns)}.", ASSIGN, columns[1].name)
 
@@ -285,7 +284,7 @@ class _HeaderReader:
                 finding = f"{quoted(column.name)}: {quoted(factor)} may be a factor of the unit, or the resolution."
                 remedy = (
                     "Write [1/10 mm] or [1/100 mm] for readings in tenths or hundredths, and a unit without a number "
-                    'for millimetres; if the number is no factor, set readings.as_written = ["unit"].'
+                    'for readings in that unit; if the number is no factor, set readings.as_written = ["unit"].'
                 )
                 place = self.grid.place(self.number, column.index)
                 self.faults.add(place, finding, remedy, factor)

@@ -129,7 +129,7 @@ class SamplePart:
 
 
 def parts_of(path: Path) -> tuple[SamplePart, ...]:
-    """Return each table of readings in a file, one for each sample; of several worksheets also those without."""
+    """Return each table of readings in a file, one for each sample; of several worksheets also those with no table."""
     try:
         content = _content(path)
         if content.startswith(ZIP):

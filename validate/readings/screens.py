@@ -17,7 +17,7 @@ OfCell = Literal["zero", "sign slip", "code"]
 Kind = OfCell | Literal["scatter", "mean row", "mean column", "copy", "sign", "unit", "datum", "direction"]
 
 NINES = re.compile(r"9{2,}(\.9+)?|9\.9{2,}")  # A number that programs write for a missing reading, without its sign
-STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Common last digits, the largest first
+STEPS_MM = (1.0, 0.5, 0.25, 0.2, 0.1, 0.05)  # Usual last digits, the largest first
 MEDIAN_OF_SPREADS = {2: 0.674, 3: 0.833, 4: 0.888, 5: 0.916}
 """Median of the standard deviation of so many normal readings, relative to the true one."""
 
@@ -33,7 +33,7 @@ class CellLimits:
 
     least_spread_mm: float = 0.02  # Smallest sd: the limit of error of a digital caliper, which no hand repeats better
     zero_sd: float = 4.2  # Distance from its peers, in sd, above which 0.00 is suspicious
-    zero_mm: float = 1.0  # The same distance, at least in mm
+    zero_mm: float = 1.0  # The smallest such distance, in mm
     deep_mm: float = 1.5  # Depth of the neighbours above which a station of zeros, or of the other sign, is suspicious
     deep_at_end_mm: float = 4.0  # The same depth at an end of the sheet
     slip_sd: float = 8.0  # Distance from its peers, in sd, above which a reading of the other sign is suspicious
@@ -109,7 +109,7 @@ def row_medians(values: Floats) -> Floats:
 
 
 def last_digit_mm(readings_mm: Floats) -> float:
-    """Return the largest common step size that divides all readings; 0 if there is none."""
+    """Return the largest usual step that divides all readings; 0 if there is none."""
     read_mm = readings_mm[~np.isnan(readings_mm)]
     return next((step for step in STEPS_MM if (np.abs(read_mm - step * np.round(read_mm / step)) < 1e-6).all()), 0.0)
 

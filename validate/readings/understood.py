@@ -133,8 +133,8 @@ def _too_fine(header: Header, cells: ReadCells) -> Iterator[Doubt]:
 def _marked(grid: SheetGrid, header: Header) -> Iterator[Doubt]:
     """Yield doubts about remarks on zero points and factors, rows of zeros, and hidden or struck-out cells."""
     for row, text in remarks_where(header, names_other_zero):
-        finding = f"{quoted(text)} mentions a zero point. Is it the sample's face?"
-        remedy = "If not, declare [readings] datum and datum_level_mm"
+        finding = f"{quoted(text)} mentions a zero point, but not in words for the sample's face."
+        remedy = "Declare [readings] datum and datum_level_mm if it is not the face"
         yield Doubt("datum", row.number, header.station.index, ("datum",), finding, remedy)
     columns = [column.index for column in (header.station, *header.readings)]
     for before, row in pairwise(header.body):

@@ -16,7 +16,7 @@ class SheetLimits:
     """Limits of the checks of a whole sheet, in mm or as shares.
 
     They were set as ``screens.CellLimits``: planted mistakes are found, and at most 5 % of sound sheets are questioned.
-    A smaller height, ratio or gain questions more sheets; so do larger shares of the depth and of the crack.
+    A stricter limit finds smaller mistakes and questions more sound sheets.
     """
 
     heap_mm: float = 2.6  # Height above the face that paste reaches in few places

@@ -197,11 +197,10 @@ def _error_items(evidence: Evidence) -> Iterator[Item]:
         lambda: draw_error(profile, readings, comparison),
     )
     if uncertainty is not None:
-        parts = "so far without" if uncertainty.mean_level.resolved is None else "with"
+        missing = "; numerics or inputs are missing" if uncertainty.mean_level.resolved is None else ""
         yield Plate(
             "Error E, simulated minus measured level, at each station, with twice its standard uncertainty. A filled "
-            "marker is outside the band of all stations together. Below, the parts of the uncertainty, "
-            f"{parts} numerics and inputs.",
+            f"marker is outside the band of all stations together. Below, the parts of the uncertainty{missing}.",
             lambda: draw_uncertainty(uncertainty.stations),
         )
     yield Plate(

@@ -74,7 +74,7 @@ class ReportData(JsonRecord):
     uncertainty: tuple[str, ...]
     """Sentences on the uncertainty, and on what the intervals do not include."""
     earlier_trials: EarlierTrials | None
-    """Errors of the lab's earlier trials and the error expected from them; None with fewer than two that count."""
+    """The lab's earlier trials and the readings expected from them; None with fewer than two valid ones."""
     mass_balance: dict[str, NumberWithUnit]
     """Volume of the dispensed sealant by place, counted in particles."""
     health: dict[str, NumberWithUnit | str]

@@ -31,7 +31,7 @@ def without_passes(residual_mm: Floats, s_mm: Floats, pass_mm: float | None) -> 
 def shapes_of_passes(s_mm: Floats) -> Floats:
     """Return an offset, a tilt and a bend along the crack, (n, k), orthogonal and each 1 on average (rms).
 
-    Few stations allow only the first of them.
+    Fewer than six stations allow only the first two, fewer than four only the offset.
     """
     most = min(3, max(1, len(s_mm) // 2))
     place = (s_mm - s_mm.mean()) / np.ptp(s_mm)
@@ -123,7 +123,7 @@ def require_pass_mm(residual_mm: Floats, s_mm: Floats, pass_mm: float, source: s
     raise InputError(
         f"{source}: uncertainty.pass_mm = {pass_mm:g}: the columns of repeats contradict it. Repeat {column + 1} is "
         f"{WAYS[shape].format(off=off)} (95 % by chance), and columns differ so much in fewer than "
-        "1 of 100 sheets with such passes. Remove pass_mm, or set it to the difference between passes."
+        "1 of 100 sheets with such passes. Remove pass_mm, or set it to the standard deviation of the passes."
     )
 
 
@@ -187,9 +187,10 @@ def _require_scatter(squares_mm2: float, freedom: float, declared_mm: float, res
 
 
 def unused_repeatability(measured: Profile, declared: Uncertainty, resolution_mm: float) -> tuple[str, ...]:
-    """Return a sentence on a declared repeatability that exceeds the scatter of the repeats; then no interval uses it.
+    """Return a sentence on a declared repeatability that exceeds the scatter of the repeats.
 
-    The test is that of ``_require_scatter``, at the other end. It is skipped if the last digit hides the scatter.
+    With repeats, no interval uses a declared repeatability. The test is that of ``_require_scatter``, at the other end.
+    It is skipped if the last digit hides the scatter.
     """
     from scipy.stats import chi2
 

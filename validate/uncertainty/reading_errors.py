@@ -119,7 +119,7 @@ def budget_of(measured: Profile, settings: Readings, declared: Uncertainty, mout
 
 
 def resolution_of(repeats_mm: Floats) -> float:
-    """Return the largest common step, in mm or in fractions of an inch, that divides all readings; 0 if there is none.
+    """Return the largest usual step, in mm or in fractions of an inch, that divides all readings; 0 if there is none.
 
     A common offset, as of a datum, is allowed.
     """

@@ -111,7 +111,7 @@ def _station_sentence(stations: StationErrors, parts: Sequence[BudgetPart], incl
     return (
         f"At {int(off.sum()) or 'none'} of {counted(count, 'station')} the level is outside the 95 % band of the whole "
         f"profile{where}; the bands are by {included}. {above or 'None'} of {count} {verb} outside {whose} own 95 % "
-        f"band; {chance} would by chance, if the budget of errors (mostly {largest}) is complete."
+        f"band; {chance} would be by chance, if the budget of errors (mostly {largest}) is complete."
     )
 
 
@@ -121,7 +121,7 @@ def missing_sentence(missing: Sequence[BudgetPart]) -> str:
     return f"Not covered by any interval (declare it to include it): {names}."
 
 
-PLACES = 101  # Number of positions of the band; more would get fewer draws
+PLACES = 101  # Number of positions of the band; over 250 would get fewer draws
 DIGITS = 4  # Decimals of a level in mm
 
 

@@ -157,7 +157,7 @@ def readings_table(readings: Profile, comparison: Comparison, sheet: ReadingsShe
 
 
 Rows = list[tuple[str, str]]
-FAST_INPUTS = "Particles and the fast model gave the same u_input within a factor of 1.25 (decision 0140)."
+FAST_INPUTS = "In cases run with particles too, u_input was the same within a factor of 1.25 (decision 0140)."
 
 
 def uncertainty_sentences(evidence: Evidence) -> tuple[str, ...]:
@@ -194,12 +194,11 @@ def _included(uncertainty: ErrorUncertainty) -> list[str]:
         sentences.append(f"Effect of each undeclared error, if it were {UNDECLARED_MM:g} mm (95 %): {effects}.")
     if (draws := uncertainty.input_draws) is not None:
         sentences.append(
-            f"The effect of the inputs is by the fast model: {counted(draws.runs, 'run')} with random inputs, less one "
-            f"with the inputs as they are. Only these differences are used, not its level. {FAST_INPUTS}"
+            f"The effect of the inputs is by the fast model: {counted(draws.runs, 'run')} with random inputs, each "
+            f"minus the run with the inputs as they are. Only these differences are used, not its level. {FAST_INPUTS}"
         )
-    return sentences + input_sentences(
-        uncertainty.inputs_left_out, () if draws is None else draws.unfit, "the intervals"
-    )
+    # The intervals of the error are by the readings alone; the inputs are part of u_val.
+    return sentences + input_sentences(uncertainty.inputs_left_out, () if draws is None else draws.unfit, "u_val")
 
 
 def volume_table(metrics: Comparison, volumes: VolumeComparison) -> PageTable:

@@ -103,14 +103,14 @@ def test_an_error_on_readings_that_were_calibrated_on_is_none_of_a_prediction():
             stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4),
             "At 2 of 4 stations",
             "(1 too high, 1 too low); the bands are by readings, numerics and inputs. 3 of 4 are outside their own "
-            "95 % band; fewer than 1 would by chance, if ",
+            "95 % band; fewer than 1 would be by chance, if ",
         ),
         # One of twenty outside its own band is chance, and the model is not called off for it.
         (
             (0.1,),
             stations([0.5, *[0.0] * 19], [0.2] * 20),
             "At none of 20 stations",
-            "by readings alone. 1 of 20 is outside its own 95 % band; about 1 would by chance, if ",
+            "by readings alone. 1 of 20 is outside its own 95 % band; about 1 would be by chance, if ",
         ),
         # With the first of the budget in place of the largest error it was the last digit.
         ((0.1,), NONE_OFF, "At none of 2 stations", "if the budget of errors (mostly common shift of the stations) is"),
