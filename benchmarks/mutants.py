@@ -14,8 +14,9 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 from xml.etree import ElementTree
 
 from coverage import CoverageData
@@ -125,24 +126,25 @@ def git(*arguments: str, at: Path = ROOT) -> str:
     return subprocess.run(["git", *arguments], cwd=at, check=True, capture_output=True, text=True).stdout.strip()
 
 
+def cosmic_ray(module: str) -> Any:
+    # Installed by the extra 'mutants' alone, so that a type checker must not ask for it.
+    return import_module(f"cosmic_ray.{module}")
+
+
 def mutants_of(module: str) -> Iterator[Mutant]:
     """Yield every mutant of a module of this checkout."""
-    from cosmic_ray.ast import ast_nodes, get_ast
-    from cosmic_ray.plugins import get_operator
-
-    nodes = list(ast_nodes(get_ast((ROOT / module).read_text(encoding="utf-8"))))
+    trees = cosmic_ray("ast")
+    nodes = list(trees.ast_nodes(trees.get_ast((ROOT / module).read_text(encoding="utf-8"))))
     for operator in OPERATORS:
-        find = get_operator(f"core/{operator}")().mutation_positions
+        find = cosmic_ray("plugins").get_operator(f"core/{operator}")().mutation_positions
         places = (position for node in nodes for position in find(node))
         for occurrence, ((line, _), *_) in enumerate(places):
             yield Mutant(module, line, operator, occurrence)
 
 
 def mutated(source: str, mutant: Mutant) -> str:
-    from cosmic_ray.mutating import mutate_code
-    from cosmic_ray.plugins import get_operator
-
-    text = mutate_code(source, get_operator(f"core/{mutant.operator}")(), mutant.occurrence)
+    operator = cosmic_ray("plugins").get_operator(f"core/{mutant.operator}")()
+    text = cosmic_ray("mutating").mutate_code(source, operator, mutant.occurrence)
     if text is None:
         raise ValueError(f"{mutant.key}: there is no such place.")
     return text

@@ -78,13 +78,12 @@ def test_a_run_that_fails_on_a_gpu_costs_the_others_nothing(spoil, monkeypatch):
 
 
 def test_explicit_passes_are_counted_by_the_host_and_no_frame_of_theirs_is_recorded():
-    """Near to the solve, as on the CPU: the two differ by what a coarser step in time changes."""
-    injection = finish(ready(PASTES[:1], device=DEVICE, viscosity_solve="explicit"))
-    assert not injection.engine.recorded
-    (explicit,) = injection.results()
-    (implicit,) = together(PASTES[:1], device=DEVICE)
+    """The run stays near to the CPU's: nothing but the rounding of floats lies between."""
+    there, here = (finish(ready(PASTES[:1], device=device, viscosity_solve="explicit")) for device in (DEVICE, "cpu"))
+    assert not there.engine.recorded
+    explicit, on_cpu = there.results()[0], here.results()[0]
     assert explicit.health.recorded()["viscosity_iterations_most"] >= 1
-    assert np.median(explicit.position_mm[:, 2]) == pytest.approx(np.median(implicit.position_mm[:, 2]), abs=0.2)
+    assert np.median(explicit.position_mm[:, 2]) == pytest.approx(np.median(on_cpu.position_mm[:, 2]), abs=1e-2)
 
 
 def test_frames_are_replayed_without_a_word_from_the_host(monkeypatch):
