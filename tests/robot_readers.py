@@ -172,3 +172,7 @@ def read_urscript(text: str) -> Script:
     assert not inside
     script.level_at_end = level
     return script
+
+
+READERS = {"gcode": read_gcode, "spel": read_spel, "urscript": read_urscript}
+"""Reader of each language; the other formats are tables without comments."""

@@ -192,21 +192,21 @@ def error_uncertainty(
 
     ``volume_level_mm`` is the change of level by volume that the numerics gained, if it is known.
     """
-    readings = budget_of(measured, settings, declared, mouth_widths_mm(measured.s_mm, outline, solid))
+    of_readings = budget_of(measured, settings, declared, mouth_widths_mm(measured.s_mm, outline, solid))
     error = level_difference(simulated, measured)
     curve = Curve.of(error.x, error.value, measured.s_mm)
-    numerics, budget, inputs, together = None, readings, (), 0.0
+    numerics, budget, inputs, together = None, of_readings, (), 0.0
     if spread is not None:
         numerics = _numerics(spread, measured, error.x)
         sizes = spread.at(measured.s_mm)
         computed = numerical_errors(sizes, volume_level_mm) if sizes is not None else []
-        budget = readings.joined(*computed, *spread.inputs_at(measured.s_mm).errors())
+        budget = of_readings.joined(*computed, *spread.inputs_at(measured.s_mm).errors())
         inputs, together = spread.inputs_at(error.x).reported(error.x)
 
     def standard_mm(*kinds: Kind) -> float:
         return budget.of(*kinds).mean_mm(curve.weights()) / COVERAGE
 
-    bias_mm, half_mm = error.mean(), readings.mean_mm(curve.weights())
+    bias_mm, half_mm = error.mean(), of_readings.mean_mm(curve.weights())
     overall = validation.mean_level_budget(
         error_mm=bias_mm,
         validation_mm=standard_mm("readings", "numerics", "inputs"),
@@ -219,11 +219,11 @@ def error_uncertainty(
     calibrated, screening = settings.role == "calibrated-on", spread is not None and spread.sizes is None
     stations, summary = _station_errors(simulated, measured, budget, error.x), budget.summary(curve)
     return ErrorUncertainty(
-        mean_error_interval_mm=readings.mean_error_interval(curve),
+        mean_error_interval_mm=of_readings.mean_error_interval(curve),
         bias_interval_mm=(bias_mm - half_mm, bias_mm + half_mm),
-        bias_systematic_mm=readings.only(lambda one: one.shared).mean_mm(curve.weights()) / COVERAGE,
+        bias_systematic_mm=of_readings.only(lambda one: one.shared).mean_mm(curve.weights()) / COVERAGE,
         levels=StationBands(
-            s_mm=measured.s_mm, band_95_mm=readings.band_mm, profile_band_95_mm=readings.profile_band_mm
+            s_mm=measured.s_mm, band_95_mm=of_readings.band_mm, profile_band_95_mm=of_readings.profile_band_mm
         ),
         budget=summary,
         mean_level=overall,
@@ -232,9 +232,9 @@ def error_uncertainty(
         sentences=(
             *validation.level_sentences(overall, stations, summary.parts, calibrated=calibrated, screening=screening),
             *((validation.missing_sentence(summary.missing),) if summary.missing else ()),
-            *readings.unused,
+            *of_readings.unused,
         ),
-        unused=readings.unused,
+        unused=of_readings.unused,
         alignment=alignment(simulated, measured),
         numerics=numerics,
         inputs=inputs,

@@ -248,8 +248,10 @@ def refined_to_subpixel(
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Return each wall's sub-pixel distance from the line in px, (2, stations), and the stations with a clear step.
 
-    The search begins at ``place_px``. ``light`` and ``valid`` run from the line outward, (2, stations, samples); levels
-    are medians over ``over`` stations. ``rim``, (2, stations), is the least level inside a lit rim, else 0.
+    A wall is where the light, linear between samples, crosses the level that the edge of a blurred slot has between the
+    medians just inside and just outside. The search begins at ``place_px``. ``light`` and ``valid`` run from the line
+    outward, (2, stations, samples); levels are medians over ``over`` stations. ``rim``, (2, stations), is the least
+    level inside a lit rim, else 0.
     """
     width_px = np.maximum(median_filter(place_px.sum(axis=0), over, mode="nearest"), 1.0)[:, None]
     outer_px = np.arange(LIMITS.clear * sigma_px, (LIMITS.clear + LIMITS.outside) * sigma_px, sample_px)

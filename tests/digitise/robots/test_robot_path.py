@@ -8,14 +8,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from digitise.robots.gcode import gcode_text
 from digitise.robots.robot_path import LONGEST, comments, decimal, place_path, points_text, table_text
-from digitise.robots.spel import spel_text
-from digitise.robots.urscript import urscript_text
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_trajectory
+from sealtwin.trial.robot_files import PROGRAMS
 from tests.cells import cell, in_cell, placed, random_paths, trajectory
-from tests.robot_readers import read_gcode, read_spel, read_urscript
+from tests.robot_readers import READERS
 from tests.shapes import arc_slot, straight_slot
 
 
@@ -142,11 +140,10 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-@pytest.mark.parametrize(
-    ("text", "read"), [(gcode_text, read_gcode), (spel_text, read_spel), (urscript_text, read_urscript)]
-)
-def test_a_hostile_name_never_becomes_code(name, text, read):
+@pytest.mark.parametrize("language", sorted(PROGRAMS.keys() - {"txt", "csv"}))
+def test_a_hostile_name_never_becomes_code(name, language):
     """The readers refuse words they do not know; what they do know must be the same with any name."""
+    (_, text), read = PROGRAMS[language], READERS[language]
     plain, named = text(replace(PATH, head=("bench",))), text(replace(PATH, head=(name,)))
     assert read(named) == read(plain)
     assert len(named.splitlines()) == len(plain.splitlines())
