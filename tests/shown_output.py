@@ -45,7 +45,7 @@ FACTS = tuple(
     re.compile(pattern)
     for pattern in (
         r"\b\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d)?)?",  # Date and time of day
-        r"\b\d+(?:\.\d+){2,}(?:[\w.+-]*\w)?",  # Version, as 0.2.0.dev2
+        r"\b\d+(?:\.\d+){2,}(?:[\w.+-]*\w)?",  # Version, as 1.0.0rc1
         r"\b(?=\d*[a-f])(?=[a-f]*\d)[0-9a-f]{8,64}\b",  # Hash
         r"\bCPU \([^)]*\)|\bcuda:\d+(?: \([^)]*\))?",  # Device
         r"(?<!\S)(?:[A-Z]:)?/(?:tmp|var|private|home|Users)/\S+",  # Folder of this machine
