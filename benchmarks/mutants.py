@@ -12,6 +12,7 @@ import random
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
@@ -34,6 +35,7 @@ OPERATORS = (
     *("NumberReplacer", "ReplaceUnaryOperator_USub_UAdd", "ZeroIterationForLoop"),
 )
 """Operators of cosmic-ray that leave a module importable."""
+RUN_BY_CI = "not slow and not gpu and not browser"
 MOST_S = 600.0  # Time of one mutant's tests; a mutant that loops for ever counts as killed
 LOST_AT_MOST = 0.01  # Share of the old suite's kills
 
@@ -76,7 +78,7 @@ class Suite:
 
     def pytest(self, *arguments: str, most_s: float | None = None) -> int:
         """Return pytest's exit code; 1 if it takes longer than ``most_s``."""
-        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments]
+        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-m", RUN_BY_CI, *arguments]
         environment = os.environ | {"PYTHONPATH": str(self.folder)}
         try:
             ended = subprocess.run(
@@ -174,12 +176,15 @@ def main(
     for suite in suites:
         suite.check_out()
         suite.measure()
-    results = folder / "mutants.json"
+    results, names = folder / "mutants.json", [suite.name for suite in suites]
     killed: dict[str, dict[str, bool]] = json.loads(results.read_text()) if results.exists() else {}
     mutants = drawn(suites[0], count, seed or git("rev-parse", "HEAD"))
     for number, mutant in enumerate(mutants, 1):
         if mutant.key not in killed:
-            killed[mutant.key] = {suite.name: suite.kills(mutant) for suite in suites}
+            with ThreadPoolExecutor() as pool:
+                killed[mutant.key] = dict(
+                    zip(names, pool.map(Suite.kills, suites, [mutant] * len(suites)), strict=True)
+                )
             results.write_text(json.dumps(killed, indent=1))
         print(f"{number} of {len(mutants)}: {mutant.key}: {killed[mutant.key]}", flush=True)
     outcomes = [killed[mutant.key] for mutant in mutants]
