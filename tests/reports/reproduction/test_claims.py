@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from reports.reproduction.claims import CLAIMS
-from reports.reproduction.influence import reach_of_drag, stages
 from reports.reproduction.judging import Finding, judge
 from reports.reproduction.redrawn import (
     FIRST_READINGS_MM,
@@ -46,14 +45,12 @@ def finding(start: str, surface: Surface, draws: list[Surface]) -> Finding:
     return judge(claim, surface, draws)
 
 
+NUMBERS = {
+    "length with": "share_under_1_mm",
+    "largest error along": "worst_mm",
+    "mean error of the chosen": "mean_mm",
+}
 OF_THE_MAP = ("three stages of U", "reach of D", "plateau of D", "fluctuation over D")
-
-
-def test_stages_and_reach_are_those_that_were_put_in():
-    surface = as_the_paper_has_it()
-    assert stages(surface, 1e-3) == pytest.approx((0.0, -0.5, 0.1), abs=1e-9)
-    assert stages(surface, 0.3) == pytest.approx((0.0, -0.5, 0.3), abs=1e-9)
-    assert reach_of_drag(surface) == pytest.approx((0.0, -0.4, 0.1), abs=1e-9)
 
 
 @pytest.mark.parametrize("name", OF_THE_MAP)
@@ -103,31 +100,19 @@ def test_a_number_is_judged_by_what_the_table_shows():
     surface = as_the_paper_has_it()
 
     def shown(start: str, low: float, high: float) -> tuple[str, str]:
-        key = {"length with": "share_under_1_mm", "largest error along": "worst_mm"}[start]
+        key = NUMBERS[start]
         values = np.linspace(low, high, 1001)
         redrawn = [replace(surface, chosen=replace(surface.chosen, **{key: float(value)})) for value in values]
         found = finding(start, surface, redrawn)
         return found.redrawn, found.judgement
 
-    # The middle 95 of 100 of an even spread leave out a 40th at each end.
+    # The middle 95 of 100 of an even spread leave out a 40th at each end. The paper has 1.26 mm for the mean.
+    assert shown("mean error of the chosen", 1.2, 1.6) == ("1.21 to 1.59 mm", "open")
+    assert shown("mean error of the chosen", 1.9, 2.1)[1] == "disagrees"
     assert shown("length with", 0.34, 0.73) == ("35 to 72 %", "disagrees")
     assert shown("length with", 0.34, 0.77) == ("35 to 76 %", "open")
     assert shown("largest error along", 5.1, 6.1) == ("5 to 6 mm", "open")
     assert shown("largest error along", 5.6, 6.6) == ("6 to 7 mm", "disagrees")
-
-
-def test_a_number_is_open_within_what_redrawn_readings_give():
-    """The paper's 1.26 mm against redrawn means about 1.3 mm, and about 2."""
-    surface = as_the_paper_has_it()
-
-    def chosen(centre_mm: float) -> Finding:
-        values = np.linspace(centre_mm - 0.1, centre_mm + 0.1, 41)
-        redrawn = [replace(surface, chosen=replace(surface.chosen, mean_mm=float(value))) for value in values]
-        return finding("mean error of the chosen", surface, redrawn)
-
-    assert chosen(1.3).judgement == "open"
-    assert chosen(2.0).judgement == "disagrees"
-    assert chosen(1.3).redrawn == "1.21 to 1.40 mm"  # 2.5 and 97.5 of 100 of an even spread
 
 
 def test_redrawn_readings_scatter_as_prose_leaves_open():
@@ -147,6 +132,7 @@ def test_redrawn_readings_scatter_as_prose_leaves_open():
     assert around.std() == pytest.approx(np.sqrt(6) * 0.15 / np.sqrt(3), rel=0.1)
 
 
+@pytest.mark.broad
 def test_what_hangs_on_the_first_reading_is_open():
     """A bed that follows the line but begins at -10 mm is worst at the start as the readings are: 6 mm off."""
     chart = make_chart()

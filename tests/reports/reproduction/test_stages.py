@@ -37,6 +37,16 @@ from validate.figures.figure_sheet import FigureSheet
 HOME = ROOT / "reports" / "reproduction"
 
 
+@pytest.fixture
+def home(tmp_path):
+    """A checkout of the page's sources, without a single run of the pairs."""
+    (tmp_path / "home" / "figures").mkdir(parents=True)
+    for name in (KEPT, "paper_elements.toml"):
+        shutil.copyfile(HOME / name, tmp_path / "home" / name)
+    return tmp_path / "home"
+
+
+@pytest.mark.broad
 def test_a_pace_is_taken_once_and_in_the_run_itself(tmp_path, monkeypatch):
     folder = tmp_path / "sweep"
     sweep(tiny_lab(tmp_path / "lab"), folder, SweepOptions(device="cpu", jobs=0, dry_run=True), Progress())
@@ -59,6 +69,7 @@ def test_a_pace_is_taken_once_and_in_the_run_itself(tmp_path, monkeypatch):
         take_pace(path, bench, run.checked_trial.model_copy(update={"seed": 1}))
 
 
+@pytest.mark.broad
 def test_a_stage_of_all_pairs_is_computed_once(tmp_path, monkeypatch):
     monkeypatch.setattr(stages_module, "cores", lambda: 0)
     part = Part("tiny", "a tiny crack", tiny_lab(tmp_path / "lab"), None, fills=False)
@@ -75,12 +86,9 @@ def test_a_stage_of_all_pairs_is_computed_once(tmp_path, monkeypatch):
     assert done_runs(part.folder(tmp_path)) == [], "what is judged together is of one solver"
 
 
-def test_a_stage_computed_anew_replaces_its_own_and_the_page_keeps_all_else(tmp_path):
-    """Times of two straight cracks, in a checkout without a single run of the pairs."""
-    home, work = tmp_path / "home", tmp_path / "work"
-    (home / "figures").mkdir(parents=True)
-    for name in (KEPT, "paper_elements.toml"):
-        shutil.copyfile(HOME / name, home / name)
+def test_a_stage_computed_anew_replaces_its_own_and_the_page_keeps_all_else(home, tmp_path):
+    """Times of two straight cracks."""
+    work = tmp_path / "work"
     for name, _, _ in SLOT_RUNS:
         slot_path(work, name).parent.mkdir(parents=True, exist_ok=True)
         seconds = {"wide-1": 10.0, "wide-2": 10.0, "wide-3": 10.0, "narrow": 25.0}[name]
@@ -102,13 +110,10 @@ def test_a_stage_computed_anew_replaces_its_own_and_the_page_keeps_all_else(tmp_
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["flare", "lean"])
-def test_pairs_computed_anew_replace_their_part_alone(tmp_path, monkeypatch, name):
+def test_pairs_computed_anew_replace_their_part_alone(home, tmp_path, monkeypatch, name):
     """Runs whose errors are known stand for the pairs: no checkout holds 132 of them."""
-    home, drawn = tmp_path / "home", tmp_path / "mapped" / "figures"
-    for folder in (home, drawn):
-        folder.mkdir(parents=True)
-    for kept in (KEPT, "paper_elements.toml"):
-        shutil.copyfile(HOME / kept, home / kept)
+    drawn = tmp_path / "mapped" / "figures"
+    drawn.mkdir(parents=True)
     for figure in ("heat.svg", "runs.csv"):
         (drawn / figure).write_text(figure, encoding="utf-8")
     (part,) = (each for each in parts(HOME) if each.name == name)
@@ -132,12 +137,10 @@ def test_pairs_computed_anew_replace_their_part_alone(tmp_path, monkeypatch, nam
     assert f"{DAMPING_CLAIM.name} (not computed yet" in page
 
 
-def test_the_page_of_the_repository_is_that_of_what_is_kept(tmp_path):
-    """An edit of the page by hand, or of a text without a new page, is found."""
-    home = tmp_path / "home"
-    (home / "figures").mkdir(parents=True)
-    for name in (KEPT, "paper_elements.toml"):
-        shutil.copyfile(HOME / name, home / name)
+def test_the_page_of_the_repository_is_that_of_what_is_kept(home, tmp_path):
+    """An edit of the page by hand, or of a text without a new page, is found; readings are called reconstructed."""
     reproduce(home, parts(HOME), ["page"], tmp_path / "work", Progress())
     for name in ("README.md", "elements.md", "figures/claims.csv", KEPT):
         assert (home / name).read_bytes() == (HOME / name).read_bytes(), name
+    for section in (home / "README.md").read_text(encoding="utf-8").split("\n## ")[1:]:
+        assert "RECONSTRUCTED" in section or "readings" not in section.lower(), section.splitlines()[0]

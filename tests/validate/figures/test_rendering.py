@@ -30,13 +30,6 @@ def test_the_nearer_plate_hides_the_farther_in_any_order():
         assert abs(share - 0.25) < 0.01
 
 
-def test_from_the_side_plates_are_lines_and_the_rest_is_transparent():
-    vertices, faces, colour = stacked(True)
-    corner = np.vstack([vertices, [[0.0, 0.0, 3.0], [0.1, 0.0, 3.0], [0.0, 0.0, 0.0]]])
-    picture = render(corner, np.vstack([faces, [[8, 9, 10]]]), np.vstack([colour, RED]), 0, 0, 100)
-    assert np.mean(picture[..., 3] > 0) < 0.1
-
-
 def test_the_view_turns_with_the_viewer():
     """Looking along +y, x is to the right; a viewer turned by 180 degrees sees it to the left. No mirror."""
     left, faces = plate(0.0, 1.0)

@@ -51,6 +51,7 @@ def test_sections_show_a_slice_of_one_diameter(evidence):
         assert len(axes.patches) == 1
 
 
+@pytest.mark.broad
 def test_the_cast_is_the_cavity_and_the_block_holds_it(evidence):
     figure = draw_solid(evidence.solid)
     block, cast = (np.asarray(axes.images[0].get_array()) for axes in axes_of(figure))

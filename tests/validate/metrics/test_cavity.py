@@ -25,16 +25,14 @@ def whole_mm3(cavity: CavityByLevel, level_mm: float = 0.0) -> Floats:
 @pytest.mark.parametrize(
     ("outline", "tilt", "angle_deg", "depth_mm"),
     [
-        (wandering_crack(1), "flare", 5.0, RISING),
-        (wandering_crack(1), "undercut", 2.0, 12.0),
-        (cut_crack(2, length_mm=80.0), "funnel", 5.0, RISING),
+        pytest.param(wandering_crack(1), "undercut", 2.0, 12.0, marks=pytest.mark.broad),
+        pytest.param(cut_crack(2, length_mm=80.0), "funnel", 5.0, RISING, marks=pytest.mark.broad),
         (closed_crack(4, 30.0, 8.0), "flare", 30.0, RISING),
-        (closed_crack(4, 30.0, 8.0), "flare", 30.0, 12.0),
-        (arc_slot(), "lean", 8.0, RISING),
+        pytest.param(arc_slot(), "lean", 8.0, RISING, marks=pytest.mark.broad),
         (replace(SLOT, islands_mm=(STONE,)), "vertical", 0.0, RISING),
         (with_ring(SLOT, SIDE_CRACK), "vertical", 0.0, RISING),
     ],
-    ids=["flare", "undercut", "funnel", "tips", "tips of one depth", "lean", "stone", "side crack"],
+    ids=["undercut", "funnel", "flare with tips", "lean", "stone", "side crack"],
 )
 def test_stretches_add_up_to_the_cavity_of_the_mesh(outline, tilt, angle_deg, depth_mm):
     """Within 0.2 %: floors that rise cross layers of a quarter of a millimetre."""

@@ -33,9 +33,7 @@ def level(z_mm: float) -> Profile:
 
 def test_volumes_of_a_half_filled_crack():
     plain = fill_volumes(level(-8), OUTLINE, solid(), 0, 80)
-    assert plain["underfill_mm3"] == pytest.approx(80 * 8 * 3)
-    assert plain["sealant_mm3"] == pytest.approx(80 * 8 * 3)
-    assert plain["fill_ratio"] == pytest.approx(0.5)
+    assert (plain["underfill_mm3"], plain["sealant_mm3"], plain["fill_ratio"]) == pytest.approx((1920, 1920, 0.5))
     flare = fill_volumes(level(-8), OUTLINE, solid("flare", 5.5), 0, 80)
     assert flare["underfill_mm3"] == pytest.approx(80 * 8 * (3 + 2 * 12 * TANGENT))
     assert flare["sealant_mm3"] == pytest.approx(80 * 8 * (3 + 2 * 4 * TANGENT))
@@ -56,9 +54,9 @@ def test_volumes_of_a_half_filled_crack():
 def test_a_sloping_level_over_a_part_of_the_crack():
     """Ends of the part lie within stretches; 0.1 % is a level at the middle of a stretch's cells."""
     sloping = Profile(np.array([10.3, 30.7]), np.array([-12.0, -3.0]))
-    held = fill_volumes(sloping, OUTLINE, solid(), 10.3, 30.7)
-    assert held["sealant_mm3"] == pytest.approx(20.4 * WIDTH_MM * 8.5, rel=1e-3)
-    assert held["fill_ratio"] == pytest.approx(8.5 / 16, rel=1e-3)
+    volumes = fill_volumes(sloping, OUTLINE, solid(), 10.3, 30.7)
+    assert volumes["sealant_mm3"] == pytest.approx(20.4 * WIDTH_MM * 8.5, rel=1e-3)
+    assert volumes["fill_ratio"] == pytest.approx(8.5 / 16, rel=1e-3)
 
 
 def test_the_mouth_of_a_flare_is_wider_than_what_was_traced():
@@ -114,8 +112,8 @@ def of_a_mesh(floor_mm: float, mouth_mm: float) -> Solid:
     )
 
 
-@pytest.mark.parametrize(("floor_mm", "mouth_mm"), [(6.0, 3.0), (3.0, 3.0), (0.02, 3.0), (1.5, 3.0)])
-@pytest.mark.parametrize("z_mm", [-12.0, -8.0, -1.0, 0.0, 2.0])
+@pytest.mark.parametrize(("floor_mm", "mouth_mm"), [(6.0, 3.0), (0.02, 3.0), (1.5, 3.0)])
+@pytest.mark.parametrize("z_mm", [-12.0, 0.0, 2.0])
 def test_walls_of_a_mesh_hold_what_its_cuts_say(floor_mm, mouth_mm, z_mm):
     sample = of_a_mesh(floor_mm, mouth_mm)
     below_mm = min(DEPTH_MM + z_mm, DEPTH_MM)
