@@ -18,6 +18,9 @@ S_MM = np.linspace(0.0, 80.0, 17)
 FAST_FILL = Profile(S_MM, -4.0 + 3.0 * np.cos(S_MM / 15.0) + 0.01 * S_MM)
 
 
+NOTHING = {"level_error_mm": 0.0, "computed_heap_mm2": 0.0, "read_heap_mm2": 0.0}
+
+
 def errors_mm(measured: Profile, *numbers: int) -> list[float]:
     return [one.mean_error_mm for one in best_curves(measured, 0.0, 80.0, numbers)]
 
@@ -105,4 +108,4 @@ def test_as_many_settings_as_stations_are_said_to_be_so():
 
 
 def _earlier(share: float) -> EarlierTrial:
-    return EarlierTrial.model_construct(name="P", computed_fill_ratio=share, read_fill_ratio=share)
+    return EarlierTrial(name="P", computed_fill_ratio=share, read_fill_ratio=share, **NOTHING)

@@ -126,9 +126,7 @@ def test_a_shelf_under_a_roof_counts_from_its_floor_to_its_roof(tmp_path, floor_
         assert volumes["sealant_mm3"] == pytest.approx(expected_mm3, rel=2e-4)
 
 
-@pytest.mark.parametrize(
-    ("shallow_mm", "deep_mm", "level_mm"), [(2, 12, -6.0), (11, 12, -11.5)]
-)
+@pytest.mark.parametrize(("shallow_mm", "deep_mm", "level_mm"), [(2, 12, -6.0), (11, 12, -11.5)])
 def test_a_level_that_follows_a_rising_floor_holds_nothing_there(shallow_mm, deep_mm, level_mm):
     """The wet part of a slot 3 mm wide is a wedge; 0.1 % is what its end within a bin leaves."""
     crack = straight_slot(40.0, 3.0, CUT)

@@ -43,16 +43,11 @@ def titles(content):
 def test_the_answer_comes_first_and_tables_come_last(content, assessed):
     """Photo and level on the first page, then what explains them; every table is in the appendix."""
     for given in (content, chapters(assessed)):
-        first = given[0]
-        assert [type(item) for item in first.items] == [PhotoBlock, Plate]
+        assert [type(item) for item in given[0].items] == [PhotoBlock, Plate]
         assert [chapter.appendix for chapter in given] == sorted(chapter.appendix for chapter in given)
         before = [item for chapter in given if not chapter.appendix for item in chapter.items]
         assert not any(isinstance(item, PageTable) for item in before)
         assert len({chapter.name for chapter in given}) == len(given)
-    assert [chapter.title for chapter in content] == [
-        "Photo and level", "Error", "Fill", "Uncertainty", "Assumed and left out", "Agreement and readings",
-        "Mass balance", "Geometry", "Health of the run", "Provenance",
-    ]  # fmt: skip
 
 
 def test_plates_that_follow_each_other_stand_in_pairs():
@@ -61,18 +56,6 @@ def test_plates_that_follow_each_other_stand_in_pairs():
     table = PageTable("a", ())
     rows = [*Chapter("t", "n", (*plates[:3], table, plates[3])).rows]
     assert rows == [(plates[0], plates[1]), (plates[2],), (table,), (plates[3],)]
-
-
-def test_an_error_that_was_not_assessed_has_no_interval_and_says_so(plain, content):
-    """Seen to fail with the sentence left out."""
-    uncertainty = next(chapter for chapter in content if chapter.title == "Uncertainty")
-    (words,) = uncertainty.items
-    assert isinstance(words, Paragraph)
-    (sentence,) = words.sentences
-    assert sentence == "Not assessed: this is a single run, with particles of 0.5 mm radius, without an interval."
-    data: Any = report_data(plain)
-    assert data.uncertainty == (sentence,)
-    assert data.comparison.interval_95_mm is None
 
 
 def test_an_assessed_error_has_its_interval_wherever_it_stands(assessed):
@@ -85,10 +68,7 @@ def test_an_assessed_error_has_its_interval_wherever_it_stands(assessed):
     )
     assert dict(key_figures(assessed))["its 95 % interval by the readings"] == f"{low_mm:.2f} to {high_mm:.2f} mm"
     assert dict(key_figures(assessed))["readings were"] == "held out"
-    assert titles(content)["Uncertainty in figures"][0] == "Error and its uncertainty"
-    assert len(titles(content)["Mass balance"]) == 2
-    data = report_data(assessed)
-    assert data.comparison == assessed.comparison
+    assert report_data(assessed).comparison == assessed.comparison
 
 
 def test_without_readings_a_prediction_draws_its_band_and_names_its_parts(plain):

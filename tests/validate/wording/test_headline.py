@@ -37,8 +37,6 @@ def test_what_a_weighed_fill_contradicts_is_said_first(evidence):
     [
         ("reconstructed", "measured", "the caliper readings are reconstructed. "),
         ("measured", "synthetic", "the photo is synthetic. "),
-        (None, "synthetic", "the photo is synthetic. "),
-        ("measured", "undeclared", "it is not declared whether the photo is measured. "),
         ("undeclared", "measured", "it is not declared whether the caliper readings are measured. "),
         ("reconstructed", "synthetic", "the photo is synthetic and the caliper readings are reconstructed. "),
     ],
@@ -59,7 +57,7 @@ LOST = "The fluid lost 22 % of its volume (0.775; 0.95 to 1.05 is sound)"
 GAINED = "The fluid gained 11 % of its volume, or covers hollows (1.107"
 
 WARNED = {
-    **{f"{ratio} is kept": ({}, {}, ratio, [], []) for ratio in (0.9495, 0.95, 0.997, 1.05, 1.0504)},
+    **{f"{ratio} is kept": ({}, {}, ratio, [], []) for ratio in (0.9495, 1.0504)},
     "preset paper loses": ({"solver": {"preset": "paper"}}, {}, 0.775, [LOST, 'Preset "paper"'], []),
     "preset accurate does not": ({"solver": {"preset": "accurate"}}, {}, 0.775, [LOST], ["known"]),
     "two particles across": ({}, TWO, 1.107, [GAINED, "Only 2.1 particles", "solver.radius_mm"], []),
@@ -126,7 +124,6 @@ def test_files_that_somebody_edited_come_before_everything(run, evidence):
     ("gate", "error_mm", "outcome", "lies"),
     [
         (GATE, 0.5, "passed", "0.5 mm above"),
-        (GATE, -1.5, "failed", "1.5 mm below"),
         (None, 0.0, "open", "as high as"),
     ],
 )

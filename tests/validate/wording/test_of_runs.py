@@ -8,7 +8,7 @@ LOST, GAINED = "The fluid lost {} % of its volume ({}).", "The fluid gained 6 % 
 
 
 @pytest.mark.parametrize(
-    ("by_run", "told"),
+    ("by_run", "sentences"),
     [
         ({1: [], 2: []}, []),
         ({1: [GAINED], 2: [GAINED], 3: []}, [f"2 of 3 runs: {GAINED}"]),
@@ -20,5 +20,5 @@ LOST, GAINED = "The fluid lost {} % of its volume ({}).", "The fluid gained 6 % 
     ],
     ids=["none", "alike", "other numbers", "twice in a run"],
 )
-def test_a_sentence_is_said_once_with_its_runs(by_run, told):
-    assert sentences_of_runs(by_run, len(by_run)) == told
+def test_a_sentence_is_said_once_with_its_runs(by_run, sentences):
+    assert sentences_of_runs(by_run, len(by_run)) == sentences
