@@ -182,18 +182,6 @@ def test_the_validation_uncertainty_is_that_of_all_errors_together(lifted):
     assert mean["resolved"] is (2 * mean["validation_mm"] < 0.5)
 
 
-def test_volumes_of_the_readings_stand_beside_those_of_the_run(evidence):
-    """A slot of 40 x 3.1 x 10 mm, filled on average to -4 mm: 744 mm³ where the readings are."""
-    figures = metrics(evidence, state="cured", shrinkage_percent=7.0)
-    balance = figures["volumes"]["mass_balance"]
-    assert balance["readings_mm3"] == pytest.approx(40 * 3.1 * 6, rel=2e-3)
-    assert balance["readings_when_dispensed_mm3"] == pytest.approx(balance["readings_mm3"] / 0.93)
-    assert figures["measured_fill_ratio"] == pytest.approx(0.6, rel=2e-3)
-    parts = sum(balance[f"{part}_mm3"] for part in ("in_crack", "above", "spilled", "lost"))
-    assert parts == pytest.approx(balance["dispensed_mm3"])
-    assert figures["volumes"]["beats_volume_balance"] is True
-
-
 def test_a_gate_within_the_interval_is_in_doubt(evidence):
     """The mean error is 0.46 to 0.54 mm. Seen to fail with the interval kept from the judgement."""
     comparison: Any = assess(evidence, SHEET, NO_PASSES, None, Gate(mean_error_mm=0.51))

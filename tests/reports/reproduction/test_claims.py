@@ -15,9 +15,9 @@ from reports.reproduction.redrawn import (
     first_readings,
     redraw,
 )
-from reports.reproduction.surface import Along, Surface, surface_of, surfaces_of
+from reports.reproduction.surface import Along, Surface
 from reports.reproduction.unequal import by_sampling, careless_error_mm
-from tests.charts import BEST, make_chart
+from tests.charts import make_chart
 from validate.metrics.curve_distances import Difference
 
 U, D_CM = (np.ravel(each) for each in np.meshgrid([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0], [1e-4, 1e-3, 0.3, 3.0]))
@@ -130,22 +130,6 @@ def test_redrawn_readings_scatter_as_prose_leaves_open():
     # A second difference knows nothing of the line: what is left is the caliper's, of weights 1, -2, 1.
     around = levels_mm[:, at_60 - 1 : at_60 + 2] @ np.array([1.0, -2.0, 1.0])
     assert around.std() == pytest.approx(np.sqrt(6) * 0.15 / np.sqrt(3), rel=0.1)
-
-
-@pytest.mark.broad
-def test_what_hangs_on_the_first_reading_is_open():
-    """A bed that follows the line but begins at -10 mm is worst at the start as the readings are: 6 mm off."""
-    chart = make_chart()
-    s_mm = chart.best.profile.s_mm
-    profile = replace(
-        chart.best.profile, level_mm=np.interp(s_mm, (0, 20, 30, 40, 50, 60, 80), (-10, -4, -4, 1, 3, 1, 1))
-    )
-    runs = tuple(replace(run, profile=profile) if run.at == BEST else run for run in chart.runs)
-    chart, sets = replace(chart, runs=runs), redraw()[:100]
-    draws = surfaces_of(chart, errors_against(chart.runs, chart.readings, sets), sets)
-    assert surface_of(chart).chosen.worst_mm == pytest.approx(6.0, abs=0.01)
-    for name in ("largest error along the crack", "where the chosen pair is worst", "drop of the error"):
-        assert finding(name, surface_of(chart), draws).judgement == "open"
 
 
 def test_each_first_reading_is_held_against_the_chosen_pair():

@@ -107,15 +107,6 @@ def _with_error(run: HeldRun, error_mm: float) -> HeldRun:
     return replace(run, mean_error_mm=error_mm, profile=replace(run.profile, level_mm=level_mm))
 
 
-def test_each_run_is_held_against_the_best_flat_line():
-    """Of levels that fall and rise by straight lines: the line at their median, by the area between."""
-    run, readings = make_chart().best, make_readings()
-    s_mm = np.linspace(0, 80, 100_001)
-    level_mm = np.interp(s_mm, readings.s_mm, readings.level_mm)
-    flat_mm = np.abs(level_mm - np.median(level_mm)).mean()
-    assert run.flat_level_error_mm == pytest.approx(flat_mm, rel=1e-3)
-
-
 def test_the_readings_own_scatter_widens_what_comes_as_near():
     """Two runs that err by 3 mm over different halves of the crack: which is nearer hangs on the readings.
 

@@ -13,7 +13,6 @@ from tests.sides import compared, side
 from validate.figures.compare_sheet import MOST, compare_sheet, draw_errors_of_runs, draw_levels_of_runs
 from validate.figures.figure_sheet import FigureTable, write_sheet_of_figures
 from validate.figures.side_by_side import held_out_mean_mm
-from validate.figures.theme import INK
 
 
 @pytest.mark.broad
@@ -121,16 +120,6 @@ def test_any_number_of_runs_leaves_the_plot_its_width(draw):
     box = legend.get_window_extent()
     assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
     assert axes.bbox.y1 <= box.y0 < box.y1 <= figure.bbox.y1
-
-
-def test_readings_that_runs_share_belong_to_none_of_them():
-    """And the figure says, also when it stands alone, that nobody measured them."""
-    same = [replace(each, readings=sides_of(1)[0].readings) for each in sides_of(2)]
-    (axes,) = axes_of(draw_levels_of_runs([*same, *sides_of(3)[2:]]))
-    circles = [line for line in axes.lines if line.get_marker() == "o"]
-    runs = {str(line.get_label()): line.get_color() for line in axes.lines if line.get_marker() != "o"}
-    assert [line.get_color() for line in circles] == [INK, runs["3"]]
-    assert axes.get_title(loc="left") == "Levels, and readings (RECONSTRUCTED) as circles"
 
 
 def trial(name: str, role: str, mean_error_mm: float):

@@ -73,14 +73,6 @@ def test_readings_that_nobody_took_are_called_so_in_the_legend(evidence):
     assert "RECONSTRUCTED" in str(curve(figure, "caliper").get_label())
 
 
-def test_a_profile_alone_has_no_caliper_and_can_be_a_part_of_a_page(evidence):
-    page = Figure(layout="constrained")
-    lower = page.subfigures(2, 1, squeeze=False)[1, 0]
-    assert draw_profile(evidence.profile, level_floor(10.0), None, None, on=lower) is page
-    (axes,) = axes_of(lower)
-    assert axes.get_legend_handles_labels()[1] == ["simulated"]
-
-
 def test_the_floor_is_drawn_where_it_is(evidence):
     """A floor that rises from 10 to 4 mm half way along; the ground below it reaches the end of the plot."""
     sections = Sections(np.array([0.0, 20.0, 40.0]), np.array([10.0, 10.0, 4.0]), np.full(3, 1.0))

@@ -9,7 +9,6 @@ import pytest
 from tests.sides import compared, side
 from validate.figures.side_by_side import (
     SAME_MM,
-    differing,
     first_with_readings,
     nearest,
     replicate_words,
@@ -17,12 +16,6 @@ from validate.figures.side_by_side import (
 )
 
 NEAR = compared(mean_error_mm=0.2)
-
-
-def test_only_settings_that_differ_are_told():
-    first, second = side("a", 0.1), side("b", 0.2, settings={"fluid.U": 3.0, "solver.settle_s": 1.0})
-    assert differing([first, second]) == {"fluid.U": [30.0, 3.0], "solver.settle_s": [None, 1.0]}
-    assert differing([first, first]) == {}
 
 
 def test_the_same_numbers_are_the_same_readings_whatever_sheet_holds_them():

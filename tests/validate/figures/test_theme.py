@@ -4,26 +4,11 @@ import re
 
 import numpy as np
 import pytest
-from matplotlib import rc_context
-from matplotlib.figure import Figure
 from PIL import Image
 
 from validate.figures.snapshots import draw_fill, draw_snapshot
-from validate.figures.solid_pictures import draw_sections, draw_side_view
-from validate.figures.theme import AIR, NO_METADATA, as_picture, as_svg, in_page, plate, save, themed
-
-
-@pytest.mark.broad
-@pytest.mark.parametrize(("kind", "metadata"), [("svg", NO_METADATA), ("png", {"Software": None})])
-def test_a_figure_is_saved_as_matplotlib_saves_it(kind, metadata, tmp_path, evidence):
-    """To the byte. Broken on purpose without a layout, the panels lie elsewhere."""
-    first, again = (draw_sections(evidence.run, evidence.outline, evidence.solid) for _ in range(2))
-    assert isinstance(first, Figure)
-    assert isinstance(again, Figure)
-    with themed(), rc_context({"svg.hashsalt": "one"}):
-        save(first, tmp_path / "first", format=kind, dpi=50, metadata=metadata)
-        again.savefig(tmp_path / "again", format=kind, dpi=50, metadata=metadata)
-    assert (tmp_path / "first").read_bytes() == (tmp_path / "again").read_bytes()
+from validate.figures.solid_pictures import draw_side_view
+from validate.figures.theme import AIR, as_picture, as_svg, in_page, plate, save, themed
 
 
 def test_a_figure_in_pixels_is_what_its_png_shows(tmp_path):

@@ -46,20 +46,6 @@ def toward(turntable):
     return np.array([np.cos(elevation) * np.sin(azimuth), -np.cos(elevation) * np.cos(azimuth), np.sin(elevation)])
 
 
-def test_the_rim_lies_on_the_face_beside_the_mouth(evidence, turntable):
-    """Ribbons as wide as said, none over the crack: their middles are farther from its centreline than its walls."""
-    on_face = np.isclose(turntable.vertices_mm[:, 2], 0.0) & np.isclose(turntable.normal[:, 2], 1.0)
-    ribbon = turntable.faces[on_face[turntable.faces].all(axis=1)]
-    corner = turntable.vertices_mm[ribbon]
-    middle_mm = corner.mean(axis=1)[:, :2]
-    centreline_mm = evidence.outline.centreline_mm
-    distance_mm = np.linalg.norm(middle_mm[:, None] - centreline_mm[None], axis=2).min(axis=1)
-    half_mm = evidence.outline.mean_width_mm / 2
-    assert len(ribbon)
-    assert (distance_mm > half_mm).all()
-    assert distance_mm.max() < half_mm + 2 * MODEL.rim_mm
-
-
 def test_a_scan_with_many_facets_is_carried_coarser(evidence):
     """Each facet in 4096: 16 bits must number all corners, and walls stay where they are to a fiftieth of a width."""
     solid = evidence.solid

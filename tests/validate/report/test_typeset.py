@@ -118,13 +118,6 @@ def test_what_belongs_together_is_on_one_page(typeset):
 
 
 @pytest.mark.broad
-def test_a_row_longer_than_a_page_goes_on():
-    texts = pages_of(lambda paper: paper.table_of([("row", filler(150))], "T"))
-    assert len(texts) == 3
-    assert all(f"line {i}." in "".join(texts) for i in range(150))
-
-
-@pytest.mark.broad
 def test_a_picture_takes_its_caption_along():
     """Three pictures of 3.4 inches: the third, and its caption, are on the second page."""
     picture = Image.new("RGB", (200, 100), "grey")
@@ -141,19 +134,3 @@ def test_a_picture_takes_its_caption_along():
     assert drawn_on_pages(typeset) == [2, 1]
     caption_pt = positions_pt(typeset)[1][1]
     assert 842 - caption_pt > 72 * (0.7 + (210 / 25.4 - 1.4) / 2), "below the picture"
-
-
-@pytest.mark.broad
-def test_two_pictures_side_by_side_have_a_caption_each():
-    picture = Image.new("RGB", (200, 100), "grey")
-
-    def typeset(paper: Typesetter) -> None:
-        paper.pictures([(picture, "caption of the left"), (picture, "caption of the right")])
-
-    (text,) = pages_of(typeset)
-    assert "caption of the left" in text
-    assert "caption of the right" in text
-    assert drawn_on_pages(typeset) == [2]
-    (left_pt, left_up_pt), (right_pt, right_up_pt), *_ = positions_pt(typeset)
-    assert left_up_pt == right_up_pt
-    assert left_pt < 210 / 25.4 * 72 / 2 < right_pt

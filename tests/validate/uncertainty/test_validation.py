@@ -30,7 +30,7 @@ NONE_OFF = stations([0.0, 0.0], [0.2, 0.2])
 
 def part(name: str, station_mm: float) -> BudgetPart:
     """An error of the readings with that standard uncertainty at a station."""
-    return BudgetPart.model_construct(name=name, kind="readings", station_mm=station_mm)
+    return BudgetPart(name, "", "declared", "readings", mean_level_mm=0, mean_error_mm=0, station_mm=station_mm)
 
 
 PARTS = [part("last digit", 0.05), part("common shift of the stations", 0.4), part("scatter of the repeats", 0.2)]
