@@ -84,33 +84,6 @@ def test_the_readings_doubt_is_there_without_any_run(alone):
     assert [figures["mean_level"][key] for key in ("numerics_mm", "inputs_mm", "resolved")] == [None] * 3
 
 
-def test_every_number_can_be_traced_to_named_errors(evidence):
-    """The parts stand in comparison.json, and u of the readings is theirs together.
-
-    Repeats that are off alike at all stations are passes, beside which no scatter is seen behind the last digit.
-    """
-    figures = metrics(evidence, Uncertainty(station_mm=1.0), runs=spread(effects=[LIFTED]))["uncertainty"]
-    parts = {part["name"]: part for part in figures["budget"]["parts"]}
-    assert list(parts) == [
-        "scatter and last digit, 0.1 mm",
-        "passes or operators",
-        "limit of error of the caliper",
-        "common shift of the stations",
-        "the bed's shape between stations",
-        "particle size",
-        "scatter of single runs",
-        "volume gained or lost by the numerics",
-        "volume given, by particles",
-    ]
-    own = [part["mean_level_mm"] for part in parts.values() if part["kind"] == "readings"]
-    # A pass has a longer tail than a normal distribution, so that the squares add up to 10 %.
-    assert figures["mean_level"]["data_mm"] == pytest.approx(np.sqrt(np.square(own).sum()), rel=0.1)
-    assert parts["common shift of the stations"]["mean_level_mm"] == pytest.approx(0.98 * 0.2, rel=0.01)
-    missing = {part["setting"] for part in figures["budget"]["missing"]}
-    assert "readings.datum_error_mm" in missing
-    assert "uncertainty.station_mm" not in missing
-
-
 def test_stations_that_are_off_stand_in_every_interval(evidence):
     """Declared, 1 mm was in u_val alone; on a slope of 0.2 it is 0.39 mm either way in bias, mean error and station.
 

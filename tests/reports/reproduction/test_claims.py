@@ -71,10 +71,10 @@ def test_stages_of_u_are_claimed_at_each_d():
     without = surface_with(falls_at_once)
     mean_mm = np.mean([without.along_u(d_cm)[1] for d_cm in np.unique(D_CM)], axis=0)
     assert mean_mm[-1] > mean_mm[-2]
-    found = finding("three stages", without, [without])
-    assert found.judgement == "disagrees"
-    assert found.ours == "so at 3 of 4 D; not at 3 cm"
-    assert found.redrawn == "agrees at 3, open at 0, disagrees at 1 of 4 D; as seen it holds at 3"
+    stages = finding("three stages", without, [without])
+    assert stages.judgement == "disagrees"
+    assert stages.ours == "so at 3 of 4 D; not at 3 cm"
+    assert stages.redrawn == "agrees at 3, open at 0, disagrees at 1 of 4 D; as seen it holds at 3"
     # Where a draw in ten has them there too, that D is open, and with it the claim.
     draws = [without] * 9 + [surface]
     assert finding("three stages", without, draws).judgement == "open"
@@ -88,8 +88,8 @@ def test_a_shape_that_hangs_on_the_readings_is_open():
         return finding("reach of D", as_they_are, [surface] * holding + [turned] * (100 - holding)).judgement
 
     assert [reach_of_d(surface, holding) for holding in (95, 94, 5, 0)] == ["agrees", "open", "open", "open"]
-    found = [reach_of_d(turned, holding) for holding in (100, 94, 5, 4)]
-    assert found == ["open", "open", "open", "disagrees"]
+    judgements = [reach_of_d(turned, holding) for holding in (100, 94, 5, 4)]
+    assert judgements == ["open", "open", "open", "disagrees"]
 
 
 def test_a_number_is_judged_by_what_the_table_shows():
@@ -103,8 +103,8 @@ def test_a_number_is_judged_by_what_the_table_shows():
         key = NUMBERS[start]
         values = np.linspace(low, high, 1001)
         redrawn = [replace(surface, chosen=replace(surface.chosen, **{key: float(value)})) for value in values]
-        found = finding(start, surface, redrawn)
-        return found.redrawn, found.judgement
+        judged = finding(start, surface, redrawn)
+        return judged.redrawn, judged.judgement
 
     # The middle 95 of 100 of an even spread leave out a 40th at each end. The paper has 1.26 mm for the mean.
     assert shown("mean error of the chosen", 1.2, 1.6) == ("1.21 to 1.59 mm", "open")
@@ -137,9 +137,9 @@ def test_each_first_reading_is_held_against_the_chosen_pair():
     chart = make_chart()
     s_mm = chart.best.profile.s_mm
     bed = replace(chart.best.profile, level_mm=np.interp(s_mm, (0, 20, 30, 40, 80), (-10, -4, -4, 1, 1)))
-    found = first_readings(bed, chart.readings)
-    assert tuple(each.level_mm for each in found) == FIRST_READINGS_MM == tuple(range(-16, -4))
-    off_mm = {each.level_mm: (each.error.mean_mm, each.error.worst_mm, each.error.worst_at_mm) for each in found}
+    firsts = first_readings(bed, chart.readings)
+    assert tuple(each.level_mm for each in firsts) == FIRST_READINGS_MM == tuple(range(-16, -4))
+    off_mm = {each.level_mm: (each.error.mean_mm, each.error.worst_mm, each.error.worst_at_mm) for each in firsts}
     assert off_mm[-16] == pytest.approx((0.75, 6.0, 0.0), abs=1e-6)
     assert off_mm[-10][:2] == pytest.approx((0.0, 0.0), abs=1e-6)
     assert off_mm[-5] == pytest.approx((5 * 20 / 2 / 80, 5.0, 0.0), abs=1e-6)

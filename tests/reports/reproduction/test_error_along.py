@@ -13,7 +13,7 @@ AS_THE_PAPER = (4.0, 0.6, 0.6, 0.6, 0.6, 0.1, 0.6, 0.6)
 """Errors in mm in each 10 mm of the crack."""
 
 
-def found(name: str, bins_mm: tuple[float, ...], spread_mm: float) -> Finding:
+def finding(name: str, bins_mm: tuple[float, ...], spread_mm: float) -> Finding:
     """Of a bed that is off by so much in each 10 mm; draws of the readings are up to ``spread_mm`` lower or higher."""
     (claim,) = [each for each in ERROR_CLAIMS if each.name.startswith(name)]
     piece = np.minimum((S_MM / 10).astype(int), len(bins_mm) - 1)
@@ -48,4 +48,4 @@ def found(name: str, bins_mm: tuple[float, ...], spread_mm: float) -> Finding:
     ],
 )
 def test_a_bed_is_judged_as_it_was_made(name, bins_mm, spread_mm, judgement):
-    assert found(name, bins_mm, spread_mm).judgement == judgement
+    assert finding(name, bins_mm, spread_mm).judgement == judgement

@@ -58,9 +58,9 @@ def beds(uneven_mm: float, scatter: float) -> list[Profile]:
     [((4.0, 3.0, 1.0), 0.02, "agrees"), ((3.0, 3.0, 2.9), 0.1, "open"), ((3.0, 3.5, 4.0), 0.02, "disagrees")],
 )
 def test_a_bed_is_flatter_where_its_level_varies_less(uneven_mm, scatter, judgement):
-    found = judge_freezing([beds(each, scatter) for each in uneven_mm])
-    assert found.judgement == judgement
-    assert found.ours == ", ".join(f"{each:.2f}" for each in uneven_mm) + " mm"
+    finding = judge_freezing([beds(each, scatter) for each in uneven_mm])
+    assert finding.judgement == judgement
+    assert finding.ours == ", ".join(f"{each:.2f}" for each in uneven_mm) + " mm"
 
 
 def pace(run_s: float, others_cores: float = 0.0, power: float = 1.0) -> Pace:
@@ -90,9 +90,9 @@ def test_times_of_a_quiet_machine_are_judged():
 
 def test_no_time_is_judged_that_was_taken_beside_other_processes():
     """Even one that is far from the limit; the load stands beside it."""
-    for found in timed((10.0, 10.0, 30.0), 0.01, others_cores=2 * QUIET_CORES):
-        assert found.judgement == "open"
-        assert "load by others 0.20 cores at most: not judged" in found.redrawn
+    for finding in timed((10.0, 10.0, 30.0), 0.01, others_cores=2 * QUIET_CORES):
+        assert finding.judgement == "open"
+        assert "load by others 0.20 cores at most: not judged" in finding.redrawn
     assert "load by others 0.00 cores" in timed((10.0, 10.0, 30.0), 0.01)[0].redrawn
 
 
@@ -102,5 +102,5 @@ def test_no_time_is_judged_that_was_taken_beside_other_processes():
 )
 def test_a_third_of_the_width_takes_nine_times_as_long_or_not(narrow_s, scatter, others_cores, judgement):
     wide = [pace(10.0 * (1 + scatter * by), others_cores) for by in (-1, 0, 1)]
-    found = judge_slots(wide, pace(narrow_s, others_cores))
-    assert (found.judgement, found.ours) == (judgement, f"{narrow_s / 10:.0f} times")
+    finding = judge_slots(wide, pace(narrow_s, others_cores))
+    assert (finding.judgement, finding.ours) == (judgement, f"{narrow_s / 10:.0f} times")

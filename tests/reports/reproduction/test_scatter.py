@@ -38,17 +38,17 @@ def test_what_the_chosen_pair_gives_away_is_judged_with_scatter_and_the_bias_of_
     random = np.random.default_rng(5)
     true_mm = 1.2 + 0.25 * np.abs(np.log10(U / 30.0)) + 0.06 * np.abs(np.log10(D_CM / 0.3))
     true_mm[65] = np.delete(true_mm, 65).min() + 0.02
-    found = [gives_away(true_mm, SCATTER_MM, random) for _ in range(60)]
-    assert sum(each.judgement == "disagrees" for each in found) <= 7
-    seemed_mm = [float(each.ours.split()[0]) for each in found]
+    findings = [gives_away(true_mm, SCATTER_MM, random) for _ in range(60)]
+    assert sum(each.judgement == "disagrees" for each in findings) <= 7
+    seemed_mm = [float(each.ours.split()[0]) for each in findings]
     assert np.median(seemed_mm) > 0.1
 
 
 def test_a_pair_that_gives_much_away_disagrees():
     random = np.random.default_rng(6)
     true_mm = np.where(CHOSEN[0] == U, 1.6, 1.2 + 0.25 * np.abs(np.log10(U / 100.0)))
-    found = [gives_away(true_mm, 0.05, random) for _ in range(20)]
-    assert all(each.judgement == "disagrees" for each in found)
+    findings = [gives_away(true_mm, 0.05, random) for _ in range(20)]
+    assert all(each.judgement == "disagrees" for each in findings)
 
 
 def test_the_least_of_many_noisy_numbers_is_corrected_for_its_bias():

@@ -88,9 +88,9 @@ def test_readings_of_a_shape_that_no_run_has_are_out_of_reach():
     points = random.random((20, 2))
     levels_mm = (points - 0.5) @ SLOPES + 0.05 * random.standard_normal((20, STATIONS))
     covariance = NOISE_MM**2 * np.eye(STATIONS)
-    held = reach_of(points, levels_mm, ReadLevels(S_MM, 0.2 * SLOPES[1], covariance))
-    assert held.possible
-    assert held.residual_mm < 0.1
+    reach = reach_of(points, levels_mm, ReadLevels(S_MM, 0.2 * SLOPES[1], covariance))
+    assert reach.possible
+    assert reach.residual_mm < 0.1
     other = reach_of(points, levels_mm, ReadLevels(S_MM, 2.0 * np.sin(S_MM), covariance))
     assert not other.possible
     assert other.residual_mm > 3 * other.noise_mm

@@ -63,16 +63,6 @@ def test_a_scan_with_many_facets_is_carried_coarser(evidence):
     assert differing.mean() < 0.01
 
 
-def test_the_still_has_the_fill_in_its_middle_and_room_around(turntable):
-    still = turntable.still
-    assert still.shape == (MODEL.still_px[1], MODEL.still_px[0], 4)
-    rows, columns = np.nonzero(still[:, :, 3] > 128)
-    margins = rows.min(), MODEL.still_px[1] - 1 - rows.max(), columns.min(), MODEL.still_px[0] - 1 - columns.max()
-    assert min(margins) >= 0.05 * MODEL.still_px[1]
-    assert abs(margins[0] - margins[1]) <= 2
-    assert abs(margins[2] - margins[3]) <= 2
-
-
 def test_a_crack_that_nothing_stayed_in_is_shown_empty(evidence):
     spilled = replace(evidence.run, spilled=np.ones(len(evidence.run.spilled), dtype=bool))
     empty = build_turntable(spilled, evidence.solid)

@@ -72,7 +72,6 @@ def test_a_table_is_read_as_it_is_meant(read, text, columns, declared, repeats_m
         ("s_mm;depth_mm\n0;1\n5;2\n", {"skip": ["Soll", 9]}, {}, "Soll skip: no such row|9 skip: no such row"),
         ("s_mm;depth_mm;;min;Ofen\n0;1;;0;20\n5;2;;10;21\n", None, {}, "D not read|E not read"),
     ],
-    ids=["declared", "spanned", "rows", "stations in a row", "skipped nowhere", "another quantity"],
 )
 def test_each_column_and_row_is_named_with_its_role(read, text, columns, declared, roles):
     parts = read(text, columns=columns, **declared).columns

@@ -45,7 +45,7 @@ VAST = {
     "lines": ("\n" * 200_000 + "s_mm,depth_mm\n0,1\n", "1 station"),
     "blanks": (";\n" * 30_000, "more than 10000 rows"),
 }
-QUICK = ("columns", "a slow name", "blanks")
+QUICK = ("columns", "a slow name")
 
 
 @pytest.mark.parametrize(

@@ -122,7 +122,6 @@ def test_faults_are_named_with_their_place(refused, text, declared, words):
         (NO_UNIT, 1, "", "", ["no unit"], '[readings] unit = "mm"'),
         (TWO_LINES.replace("2,6", "x"), 6, "Tiefe 2. Messung", "x", [], ""),
     ],
-    ids=["a comma", "dots", "blanks", "marks", "commas", "millions", "direction", "unit", "two lines"],
 )
 def test_a_question_has_its_place_its_value_and_its_answer(refused, text, row, name, value, finding, remedy):
     fault = refused(text).faults[0]

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from sealtwin.core.records import SHOWN_AROUND
 from tests.evidence import axes_of, make_evidence
 from validate.compare import assess
-from validate.report.chapters import Chapter, Paragraph, PhotoBlock, Plate, _around_crack, chapters, fill_plates
+from validate.report.chapters import Paragraph, PhotoBlock, Plate, _around_crack, chapters, fill_plates
 from validate.report.report_data import report_data
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
@@ -48,14 +48,6 @@ def test_the_answer_comes_first_and_tables_come_last(content, assessed):
         before = [item for chapter in given if not chapter.appendix for item in chapter.items]
         assert not any(isinstance(item, PageTable) for item in before)
         assert len({chapter.name for chapter in given}) == len(given)
-
-
-def test_plates_that_follow_each_other_stand_in_pairs():
-    """A model and a table stand alone, and so does a plate that is left over."""
-    plates = [Plate(str(number), Figure) for number in range(4)]
-    table = PageTable("a", ())
-    rows = [*Chapter("t", "n", (*plates[:3], table, plates[3])).rows]
-    assert rows == [(plates[0], plates[1]), (plates[2],), (table,), (plates[3],)]
 
 
 def test_an_assessed_error_has_its_interval_wherever_it_stands(assessed):

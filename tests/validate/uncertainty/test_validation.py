@@ -79,27 +79,19 @@ def test_an_error_on_readings_that_were_calibrated_on_is_none_of_a_prediction():
     assert "calibrated on these readings" in warned.removeprefix(alone)
 
 
+BY_SIDE = "(1 too high, 1 too low); the bands are by readings, numerics and inputs. 3 of 4 are outside their own 95 %"
+BY_CHANCE = "by readings alone. 1 of 20 is outside its own 95 % band; about 1 would be by chance, if "
+
+
 @pytest.mark.parametrize(
     ("known_mm", "errors", "begins", "words"),
     [
-        (
-            ALL_KNOWN,
-            stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4),
-            "At 2 of 4 stations",
-            "(1 too high, 1 too low); the bands are by readings, numerics and inputs. 3 of 4 are outside their own "
-            "95 % band; fewer than 1 would be by chance, if ",
-        ),
+        (ALL_KNOWN, stations([1.0, -1.0, -0.1, 0.5], [0.2] * 4), "At 2 of 4 stations", BY_SIDE),
         # One of twenty outside its own band is chance, and the model is not called off for it.
-        (
-            (0.1,),
-            stations([0.5, *[0.0] * 19], [0.2] * 20),
-            "At none of 20 stations",
-            "by readings alone. 1 of 20 is outside its own 95 % band; about 1 would be by chance, if ",
-        ),
+        ((0.1,), stations([0.5, *[0.0] * 19], [0.2] * 20), "At none of 20 stations", BY_CHANCE),
         # With the first of the budget in place of the largest error it was the last digit.
         ((0.1,), NONE_OFF, "At none of 2 stations", "if the budget of errors (mostly common shift of the stations) is"),
     ],
-    ids=["by their side", "many stations are many tests", "the error that chance rests on most"],
 )
 def test_stations_that_are_off_are_counted(known_mm, errors, begins, words):
     _, sentence = level_sentences(mean_level_budget(0.0, 0.5, *known_mm), errors, PARTS)

@@ -34,7 +34,6 @@ LARGEST_FIRST = (
         ((2, 0, -2.1, 0, 2.2, 0, -2.3, 0, 2.4), "2 other stretches", "at 0 mm"),
         ((0.99,) * 9, "", "too"),
     ],
-    ids=["side, place and largest error first", "three, and the others counted", "in the band"],
 )
 def test_stretches_off_are_named(errors_mm, named, absent):
     text = " ".join(stretches_off(stations(*errors_mm)))
@@ -43,11 +42,8 @@ def test_stretches_off_are_named(errors_mm, named, absent):
     assert bool(text) == bool(named)
 
 
-@pytest.mark.parametrize(("worst_at_mm", "sentences"), [(10.0, 0), (12.5, 1)])
-def test_a_worst_error_between_stations_is_said_to_be_one(worst_at_mm, sentences):
-    assert len(between_stations(S_MM, worst_at_mm)) == sentences
-
-
-@pytest.mark.parametrize(("worst_at_mm", "expected"), [(S_MM[1], None), (S_MM[-1] + 0.4, StationError(2.0, S_MM[2]))])
-def test_a_worst_error_beyond_the_readings_has_one_at_a_station_beside_it(worst_at_mm, expected):
-    assert worst_at_a_station(stations(0, 0, -2.0, *[0] * 6), worst_at_mm) == expected
+def test_a_worst_error_between_stations_or_beyond_the_readings_is_said_to_be_one():
+    assert [len(between_stations(S_MM, at_mm)) for at_mm in (10.0, 12.5)] == [0, 1]
+    errors = stations(0, 0, -2.0, *[0] * 6)
+    assert worst_at_a_station(errors, S_MM[1]) is None
+    assert worst_at_a_station(errors, S_MM[-1] + 0.4) == StationError(2.0, S_MM[2])
