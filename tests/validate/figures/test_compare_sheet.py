@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from tests.evidence import axes_of
 from tests.sides import compared, side
-from validate.figures.compare_sheet import MOST, compare_sheet, draw_errors_of_runs, draw_levels_of_runs
+from validate.figures.compare_sheet import MOST, compare_sheet, draw_levels_of_runs
 from validate.figures.figure_sheet import FigureTable, write_sheet_of_figures
 from validate.figures.side_by_side import held_out_mean_mm
 
@@ -103,13 +103,9 @@ def sides_of(count):
     return [side("W" * 60 + str(number), 0.1, lowered_mm=0.1 * number, data="reconstructed") for number in range(count)]
 
 
-@pytest.mark.parametrize("draw", [draw_levels_of_runs, pytest.param(draw_errors_of_runs, marks=pytest.mark.broad)])
-def test_any_number_of_runs_leaves_the_plot_its_width(draw):
-    """Its axes take four fifths of the figure, and the legend ends with it.
-
-    Broken on purpose with names and sheets in the legend, four runs leave a plot half as wide.
-    """
-    figure = draw(sides_of(MOST))
+def test_any_number_of_runs_leaves_the_plot_its_width():
+    """Broken on purpose with names and sheets in the legend, four runs leave a plot half as wide."""
+    figure = draw_levels_of_runs(sides_of(MOST))
     assert isinstance(figure, Figure)
     FigureCanvasAgg(figure).draw()
     (axes,) = axes_of(figure)

@@ -195,14 +195,6 @@ def test_only_cured_sealant_has_shrunk():
         Readings(**given)
 
 
-def test_cells_of_any_table_can_be_read(tmp_path):
-    """Notes of a sample are pairs of a key and a value; they need no header."""
-    path = tmp_path / "note.csv"
-    path.write_text("Probe;7\nTiefe [mm];16,5\n")
-    grid = read_cells(path, Declared())
-    assert [[cell.text for cell in row.cells] for row in grid.rows] == [["Probe", "7"], ["Tiefe [mm]", "16,5"]]
-
-
 def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
     with pytest.raises(InputError, match="cannot be opened"):

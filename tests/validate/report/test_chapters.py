@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from sealtwin.core.records import SHOWN_AROUND
 from tests.evidence import axes_of, make_evidence
 from validate.compare import assess
-from validate.report.chapters import Paragraph, PhotoBlock, Plate, _around_crack, chapters, fill_plates
+from validate.report.chapters import Paragraph, PhotoBlock, Plate, chapters, fill_plates
 from validate.report.report_data import report_data
 from validate.settings import Readings, Uncertainty
 from validate.uncertainty.computed import Effect, Spread
@@ -97,19 +96,3 @@ def test_a_report_shows_the_fill_where_the_run_left_snapshots(evidence, frames):
     extra = [plate for plate in plates[3] if plate.caption not in {plate.caption for plate in plates[0]}]
     assert "as in the paper's Fig. 6" in extra[0].caption
     assert [len(axes_of(plate.draw())) for plate in extra] == [3 + 1, 3 + 1]
-
-
-def test_the_photo_is_cut_around_the_crack(plain):
-    """In an overlay of half the photo's size, as large as the crack with its margins, which are wider than high."""
-    outline = plain.outline
-    size_px = tuple(int(2 * most) for most in outline.outline_px.max(axis=0) + 400)
-    overlay = np.zeros((size_px[1] // 2, size_px[0] // 2, 3), np.uint8)
-    ring = outline.outline_px / 2
-    inside = ring.mean(axis=0).astype(int)
-    overlay[inside[1], inside[0]] = 255
-    cut = _around_crack(overlay, replace(outline, photo_size_px=size_px))
-    assert cut.max() == 255
-    largest = np.ptp(ring, axis=0).max()
-    low = np.maximum(ring.min(axis=0) - SHOWN_AROUND * largest, 0)
-    assert cut.shape[1::-1] == pytest.approx(ring.max(axis=0) + SHOWN_AROUND * largest - low, abs=2)
-    assert _around_crack(overlay, replace(outline, photo_size_px=None)) is overlay
