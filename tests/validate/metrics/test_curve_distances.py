@@ -98,6 +98,7 @@ def test_means_shares_and_quantiles_of_a_ramp_and_of_steps():
         assert RAMP.share_below(5 * share) == pytest.approx(share)
     assert (RAMP.share_below(-1.0), RAMP.share_below(9.0)) == (0.0, 1.0)
     steps = PiecewiseLinear(np.array([0.0, 4.0, 4.0 + 1e-9, 10.0]), np.array([1.0, 1.0, 3.0, 3.0]))
+    assert steps.share_below(1.0) == 0.0
     assert (steps.share_below(2.0), steps.quantile(0.3), steps.quantile(0.5)) == pytest.approx((0.4, 1.0, 3.0))
 
 
