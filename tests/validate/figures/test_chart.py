@@ -6,13 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Profile
 from tests.charts import BEST, D_CM, U, error_mm, make_budget, make_chart, make_readings, make_runs
-from tests.evidence import axes_of as plots_of
 from validate.figures.chart import (
     Excluded,
     Finished,
@@ -24,7 +21,7 @@ from validate.figures.chart import (
     hold,
     scatter_of_runs,
 )
-from validate.figures.map_figures import draw_heat, heat
+from validate.figures.map_figures import heat
 
 
 def compare(runs, readings):
@@ -155,23 +152,6 @@ def test_the_map_meets_every_run():
     assert found_mm[-1, -1] == pytest.approx(error_mm(U[-1], D_CM[-1]), abs=1e-9)
     assert found_mm[0, -1] == pytest.approx(error_mm(U[-1], D_CM[0]), abs=1e-9)
     assert np.nanmin(found_mm) >= 0.5 - 1e-9
-
-
-def test_letters_of_runs_stay_on_the_map():
-    """Title, numbers and colours stand around it. Of an axis with two values both are edges."""
-    readings = make_readings()
-    runs, axes = compare(make_runs((30.0, 1000.0), (0.3, 3.0)), readings)
-    chart = make_chart(axes=axes, runs=runs, as_near=(True,) * len(runs))
-    figure = draw_heat(chart, chosen_few(chart))
-    assert isinstance(figure, Figure)
-    FigureCanvasAgg(figure).draw()
-    plot = plots_of(figure)[0]
-    letters = [text for text in plot.texts if text.get_text()]
-    assert len(letters) == 4
-    for letter in letters:
-        box = letter.get_window_extent()
-        assert plot.bbox.x0 <= box.x0 < box.x1 <= plot.bbox.x1
-        assert plot.bbox.y0 <= box.y0 < box.y1 <= plot.bbox.y1
 
 
 def test_chosen_runs_span_the_map_and_hold_the_best():

@@ -9,7 +9,6 @@ import pytest
 import trimesh
 
 from sealtwin.core.records import FaceLabel, Floats
-from validate.figures.rendering import seen_from
 from validate.figures.turntable import MODEL, build_turntable, fluid_surface
 
 
@@ -30,20 +29,6 @@ def test_the_packed_mesh_is_the_mesh(turntable):
     assert np.abs(vertex["colour"] / 255 - turntable.colour).max() < 0.5 / 255 + 1e-9
     faces = np.frombuffer(base64.b64decode(packed["faces"]), "<u2").reshape(-1, 3)
     assert (faces == turntable.faces).all()
-
-
-def test_the_sealant_is_seen_through_the_wall_that_is_nearest(evidence, turntable):
-    """Facets of walls look into the crack; drawn are those whose outside is to the viewer, which are the far ones."""
-    inside = evidence.solid.faces[evidence.solid.face_label == FaceLabel.WALL]
-    seen = seen_from(evidence.solid.vertices_mm, inside, turntable.azimuth_deg, turntable.elevation_deg)
-    depth_mm = evidence.solid.vertices_mm[inside].mean(axis=1) @ toward(turntable)
-    assert 0 < seen.sum() < len(inside)
-    assert depth_mm[seen].mean() < depth_mm[~seen].mean() - 1.0
-
-
-def toward(turntable):
-    azimuth, elevation = np.radians([turntable.azimuth_deg, turntable.elevation_deg])
-    return np.array([np.cos(elevation) * np.sin(azimuth), -np.cos(elevation) * np.cos(azimuth), np.sin(elevation)])
 
 
 def test_a_scan_with_many_facets_is_carried_coarser(evidence):
