@@ -119,7 +119,7 @@ CASES = [
         {"mean_error_mm": 1.5, "interval_mm": (1.41, 1.59)},
         "passed",
         True,
-        "Gate kept: mean error 1.50 mm (1.41 to",
+        "Gate kept: mean error 1.50 mm (1.41",
     ),
     ({"mean_error_mm": 1.5, "interval_mm": (1.39, 1.61)}, "undecided", True, "Gate in doubt: mean error 1.50 mm (1.39"),
     ({"mean_error_mm": 1.7, "interval_mm": (1.59, 1.81)}, "undecided", False, "Gate in doubt: mean error 1.70 mm"),
