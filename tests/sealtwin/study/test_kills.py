@@ -45,11 +45,11 @@ def _start(study, out, *options, jobs=2):
 
 def _workers(pid):
     """Processes that compute for a parent, whichever thread of it started them."""
-    found = []
+    children = []
     for listed in Path(f"/proc/{pid}/task").glob("*/children"):
         with suppress(OSError):  # The thread has ended.
-            found += [int(child) for child in listed.read_text().split()]
-    return [child for child in found if b"spawn_main" in _command(child)]
+            children += map(int, listed.read_text().split())
+    return [child for child in children if b"spawn_main" in _command(child)]
 
 
 def _command(pid):
@@ -128,6 +128,7 @@ def test_two_shards_killed_five_times_each_merge_to_an_unbroken_sweep(many, resu
     _check(tmp_path / "out", results)
 
 
+@pytest.mark.broad
 def test_interrupted_it_leaves_no_process_and_keeps_what_is_done(many, tmp_path):
     out = tmp_path / "out"
     parent = _start(many, out, jobs=1)
