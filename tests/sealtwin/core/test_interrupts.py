@@ -2,6 +2,8 @@
 
 import sys
 
+import pytest
+
 from tests.programs import start_interruptible
 
 IMPORTING = """
@@ -26,6 +28,7 @@ def _outcome(load):
     return start_interruptible([sys.executable, "-c", IMPORTING.format(load=load)]).communicate()[0].strip()
 
 
+@pytest.mark.broad
 def test_an_interrupt_waits_for_trimesh_and_is_not_lost():
     assert _outcome("import trimesh") == "swallowed", "trimesh keeps interrupts no more: load_trimesh can go"
     assert _outcome("from sealtwin.core.mesh_file import load_trimesh; load_trimesh()") == "interrupted True"

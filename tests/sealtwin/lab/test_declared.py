@@ -43,12 +43,7 @@ def _with_fluid(small, fluid):
         ("viscosity_pa_s = 0.05", 12.0, "never", "fluid.yield_stress_pa = 12.0"),
         ("U = 10.0\nyield_stress_pa = 20.0", 20.0, "never", 'fluid.freeze_after_s = "never"'),
         ("U = 10.0\nD_cm = 0.3\nfreeze_after_s = 2.5", 0.0, 2.5, None),
-        (
-            'U = 10.0\nD_cm = 0.3\nfreeze_after_s = "never"',
-            0.0,
-            "never",
-            "without fluid.yield_stress_pa and fluid.freeze",
-        ),
+        ('U = 10.0\nD_cm = 0.3\nfreeze_after_s = "never"', 0.0, "never", "without fluid.yield_stress_pa and fluid."),
     ],
 )
 def test_what_is_not_said_of_the_fluid_and_its_rest_is_the_starters(
@@ -108,11 +103,7 @@ def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
-        (
-            "P02_Notiz.csv",
-            "Tiefe;8 mm\nZustand;wet\n",
-            "P02_Notiz.csv, line 2: readings.state is given, but the sample",
-        ),
+        ("P02_Notiz.csv", "Tiefe;8 mm\nZustand;wet\n", "P02_Notiz.csv, line 2: readings.state is given, but the"),
         ("P01.toml", TRACED.format("P02.png"), "P01.toml: photo.file = 'P02.png', but by its name P01.png belongs to"),
         ("P01.toml", f'{P01}mask = "P01_mask.png"\n', "P01.toml: photo.mask = 'P01_mask.png', but by its name no mask"),
         *(

@@ -73,11 +73,7 @@ def test_a_dry_run_makes_the_checks_of_a_run_also_of_samples_in_doubt_and_leaves
     for more in (("--dry-run",), ()):
         answer = _ingest(small, lab, *more)
         assert answer.exit_code == 6
-        for words in (
-            "40 mm is outside the crack",
-            "No sample is sound yet, of 2",
-            "no column of readings beside 's_mm'",
-        ):
+        for words in ("40 mm is outside the crack", "No sample is sound yet", "no column of readings beside 's_mm'"):
             assert words in answer.stdout
         assert "failed: P02: " in answer.stdout.replace("failed: P02_Messung.csv", ""), "its photo shows no crack"
         assert lab.exists() is (not more)
