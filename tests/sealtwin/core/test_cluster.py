@@ -85,20 +85,6 @@ def _called(function, *arguments):
     return function(*arguments)
 
 
-def test_without_processes_tasks_are_computed_here_and_read_one_by_one():
-    read = []
-
-    def tasks():
-        for number in range(3):
-            read.append(number)
-            yield number, (number, 2)
-
-    results = run_tasks(pow, tasks(), 0)
-    assert next(results) == (0, 0)
-    assert read == [0]
-    assert list(results) == [(1, 1), (2, 4)]
-
-
 def test_workers_of_this_machine_listen_on_no_address_and_end_in_the_middle_of_a_task():
     """Whoever reached such an address could run code."""
 

@@ -40,9 +40,11 @@ def test_a_stage_is_current_until_its_key_or_its_files_change(tmp_path):
         _finish(folder)
     with open_folder(tmp_path / "run", create=True) as folder:
         assert folder.is_current("digitise", KEY)
-        assert not folder.is_current("digitise", stage_key({"photo.jpg": "2"}, {"depth_mm": 16.0}, NUMBERS))
-        assert not folder.is_current("digitise", stage_key({"photo.jpg": "1"}, {"depth_mm": 16.5}, NUMBERS))
-        assert not folder.is_current("digitise", stage_key({"photo.jpg": "1"}, {"depth_mm": 16.0}, {"digitise": 2}))
+        for photo, depth_mm, numbers in (
+            ("2", 16.0, NUMBERS), ("1", 16.5, NUMBERS), ("1", 16.0, {"digitise": 2}), ("1", 16.0, {"simulate": 1}),
+        ):  # fmt: skip
+            key = stage_key({"photo.jpg": photo}, {"depth_mm": depth_mm}, numbers)
+            assert not folder.is_current("digitise", key), "each part of a key changes it"
         (folder.path / "outline.json").write_text("{ }")
         assert not folder.is_current("digitise", KEY)
 
@@ -159,6 +161,7 @@ def test_what_is_no_run_folder_is_refused(tmp_path):
     [
         "",
         '{"version": 2, "stages": {}}',
+        '{"version": 1, "stages": {"digitise": 5}}',
         '{"version": 1, "stages": {"digitise": {}}}',
         '{"version": 1, "stages": {"digitise": {"key": "", "settings": [], "inputs": {}, "given": [], "outputs": {}, '
         '"wall_time_s": 1, "versions": {}}}}',

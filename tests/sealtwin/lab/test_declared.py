@@ -81,13 +81,6 @@ def test_the_particles_of_a_thin_crack_fit_it_where_nobody_says_their_radius(sma
     assert trial.solver.for_crack(outline.mean_width_mm).size_mm == pytest.approx(outline.mean_width_mm / 8, rel=0.01)
 
 
-def test_a_value_of_lab_toml_that_fails_all_samples_is_told_in_one_sentence(small, tmp_path):
-    edit(small / "lab.toml", "mm_per_px = 0.1", "mm_per_px = 100.0")
-    answer = ingest_answer(ingest(small, tmp_path / "lab", QUIET))
-    assert answer.exit_code == 3
-    assert [line for line in answer.lines if line.startswith("failed: P01, P02: lab.toml: photo.mm_per_px = 100.0")]
-
-
 def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):
     (small / "lab.toml").write_text("[photo]\nmm_per_px = 0.1\n")
     ingested = ingest(small, tmp_path / "lab", QUIET)

@@ -69,13 +69,6 @@ def change(path: Path, **values: object) -> None:
     files.write_json(path, files.read_json(path) | values)
 
 
-def test_measured_trials_that_were_held_out_count_with_their_errors(lab):
-    trials, cautions = earlier_trials(Catalogue(lab))
-    errors_mm = {one.name: round(one.level_error_mm, 6) for one in trials}
-    assert errors_mm == {"P01": 0.5, "P02": 0.7, "P05": 0.9, "P07": 1.1}
-    assert not cautions
-
-
 def test_a_run_by_another_solver_says_nothing_of_this_ones_error(lab):
     """Its error is another solver's: the trial is left out, with a caution that names its number and the remedy."""
     run = lab / "P01" / RUN / "run.json"

@@ -36,13 +36,6 @@ def test_ten_samples_in_ten_dialects_become_ten_trials(sound):
         assert np.allclose(profile.s_mm, S_MM, atol=1e-6)
 
 
-def test_notes_in_words_and_in_keys_say_the_same(sound):
-    trials = [load_trial(sound[2] / sample / "trial.toml") for sample in HANDS]
-    assert {str(trial.crack.depth_mm) for trial in trials if trial.crack} == {"8.0", "((0.0, 7.5), (12.0, 8.5))"}
-    assert {trial.photo.ends_px for trial in trials if trial.photo} == {((40.0, 101.0), (160.0, 98.0))}
-    assert load_trial(sound[2] / "P07" / "trial.toml").path.speed_mm_s == 20.0
-
-
 def test_nothing_of_the_labs_is_changed_and_its_files_are_kept_byte_for_byte(sound):
     folder, before, lab, _ = sound
     assert hashes_of(folder) == before
@@ -81,9 +74,10 @@ def test_every_planted_fault_is_named_and_the_rest_goes_on(tmp_path):
 @pytest.mark.broad
 def test_a_dry_run_tells_the_same_and_writes_nothing(small, lab, tmp_path):
     before = hashes_of(lab)
-    lines = ingest_answer(ingest(small, lab, QUIET, dry_run=True)).lines
-    assert "level upward, 1  mm    -" in "\n".join(lines), "what was understood of each sheet is shown"
+    ingest(small, lab, QUIET, dry_run=True)
     assert hashes_of(lab) == before
+    shown = ingest_answer(ingest(small, tmp_path / "other", QUIET, dry_run=True)).lines
+    assert "level upward, 1  mm    -" in "\n".join(shown), "what was understood of each sheet"
     for file in small.glob("P02*"):
         file.unlink()
     dry = sealtwin("ingest", small, "--out", tmp_path / "other", "--dry-run", "--json", "--quiet")

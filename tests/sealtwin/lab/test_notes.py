@@ -123,7 +123,7 @@ def test_toml_knows_the_trials_own_keys(tmp_path):
     assert note.entries["date"].value == "2026-05-03"
     assert note.entries["crack.depth_mm"].value == 16
     assert len(note.remarks) == 2, "also of a table that is none of a trial's"
-    assert "'depht_mm' = 3: kept as a remark, not a setting" in note.remarks[0]
+    assert "'depht_mm' = 3: kept as a remark, not a setting" in "\n".join(note.remarks)
     for key, fault in zip(("photo.mm_per_pixl", "mesh"), note.faults, strict=True):
         assert f"'{key}': no such key" in fault
 

@@ -89,18 +89,6 @@ def test_the_time_left_is_within_a_factor_of_two_after_a_tenth_of_the_work(jobs,
     assert 0.5 < min(ratios) <= max(ratios) < 2.0
 
 
-def test_memory_counts_processes_and_disk_what_is_kept():
-    runs = [_run("waiting", 1.0) for _ in range(10)]
-    size = RunSize(10_000, 2_000, 1.0)
-    one, four = (estimate(runs, size, jobs, 1, keep_runs=False) for jobs in (1, 4))
-    assert four.memory_bytes == pytest.approx(4 * one.memory_bytes)
-    # More processes than runs are not started.
-    assert estimate(runs, size, 40, 1, keep_runs=False).memory_bytes == pytest.approx(10 * one.memory_bytes)
-    kept = estimate(runs, size, 1, 1, keep_runs=True)
-    # particles.csv of the paper's run: 14,527 lines in 1.1 MB.
-    assert kept.disk_bytes - one.disk_bytes == pytest.approx(10 * 10_000 * 75)
-
-
 @pytest.mark.broad
 @pytest.mark.parametrize(("freeze_after_s", "runs"), [(2.58, 1), ("never", 3)])
 def test_what_a_launch_takes_of_memory_is_what_its_arrays_take(runs, freeze_after_s):

@@ -2,7 +2,6 @@
 
 import re
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,20 +12,18 @@ from sealtwin.cli.trial_answer import result_lines
 from sealtwin.core import files, record_files
 from sealtwin.core.errors import InputError, NumericalError, present
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
 from sealtwin.study import extra_runs, runner
 from sealtwin.study.estimate import size_of
 from sealtwin.study.extra_runs import time_of_extra_runs, vary
 from sealtwin.study.runner import Sealing
 from sealtwin.study.study_folder import Outcome, read_plan
-from sealtwin.trial.job import STAGES, Above, start_job
 from sealtwin.trial.pipeline import run_stages
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import SPREAD, read_spread
 from tests.labs import edit
 from tests.narration import Narration
-from tests.pages import leave_out_figures, leave_out_pages, leave_out_pdf
-from tests.studies import TRIAL, job_in, run_tiny, tiny_lab
+from tests.pages import leave_out_pages
+from tests.studies import TRIAL, job_in, run_tiny
 from validate.result import read_comparison
 from validate.wording.headline import headline
 
@@ -239,24 +236,6 @@ def own_run(tmp_path_factory):
     return run_tiny(tmp_path_factory.mktemp("lab"))
 
 
-@pytest.mark.parametrize(("declared", "designed"), [pytest.param("", 0, marks=pytest.mark.broad), (DECLARED, 4)])
-def test_it_is_the_own_run_scaled_to_three_of_each_size_and_the_design(own_run, monkeypatch, declared, designed):
-    """By hand: three finer runs, two more of the own size, three coarser ones and the design, on two cores."""
-    (own_run / "trial.toml").write_text(TRIAL.replace("readings.csv", "inputs/readings.csv") + declared)
-    monkeypatch.setattr(extra_runs, "cores", lambda: 2)
-    manifest = files.read_json(own_run / "manifest.json")
-    manifest["stages"]["simulate"]["wall_time_s"] = 1e5  # Hours have a decimal
-    files.write_json(own_run / "manifest.json", manifest)
-    trial, sample = load_trial(own_run / "trial.toml"), record_files.read_sample(own_run)
-    solvers = (trial.solver.model_copy(update={"radius_mm": 0.45 * ratio}) for ratio in (1 / 1.3, 1.0, 1.3))
-    finer_s, own_s, coarser_s = (size_of(trial.model_copy(update={"solver": one}), sample).work_s for one in solvers)
-    expected_s = (3 * finer_s + 2 * own_s + (3 + designed) * coarser_s) / own_s * 1e5 / 2
-    with job_in(own_run) as job:
-        hours, unit = time_of_extra_runs(job).split()
-    # The last run leaves one of the cores idle.
-    assert (float(hours), unit) == (pytest.approx(expected_s / 3600, rel=0.02), "h")
-
-
 def test_the_fast_models_draws_take_as_long_as_one_of_them_on_this_machine(tmp_path, monkeypatch):
     """A run of the fast model with moved inputs, timed as 36 s: a thousand on two cores take 5 h."""
     text = TRIAL.replace("freeze_after_s = 0.2\n", 'freeze_after_s = "never"\nyield_stress_pa = 3.0\n').replace(
@@ -281,17 +260,3 @@ def test_a_sealant_that_is_too_stiff_in_finer_particles_has_no_time_and_no_fault
         size_of(finer, sample)
     with job_in(own_run) as job:
         assert time_of_extra_runs(job) == ""
-
-
-@pytest.mark.broad
-def test_it_is_asked_for_once_a_command(tmp_path, monkeypatch):
-    """It times a run of the fast model: asked for again, it could say another time than the report."""
-    leave_out_figures(monkeypatch)
-    leave_out_pdf(monkeypatch)
-    tiny_lab(tmp_path)
-    edit(tmp_path / "trial.toml", "substeps = 2", "substeps = 2\nsettle_s = 0.2")
-    times = iter(["5 min", "6 min"])
-    with open_folder(tmp_path / "run", create=True) as folder:
-        job = start_job(load_trial(tmp_path / "trial.toml"), tmp_path, folder, "cpu", Progress())
-        run_stages(replace(job, above=Above(extra_runs=lambda _: next(times))), STAGES)
-    assert next(times) == "6 min"

@@ -2,25 +2,21 @@
 
 import csv
 import json
-import os
 import resource
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-import psutil
 import pytest
 
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.run_folder import holding
 from sealtwin.study import photos as batch
-from sealtwin.study.photos import PlannedPhoto, digitise_many, plan
+from sealtwin.study.photos import digitise_many, plan
 from tests.labs import sealtwin
 from tests.pictures import mortar, with_crack, write_png
 from tests.studies import tiny_lab
@@ -113,19 +109,6 @@ def test_among_cracks_that_compete_the_table_takes_the_user_s_choice(tmp_path):
             assert [row["crack"] for row in csv.DictReader(opened)] == [number]
     assert len(starts) == 2
     assert not (out / "two" / "refused.png").exists()
-
-
-def test_the_contact_sheet_shows_what_was_found_of_a_photo_that_was_refused(tmp_path):
-    """Of this refusal: one that names no picture may have left an older one."""
-    for folder in ("narrow", "gone"):
-        (tmp_path / folder).mkdir()
-        write_png(tmp_path / folder / "refused.png", mortar())
-    reasons = {"narrow": "too narrow. Look at narrow/refused.png.", "gone": "not found."}
-    rows = [batch.BatchRow(f"{name}.jpg", name, "failed", reason=reason) for name, reason in reasons.items()]
-    batch.write_contact_sheet(tmp_path / "index.html", tmp_path, rows)
-    page = (tmp_path / "index.html").read_text()
-    assert page.count("data:image/jpeg;base64,") == 1
-    assert '<a href="narrow/refused.png">' in page
 
 
 @pytest.mark.broad
@@ -277,46 +260,6 @@ def test_a_folder_without_photos_is_named(tmp_path):
     answer = _digitise(tmp_path, "--out", tmp_path / "out")
     assert answer.exit_code == 3
     assert "no photos; expected" in answer.stderr
-
-
-class _Deadly(PlannedPhoto):
-    """A photo at which the machine runs out of memory, and kills the process."""
-
-    def trial(self):
-        os.kill(os.getpid(), signal.SIGKILL)
-        raise AssertionError
-
-
-@pytest.mark.slow
-def test_killed_processes_cost_no_photo_that_is_done(tmp_path, lab):
-    """Both photos of the broken pool are told of; a later call makes up for it."""
-    good = plan([lab / "first.png"], GIVEN)
-    report = digitise_many([*good, _Deadly(lab / "second.png", "second", GIVEN)], tmp_path, Progress(), jobs=2)
-    assert report.exit_code == 6
-    assert "killed" in report.rows[1].reason
-    assert (tmp_path / "index.html").is_file()
-    assert _both(lab, tmp_path, jobs=2).exit_code == 0
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="looks for processes as Linux lists them")
-def test_a_killed_batch_leaves_no_process_behind(tmp_path, lab):
-    command = [sys.executable, "-m", "sealtwin", "digitise", str(lab), "--depth-mm", "16", "--mm-per-px", "0.1"]
-    batch_process = subprocess.Popen([*command, "--jobs", "2", "--out", str(tmp_path / "out"), "--quiet"])
-    within(60, lambda: list(tmp_path.glob("out/*/manifest.json")))
-    children = [child.pid for child in psutil.Process(batch_process.pid).children(recursive=True)]
-    batch_process.kill()
-    batch_process.wait()
-    assert len(children) >= 2
-    assert within(20, lambda: not any(Path(f"/proc/{child}").exists() for child in children))
-
-
-def within(seconds, happens):
-    """Whether it happens in that time."""
-    until = time.monotonic() + seconds
-    while not (happened := happens()) and time.monotonic() < until:
-        time.sleep(0.05)
-    return bool(happened)
 
 
 @pytest.mark.slow

@@ -94,20 +94,6 @@ def test_a_map_compares_levels_of_another_version_with_a_word(done, monkeypatch,
     assert page.read_text(encoding="utf-8").count(sentence) == times
 
 
-@pytest.mark.broad
-def test_a_study_without_readings_does_not_depend_on_validate(tmp_path, monkeypatch):
-    study = tiny_lab(tmp_path, TWO)
-    (tmp_path / "trial.toml").write_text(TRIAL.split("[readings]")[0])
-    dry = replace(HERE, dry_run=True)
-    sweep(study, tmp_path / "out", dry, Progress())
-    before = [run.key for run in read_plan(tmp_path / "out").runs]
-    monkeypatch.setitem(NUMBERS, "validate", 999)
-    sweep(study, tmp_path / "out", dry, Progress())
-    assert [run.key for run in read_plan(tmp_path / "out").runs] == before
-    compute_here(tmp_path / "out")
-    assert status(tmp_path / "out")["other_versions"] == []
-
-
 def test_shards_of_two_numbers_are_not_merged(two, tmp_path, monkeypatch):
     shards = [tmp_path / "one", tmp_path / "two"]
     dry, own = replace(HERE, dry_run=True), NUMBERS["simulate"]
