@@ -108,7 +108,10 @@ def test_a_photo_may_have_more_words_too():
         pytest.param(("P01.jpg", "P02.jpg", "P03.csv"), "p03", "Is it of P02.jpg, P01.jpg?", id="all photos are named"),
         pytest.param(("photo.jpg",), "", "its name gives no sample", id="no sample"),
         pytest.param(
-            ("P01_a.jpg", "P01_b.jpg", "P01.csv"), "p01", "2 files are its photo: P01_a.jpg, P01_b.jpg", id="two photos"
+            ("P01_before.jpg", "P01_after.jpg", "P01.csv"),
+            "p01",
+            "2 files are its photo: P01_before.jpg",
+            id="two photos",
         ),
         pytest.param(
             ("P05/IMG_2041.jpg", "P05/IMG_2042.jpg", "P05/caliper.csv"), "p05", "2 files are its photo", id="two views"
