@@ -20,7 +20,7 @@ from sealtwin.core import files
 from sealtwin.core.errors import InputError, NumericalError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile
-from sealtwin.plan import loop_model, make_loop
+from sealtwin.plan import loop_model, make_loop, search
 from sealtwin.plan.emulation import Emulated, Faults, emulate
 from sealtwin.plan.loop_model import write_model
 from sealtwin.plan.loop_step import LevelFrame, LoggedStep, LoopState, step
@@ -182,6 +182,7 @@ def test_who_replays_or_reads_a_loop_of_another_solver_is_told_so(tmp_path, monk
 
 def test_plan_and_loop_of_a_tiny_trial(tmp_path, monkeypatch):
     monkeypatch.setattr(loop_model, "LOOP", replace(loop_model.LOOP, first=10, again=8, tried=2))
+    monkeypatch.setattr(search, "MOST_STEPS", 2)
     lab, out = plannable_lab(tmp_path), tmp_path / "out"
 
     def called(*words: object) -> dict:

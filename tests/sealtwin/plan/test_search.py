@@ -13,6 +13,7 @@ from digitise.trajectory import plan_trajectory
 from sealtwin.core.errors import InputError
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import Profile, Sample
+from sealtwin.plan import search as searching
 from sealtwin.plan.make_plan import Options, case_of, plan_on
 from sealtwin.plan.search import Case, Goal, discrepancy, search, target_of
 from sealtwin.plan.shape import Knots, Limits, limits_of, require_possible
@@ -64,6 +65,7 @@ def level_plan():
     return searched()
 
 
+@pytest.mark.broad
 def test_a_search_makes_a_bed_level_that_constant_flow_leaves_sloping(level_plan):
     """Four times better on the model that is searched; particles judge it elsewhere."""
     own = CASE.fill(OWN, 20, 60)
@@ -134,8 +136,9 @@ class FastModelItself(Verifier):
         return [Profile(bed.sections.s_mm, bed.level_mm) for bed in beds]
 
 
-def test_a_plan_expects_the_level_of_the_middle(tmp_path):
+def test_a_plan_expects_the_level_of_the_middle(tmp_path, monkeypatch):
     """By the mean level it would expect 0.11 mm less of this paste."""
+    monkeypatch.setattr(searching, "MOST_STEPS", 1)
     folder = plannable_lab(tmp_path)
     trial = load_trial(folder / "planned.toml").loaded(folder)
     sample = Sample(OUTLINE, SOLID, OWN)
