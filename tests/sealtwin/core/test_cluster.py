@@ -125,6 +125,7 @@ def _raised_here():
     raise OSError("on purpose")
 
 
+@pytest.mark.broad
 def test_a_worker_whose_answer_cannot_be_read_ends():
     """It waits for its next task, which would never come."""
     ((_, outcome),) = run_tasks(_Unreadable, [(0, ())], 1)

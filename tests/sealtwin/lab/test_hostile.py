@@ -17,6 +17,7 @@ from tests.pictures import mortar, write_png
 OLD_EXCEL = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 
 
+@pytest.mark.broad
 def test_links_are_not_followed(small, tmp_path):
     secret = write_png(tmp_path / "secret.png", mortar((200, 200)))
     (small / "P03.png").symlink_to(secret)

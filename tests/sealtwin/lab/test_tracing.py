@@ -52,6 +52,7 @@ def test_walls_are_there_after_an_ingest_and_a_fault_costs_no_other(traced):
     assert _ingest(small, lab).exit_code == 6
 
 
+@pytest.mark.broad
 def test_a_sample_that_was_held_back_is_missed_on_the_page(small, tmp_path):
     (small / "P02_Messung.csv").write_text("s_mm;wo [mm]\n1;-1,0\n")
     (small / "refused.png").write_bytes(b"no picture, and none that we drew")
@@ -80,6 +81,7 @@ def test_a_dry_run_makes_the_checks_of_a_run_also_of_samples_in_doubt_and_leaves
     assert not (lab / "P02").exists()
 
 
+@pytest.mark.broad
 def test_sound_means_that_it_runs(small, tmp_path):
     """Once a radius too large for the crack was found by 'sealtwin run' only."""
     for file in small.glob("P02*"):

@@ -46,6 +46,7 @@ def test_errors_are_those_of_the_ledger(unbroken, tmp_path):
     assert all((tmp_path / name).is_file() for name in content["files"])
 
 
+@pytest.mark.broad
 def test_a_run_seen_once_more_is_the_same_run(study, here):
     """On a CPU to the last bit, so to the last digit of profile.csv; and seen before, it is not computed again."""
     run = read_plan(study).runs[0]

@@ -223,6 +223,7 @@ def test_no_photos_name_is_a_way_out_or_a_file_of_the_batch(tmp_path, name):
     assert "." not in folder
 
 
+@pytest.mark.broad
 def test_a_name_that_is_not_utf8_fails_alone(tmp_path, lab):
     shutil.copy(lab / "first.png", tmp_path / "caf\udce9.png")
     report = digitise_many(plan([tmp_path, lab / "first.png"], GIVEN), tmp_path / "out", Progress())
