@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -40,11 +39,9 @@ def test_a_stage_is_current_until_its_key_or_its_files_change(tmp_path):
         _finish(folder)
     with open_folder(tmp_path / "run", create=True) as folder:
         assert folder.is_current("digitise", KEY)
-        for photo, depth_mm, numbers in (
-            ("2", 16.0, NUMBERS), ("1", 16.5, NUMBERS), ("1", 16.0, {"digitise": 2}), ("1", 16.0, {"simulate": 1}),
-        ):  # fmt: skip
-            key = stage_key({"photo.jpg": photo}, {"depth_mm": depth_mm}, numbers)
-            assert not folder.is_current("digitise", key), "each part of a key changes it"
+        others = ("2", 16.0, NUMBERS), ("1", 16.5, NUMBERS), ("1", 16.0, {"digitise": 2}), ("1", 16.0, {"simulate": 1})
+        for photo, depth_mm, numbers in others:
+            assert not folder.is_current("digitise", stage_key({"photo.jpg": photo}, {"depth_mm": depth_mm}, numbers))
         (folder.path / "outline.json").write_text("{ }")
         assert not folder.is_current("digitise", KEY)
 
@@ -96,15 +93,8 @@ with open_folder(Path({str(tmp_path / "run")!r}), create=True):
         with pytest.raises(BusyError, match=f"process {first.pid} "), open_folder(tmp_path / "run", create=True):
             pass
         first.kill()
-    deadline = time.monotonic() + 10
-    while time.monotonic() < deadline:
-        try:
-            with open_folder(tmp_path / "run", create=True) as folder:
-                assert (folder.path / MANIFEST).is_file()
-                return
-        except BusyError:
-            time.sleep(0.1)
-    pytest.fail("a killed process still holds its folder")
+    with open_folder(tmp_path / "run", create=True) as folder:
+        assert (folder.path / MANIFEST).is_file()
 
 
 def test_litter_of_a_killed_writer_is_swept(tmp_path):

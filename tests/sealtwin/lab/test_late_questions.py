@@ -68,22 +68,6 @@ def test_any_setting_answers_beside_any_file_of_its_sample(late):
         assert any(fault in one.sentence for one in ingest(folder, lab, QUIET).faults)
 
 
-@pytest.mark.broad
-def test_what_no_note_says_is_asked_beside_the_photo(late):
-    folder, lab = late
-    (folder / "P02_Notiz.csv").write_text("Wetter;trocken\n")
-    (folder / "P02.txt").write_text("Bord ebreche a gauche.")
-    text = _ingest(folder, lab).stdout
-    assert "crack.depth_mm is missing" in question(lab, "P02.png")
-    assert "2 cracks compete" in question(lab, "P02.png"), "the photo is traced in the same round"
-    assert "refused.png" not in question(lab, "P02.png"), "and the picture of it is forgotten"
-    assert "P02.txt is kept as text and not read." in text, "its notes are told though it failed"
-    (folder / "P02_Messwerte.csv").write_bytes((folder / "P02_Messung.csv").read_bytes())
-    text = _ingest(folder, lab).stdout
-    assert "2 files are its readings" in text
-    assert "P02.txt is kept as text and not read." in text
-
-
 @pytest.mark.slow
 def test_the_direction_of_s_is_asked_once_there_is_a_level(small, tmp_path):
     lab = tmp_path / "lab"

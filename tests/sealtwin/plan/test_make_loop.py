@@ -25,7 +25,6 @@ from sealtwin.plan.emulation import Emulated, Faults, emulate
 from sealtwin.plan.loop_model import write_model
 from sealtwin.plan.loop_step import LevelFrame, LoggedStep, LoopState, step
 from sealtwin.plan.make_loop import TABLES, replay
-from sealtwin.plan.pages import write_loop_page
 from sealtwin.plan.verify import Misfit
 from sealtwin.trial.job import shown
 from sealtwin.trial.stage_numbers import NUMBERS, numbers_up_to
@@ -91,19 +90,6 @@ def test_a_sensor_loses_levels_is_late_and_does_not_see_the_nozzle():
             assert np.abs(np.array(level.s_mm) - at_mm).min() > 6
         else:
             assert line.plan.said != "corrected"
-
-
-@pytest.mark.broad
-def test_the_page_has_the_numbers_of_its_pour(tmp_path):
-    content: dict[str, Any] = {"under_mm3": 12.4, "over_mm3": 3.2, "after_first_pass_mm3": 77.7, "given_mm3": 1234.0}
-    content |= {"tables_off_mm": 0.2, "updates": 5, "stopped": "flow <b>0.1</b>"}
-    content |= {"other_versions": ["plan: computed by simulate 1."], "fluid_warnings": ["2 of 2 runs: it bridges."]}
-    write_loop_page(tmp_path / "loop.html", by_fast_model(), content)
-    page = (tmp_path / "loop.html").read_text()
-    for words in ("EMULATED", "12 mm3", "78 mm3", "1.23 ml", "flow &lt;b&gt;0.1", "by simulate 1", "2 of 2 runs"):
-        assert words in page
-    rows = (tmp_path / "figures" / "estimates.csv").read_text().splitlines()
-    assert len(rows) == len(by_fast_model().lines) + 1
 
 
 def test_a_log_is_answered_alike_and_another_answer_is_named_by_its_line(tmp_path):

@@ -72,33 +72,6 @@ def _wait_for_progress(parent, out, more):
         time.sleep(0.02)
 
 
-def _kill_until_done(study, out, kills, seed):
-    """Kill now a worker and now the parent, or both, most of them while runs are computed."""
-    chance = random.Random(seed)
-    seen, killed = [], 0
-    parent = _start(study, out)
-    while killed < kills:
-        _wait_for_progress(parent, out, chance.choice([0, 1, 1]))
-        time.sleep(chance.uniform(0, 0.3))
-        seen.append(_finished(out))
-        workers = _workers(parent.pid)
-        if killed % 2 == 0 and workers:
-            with suppress(ProcessLookupError):  # Its parent has just finished.
-                os.kill(chance.choice(workers), signal.SIGKILL)
-        if killed % 2 or not workers:
-            parent.kill()
-            parent.communicate()
-            assert _gone(workers), "workers outlive their parent"
-            parent = _start(study, out)
-        killed += 1
-    _, errors = parent.communicate(timeout=300)
-    assert parent.returncode == 0, errors
-    assert len(seen[0]) < len(_finished(out))
-    last = _finished(out)
-    for before in seen:
-        assert {key: last[key] for key in before} == before, "a finished run was computed again"
-
-
 def _gone(pids):
     until = time.monotonic() + 20
     while any(_command(pid) for pid in pids) and time.monotonic() < until:
@@ -109,10 +82,30 @@ def _gone(pids):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_sweep_killed_ten_times_ends_as_an_unbroken_one(many, results, tmp_path, seed):
-    _kill_until_done(many, tmp_path / "out", 10, seed)
-    assert results_of(tmp_path / "out") == results
-    assert len(_finished(tmp_path / "out")) == 24
-    assert not list(tmp_path.glob("out/runs/*/.*"))
+    """Kill now a worker and now the parent, or both, most of them while runs are computed."""
+    chance, out = random.Random(seed), tmp_path / "out"
+    seen, parent = [], _start(many, out)
+    for number in range(10):
+        _wait_for_progress(parent, out, chance.choice([0, 1, 1]))
+        time.sleep(chance.uniform(0, 0.3))
+        seen.append(_finished(out))
+        workers = _workers(parent.pid)
+        if number % 2 == 0 and workers:
+            with suppress(ProcessLookupError):  # Its parent has just finished.
+                os.kill(chance.choice(workers), signal.SIGKILL)
+        if number % 2 or not workers:
+            parent.kill()
+            parent.communicate()
+            assert _gone(workers), "workers outlive their parent"
+            parent = _start(many, out)
+    _, errors = parent.communicate(timeout=300)
+    assert parent.returncode == 0, errors
+    last = _finished(out)
+    assert len(seen[0]) < len(last) == 24
+    for before in seen:
+        assert {key: last[key] for key in before} == before, "a finished run was computed again"
+    assert results_of(out) == results
+    assert not list(out.glob("runs/*/.*"))
 
 
 @pytest.mark.broad

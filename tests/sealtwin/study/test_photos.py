@@ -19,7 +19,6 @@ from sealtwin.study import photos as batch
 from sealtwin.study.photos import digitise_many, plan
 from tests.labs import sealtwin
 from tests.pictures import mortar, with_crack, write_png
-from tests.studies import tiny_lab
 
 SIZE_PX = (250, 150)
 GIVEN = {"photo.mm_per_px": 0.1, "crack.depth_mm": 16.0}
@@ -136,17 +135,6 @@ def test_each_photo_has_a_folder_of_its_own(tmp_path, photos, last):
     names = [item.name for item in plan([tmp_path / photo for photo in photos], GIVEN)]
     assert len({name.casefold() for name in names}) == 4
     assert names[3] == last
-
-
-@pytest.mark.broad
-def test_a_photo_with_a_trial_beside_it_is_digitised_by_that(tmp_path):
-    """With its own scale, depth and ends, of which the command line gives none."""
-    tiny_lab(tmp_path)
-    (tmp_path / "trial.toml").rename(tmp_path / "crack.toml")
-    report = digitise_many(plan([tmp_path], {}), tmp_path / "out", Progress())
-    assert report.exit_code == 0, report.rows
-    (row,) = report.rows
-    assert (row.mm_per_px, row.depth_mm, row.path_source) == (0.1, 8.0, "ends")
 
 
 def test_a_mask_named_by_a_trial_and_a_hidden_file_are_no_photos_of_their_own(tmp_path):
