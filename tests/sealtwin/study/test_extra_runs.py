@@ -92,7 +92,7 @@ def test_three_sizes_of_three_runs_and_a_design_of_four(varied):
     signs = np.array([[run.settings[name] for name in ("speed_mm_s", "volume_ml", "width_mm")] for run in runs[8:]])
     assert np.abs(signs) == pytest.approx(np.tile([1.0, 0.01, 0.1], (4, 1)))
     assert signs.sum(axis=0) == pytest.approx(np.zeros(3))
-    sizes = getattr(_spread(varied), "sizes", ())
+    sizes = present(present(_spread(varied), "spread").sizes, "sizes")
     assert [size.levels_mm.shape[0] for size in sizes] == [3, 3, 3]
     assert min(size.levels_mm.std(axis=0, ddof=1).min() for size in sizes) > 0, "they scatter by their seeds"
     assert sizes[1].levels_mm[0] == pytest.approx(record_files.read_profile(varied).level_mm)
