@@ -21,8 +21,8 @@ from simulate.run import fill
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
 from simulate.setup.release_schedule import Schedule
 from simulate.setup.rheology import Rheology
-from simulate.setup.signed_distance import CM, Barrier, build_barrier
-from simulate.setup.wall_particles import WallParticles, place_walls
+from simulate.setup.signed_distance import CM
+from simulate.setup.wall_particles import Enclosure, enclose
 from tests.shapes import level_floor, straight_slot
 
 FRAME_S = 7.23e-3
@@ -121,13 +121,13 @@ def engine_with(
     """
     settings = Solver.model_validate(solver)
     state = State(put_down(position_mm, frame_s, settings.size_mm), "cpu")
-    barrier, walls = _enclosure(*crack, settings.size_mm)
+    enclosure = enclosed(*crack, settings.size_mm)
     substeps = settings.substeps or 4
     low, high = reach_mm or (position_mm.min(axis=0) - 5, position_mm.max(axis=0) + 5)
     engine = FluidSolver(
         state,
-        walls,
-        barrier,
+        enclosure.walls,
+        enclosure.barrier,
         Domain(low * CM, high * CM),
         settings,
         [fluid or Rheology(*weights)],
@@ -197,14 +197,12 @@ def lay_down(engine: FluidSolver, rests: NDArray[np.bool_]) -> None:
     engine.find_movers()
 
 
-_enclosures: dict[tuple[int, float], tuple[Solid, Barrier, WallParticles]] = {}
+_enclosures: dict[tuple[Solid, float, str], Enclosure] = {}
 
 
-def _enclosure(solid: Solid, outline: Outline, radius_mm: float) -> tuple[Barrier, WallParticles]:
-    """Built once for each solid; the solid is kept, so that its id stays its own."""
-    key = id(solid), radius_mm
+def enclosed(solid: Solid, outline: Outline, radius_mm: float, device: str = "cpu") -> Enclosure:
+    """Barrier and walls, built once for each solid: runs only read them."""
+    key = solid, radius_mm, device
     if key not in _enclosures:
-        barrier = build_barrier(solid, outline, radius_mm, "cpu")
-        _enclosures[key] = solid, barrier, place_walls(solid, outline, barrier, radius_mm)
-    _, barrier, walls = _enclosures[key]
-    return barrier, walls
+        _enclosures[key] = enclose(solid, outline, radius_mm, device)
+    return _enclosures[key]
