@@ -16,6 +16,7 @@ from sealtwin.core.solid_figures import SolidFigures
 from simulate.fluid.fault_checks import RunFault
 from simulate.fluid.solver import Domain, FluidSolver
 from simulate.fluid.state import State
+from simulate.injection import Injection, prepare
 from simulate.kernels.status import FROZEN, RESTS
 from simulate.run import fill
 from simulate.settings import LEVEL, Fluid, Nozzle, SampleSlope, Solver, particle_volume
@@ -75,6 +76,31 @@ def pour(
 ) -> Run:
     sample = sample_of(crack, trajectory)
     return fill(sample, fluid, Solver.model_validate(solver), Nozzle(), seed=seed, slope=slope)[0]
+
+
+def sealant(**table: Any) -> Fluid:
+    """It never freezes, unless the table has an age."""
+    return Fluid.model_validate({"freeze_after_s": "never"} | table)
+
+
+def injected(
+    crack: tuple[Solid, Outline],
+    trajectory: Trajectory,
+    *fluids: Fluid,
+    seed: int = 0,
+    device: str = "cpu",
+    threads: int = 1,
+    replays: bool = False,
+    **solver: Any,
+) -> Injection:
+    """A run before its first frame. ``replays``: what a GPU does, done on the CPU."""
+    settings = Solver.model_validate(solver)
+    enclosure = enclosed(*crack, settings.for_crack(crack[1].mean_width_mm).size_mm, device)
+    how: dict[str, Any] = {"seed": seed, "device": device, "threads": threads, "enclosure": enclosure}
+    injection = prepare(*crack, trajectory, fluids, settings, Nozzle(), **how)
+    if replays:
+        injection.engine.replays = True
+    return injection
 
 
 def sample_of(crack: tuple[Solid, Outline], trajectory: Trajectory) -> Sample:

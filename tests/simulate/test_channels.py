@@ -3,10 +3,9 @@
 import pytest
 
 from benchmarks.channels import CLOUDS, Channel, drift
-from simulate.injection import Injection, prepare
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.injection import Injection
 from simulate.setup.rheology import added_viscosity
-from tests.fluids import path, slot
+from tests.fluids import injected, path, sealant, slot
 
 
 @pytest.mark.parametrize("cloud", CLOUDS)
@@ -44,10 +43,8 @@ def test_paste_stands_between_plates_that_bear_less_than_its_yield_stress():
 def injection_of(settle_s: float = 2.0, **fluid) -> Injection:
     """A run of a fluid of 1,000 kg/m3 between walls 3.1 mm apart, of 0.2 s and ``settle_s``."""
     crack = slot(12.0)
-    asked = Fluid.model_validate({"density_kg_m3": 1000.0, "freeze_after_s": "never", **fluid})
-    trajectory = path(crack[1], 0.02, speed_mm_s=40.0)
-    solver = Solver(radius_mm=0.6, settle_s=settle_s)
-    return prepare(*crack, trajectory, [asked], solver, Nozzle(), seed=0, device="cpu")
+    way, asked = path(crack[1], 0.02, speed_mm_s=40.0), sealant(density_kg_m3=1000.0, **fluid)
+    return injected(crack, way, asked, radius_mm=0.6, settle_s=settle_s)
 
 
 def remarks_of(settle_s: float = 2.0, **fluid) -> tuple[str, ...]:

@@ -113,6 +113,7 @@ def test_a_gpu_on_which_no_frame_can_be_recorded_is_refused(lacking, monkeypatch
     assert choose_device("cpu") == "cpu"
 
 
+@pytest.mark.broad
 def test_a_machine_without_a_gpu_is_no_warning():
     """Warp's native code writes it past Python; whatever else is written there is passed on."""
     script = "import os; from simulate.device import choose_device; choose_device('cpu'); os.write(2, b'after')"

@@ -43,6 +43,7 @@ def test_the_grid_knows_the_mesh_to_a_twentieth_of_a_radius():
     assert (np.sign(exact) == np.sign(sampled))[np.abs(exact) > 0.05].all()
 
 
+@pytest.mark.broad
 def test_the_nodes_of_the_grid_are_exact_beside_needles():
     """Against trimesh. The face around a crack has triangles a thousand times as long as high."""
     outline = wandering_crack()

@@ -38,6 +38,7 @@ def selftest(cache: Path, largest_file_bytes: int | None = None, **environment: 
     return done.returncode, done.stdout
 
 
+@pytest.mark.broad
 def test_a_damaged_kernel_is_compiled_again(tmp_path):
     """As after a power cut: the object cut short, or its description; a second run finds the cache whole."""
     assert selftest(tmp_path) == (0, "1344\n")
@@ -50,6 +51,7 @@ def test_a_damaged_kernel_is_compiled_again(tmp_path):
         assert mended.stat().st_size == whole
 
 
+@pytest.mark.broad
 def test_a_cache_that_cannot_grow_is_named(tmp_path):
     code, said = selftest(tmp_path, largest_file_bytes=5_000)
     assert code == 3

@@ -241,6 +241,7 @@ def test_paste_may_stiffen_at_any_rate_in_a_short_run_and_in_short_substeps():
     solved_as(stiffens, Solver(substeps=11), FRAME_S, 1000)
 
 
+@pytest.mark.broad
 @pytest.mark.parametrize("name", TABLES)
 def test_a_shear_wave_decays_by_the_integral_of_the_viscosity_over_time(name):
     """exp(-k^2 integral nu dt), to 5 %. Seen to fail, by 31 to 75 %, with the age left at 0."""
@@ -272,6 +273,7 @@ def test_particles_of_two_ages_meet_with_the_harmonic_mean_of_their_viscosities(
     assert 1.05 < below.min() <= below.max() < 1.3
 
 
+@pytest.mark.broad
 def test_a_yield_stress_that_grows_by_table_is_the_structuration_s_own():
     """The same viscosity at every age to rounding, and so the same bed, where fresh paste makes another."""
     crack = slot(12.0)
@@ -303,6 +305,7 @@ def test_a_yield_stress_that_grows_by_table_is_the_structuration_s_own():
     assert np.abs(beds[0] - beds[2]).mean() > 1.0
 
 
+@pytest.mark.broad
 def test_sealant_that_thickens_with_age_stands_higher_where_it_was_poured():
     """And a curve of one value throughout is the constant fluid: the same bits."""
     crack = slot(12.0)

@@ -52,6 +52,7 @@ def packed_mm() -> Floats:
     return settled_mm(Pit(LENGTH_MM, WIDTH_MM, DEPTH_MM + 4), RADIUS_MM, FRAME_S / 4, DEPTH_MM)
 
 
+@pytest.mark.broad
 @pytest.mark.parametrize(("viscosity_mm2_s", "substeps"), [(32.2, 80), (322.0, 30), (2700.0, 20)])
 def test_a_viscosity_in_physical_units_flows_between_plates_as_poiseuille_says(packed_mm, viscosity_mm2_s, substeps):
     """A force along the slot until the flow is steady; half-way between its ends, floor and surface; particles stay.

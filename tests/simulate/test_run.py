@@ -44,6 +44,7 @@ def short() -> Run:
     return pour(crack, path(crack[1], 0.05, speed_mm_s=20.0))
 
 
+@pytest.mark.broad
 def test_what_runs_over_the_edge_is_spilled_and_not_escaped():
     """A crack of 0.2 ml that gets 1.5 ml, on a face of 12 mm around it."""
     crack = slot(12.0, depth_mm=5.0)
@@ -106,6 +107,7 @@ def test_a_frozen_bed_keeps_its_volume_only_if_it_answers_in_full(monkeypatch):
     assert filled[1] < 0.97 * filled[0]
 
 
+@pytest.mark.broad
 def test_without_freezing_the_bed_levels_out():
     """Poured at one end of a long slot: the paper's slope is the freezing's work."""
     crack = slot(30.0, depth_mm=10.0)
@@ -122,6 +124,7 @@ def test_without_freezing_the_bed_levels_out():
     assert slope[0] > slope[1] + 1.0
 
 
+@pytest.mark.broad
 def test_physical_units_give_the_same_run_as_their_u():
     """32.2 mm2/s is U = 30 at the paper's radius and frame.
 
@@ -147,6 +150,7 @@ def test_sealant_too_thick_to_flow_away_under_the_nozzle_does_not_collapse(yield
     assert np.isfinite(run.position_mm).all()
 
 
+@pytest.mark.broad
 def test_sealant_just_thin_enough_to_carry_pressure_over_does_not_collapse():
     """Of 20 Pa s it does where it carries over: what viscosity takes back, the next substep's pressure has again."""
     crack = slot(14.0, 3.1, 8.0, "vertical", 0.0)

@@ -71,6 +71,7 @@ def endless_mm() -> tuple[Floats, Floats]:
     return stirred_mm(side_mm, 1.0, 0.4, STEP_S), side_mm
 
 
+@pytest.mark.broad
 @pytest.mark.parametrize("weight", [0.3, 3.0, 30.0])
 def test_a_shear_wave_decays_as_the_viscosity_law_says(endless_mm, weight):
     """Nu = 0.1185 U h^4 / dt (cm), to 5 %, where no surface is near: though pairs pull along their lines alone."""
@@ -250,6 +251,7 @@ def begun(pastes: tuple[Fluid, ...]) -> State:
     return injection.engine.state
 
 
+@pytest.mark.broad
 def test_a_run_that_is_solved_earlier_than_others_has_the_bits_that_it_has_alone(monkeypatch):
     """Its rows are then left out of the products, with a GPU's lists and loops."""
     monkeypatch.setattr("simulate.injection.FluidSolver", partial(FluidSolver, native=False))

@@ -54,6 +54,7 @@ def test_a_factor_that_is_given_or_the_papers_stays(solver):
     assert (injection.engine.state.swelling.numpy() == 1.0).all()
 
 
+@pytest.mark.broad
 def test_its_columns_read_a_rough_bed_in_a_narrow_slot():
     """Particles of 0.6 mm that lie loose, so that columns as wide as they are miss hollows between them."""
     solid, _ = slot(28.0, 3.1, 8.0, "vertical", 0.0)

@@ -91,6 +91,7 @@ def test_the_layer_lies_a_radius_deep_and_covers_what_sealant_can_touch(shape):
     assert share.min() >= 0
 
 
+@pytest.mark.broad
 def test_the_layer_is_the_same_in_one_part_and_in_many(monkeypatch):
     solid, outline = crack("funnel")
     _, whole, share = walls_of(solid, outline)
@@ -128,6 +129,7 @@ def test_walls_that_lean_far_are_covered_to_the_floor():
     assert depth.min() > 0.8 * depth.max()
 
 
+@pytest.mark.broad
 @pytest.mark.parametrize("shape", ["flare hills", "funnel stone"])
 def test_the_layer_is_the_same_in_four_and_sixteen_times_the_triangles(shape):
     """Candidates belong to planes, not to triangles: the same particles with the same shares, so the same drag.
@@ -160,6 +162,7 @@ def test_shares_add_up_to_the_surface_whatever_its_triangles(edge_mm):
     assert share[upright].sum() * (2 * RADIUS_MM) ** 2 == pytest.approx(2 * 18 * (7 - 0.8 - 0.4), rel=0.03)
 
 
+@pytest.mark.broad
 def test_the_fluid_is_dragged_alike_however_the_walls_are_triangulated():
     """Through the solver: 28 triangles of one slot, tens of thousands, and one side of it alone in small ones.
 

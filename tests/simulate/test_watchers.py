@@ -17,12 +17,12 @@ import pytest
 from sealtwin.core.progress import Progress
 from sealtwin.core.records import ParticleState
 from simulate.fluid import solver
-from simulate.injection import Injection, prepare
+from simulate.injection import Injection
 from simulate.kernels import status
 from simulate.run import follow
-from simulate.settings import Fluid, Nozzle, Solver
+from simulate.settings import Fluid
 from simulate.watchers import COLUMNS, Checkpoint, HealthLog, Moments, take_frame
-from tests.fluids import path, slot
+from tests.fluids import injected, path, slot
 
 FREEZING = Fluid(U=30.0, D_cm=0.3, freeze_after_s=0.2)
 CARRYING = Fluid(viscosity_pa_s=0.5, freeze_after_s=0.2)
@@ -30,10 +30,9 @@ YIELDING = Fluid(viscosity_pa_s=0.05, yield_stress_pa=60.0, structuration_pa_per
 
 
 def injection(fluid: Fluid, volume_ml: float = 0.12, **solver: Any) -> Injection:
-    solid, outline = slot(12.0)
-    settings = Solver.model_validate({"radius_mm": 0.6, "settle_s": 0.6, **solver})
-    trajectory = path(outline, volume_ml, speed_mm_s=20.0)
-    return prepare(solid, outline, trajectory, [fluid], settings, Nozzle(), seed=1, device="cpu")
+    crack = slot(12.0)
+    way = path(crack[1], volume_ml, speed_mm_s=20.0)
+    return injected(crack, way, fluid, seed=1, **{"radius_mm": 0.6, "settle_s": 0.6, **solver})
 
 
 def finish(run: Injection) -> None:
@@ -280,6 +279,7 @@ def test_health_has_a_row_for_every_tenth_frame_and_a_resumed_run_goes_on_with_i
     assert [row[:-2] for row in rows(file)] == [row[:-2] for row in [header, *values]]
 
 
+@pytest.mark.broad
 def test_memory_does_not_grow_over_a_watched_run(tmp_path, monkeypatch):
     """300 frames, each of them taken and let go: to keep them would be 47 kB each.
 
@@ -319,16 +319,14 @@ def test_resident_memory_does_not_grow_over_a_run(replays):
     """
     code = (
         "import ctypes, gc; from pathlib import Path\n"
-        "from tests.fluids import path, slot; from tests.launches import *\n"
+        "from tests.launches import *\n"
         "def resident():\n"
         "    gc.collect()\n"
         # What set-up left free would else take in what a leak keeps.
         "    ctypes.CDLL(None).malloc_trim(0)\n"
         "    return int(Path('/proc/self/statm').read_text().split()[1]) * 4096\n"
-        "solid, outline = slot(12.0)\n"
-        "settings = Solver(radius_mm=0.6, substeps=19, settle_s=30.0, sleep=False, volume_factor=1.1)\n"
-        "run = prepare(solid, outline, path(outline, 0.1, 20.0), PASTES, settings, Nozzle(), seed=1, device='cpu')\n"
-        f"run.engine.replays = {replays}\n"
+        "how = dict(radius_mm=0.6, substeps=19, settle_s=30.0, sleep=False, volume_factor=1.1)\n"
+        f"run = ready(PASTES, seed=1, replays={replays}, **how)\n"
         "[run.advance() for _ in range(300)]; before = resident(); [run.advance() for _ in range(1500)]\n"
         "assert run.done == 1800 and run.moving; print(resident() - before)"
     )

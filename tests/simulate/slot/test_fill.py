@@ -93,6 +93,7 @@ def test_newtons_fluid_spreads_as_barenblatt_says():
     assert np.abs(x[height_mm > 0.3]).max() == pytest.approx(front_mm, rel=0.03)
 
 
+@pytest.mark.broad
 def test_finer_cells_and_steps_change_little_and_less():
     crack = slot(60.0, 4.0, 16.0)
     trajectory = path(crack[1], 2.0, trim_mm=8.0)
