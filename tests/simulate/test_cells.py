@@ -23,8 +23,8 @@ def test_the_neighbour_list_is_that_of_a_search_over_all_pairs():
     engine.find_neighbours()
     here = engine.state.position_mm() * CM
     expected = KDTree(here).query_ball_point(here, SUPPORT_CM)
-    for i, found in zip(in_rows(engine), listed_fluid(engine), strict=True):
-        assert sorted([i, *found]) == sorted(expected[i])
+    for i, listed in zip(in_rows(engine), listed_fluid(engine), strict=True):
+        assert sorted([i, *listed]) == sorted(expected[i])
 
 
 def test_rows_follow_the_cells_and_leave_out_who_rests():
@@ -45,9 +45,9 @@ def test_walls_are_found_like_any_point():
     engine.find_neighbours()
     wall = engine.walls.position_and_share.numpy()[:, :3].astype(float)
     expected = KDTree(wall).query_ball_point(engine.state.position_mm() * CM, SUPPORT_CM)
-    found = listed_walls(engine)
-    assert max(map(len, found)) > 8
-    for i, near in zip(in_rows(engine), found, strict=True):
+    near_walls = listed_walls(engine)
+    assert max(map(len, near_walls)) > 8
+    for i, near in zip(in_rows(engine), near_walls, strict=True):
         assert sorted(near) == sorted(expected[i])
 
 
@@ -102,16 +102,16 @@ def test_a_cpu_sorts_into_cells_as_a_gpu_does(runs):
     random = np.random.default_rng(5)
     place = wp.array(np.pad(random.uniform(-0.5, 1.5, (many, 3)), ((0, 0), (0, 1))), dtype=wp.vec4, device="cpu")
     fate = wp.array(random.choice([status.MOVING, status.FROZEN, status.SPILLED], many), dtype=int, device="cpu")
-    found = []
+    grids = []
     for in_order in (True, False):
         grid = CellGrid(
             np.zeros(3), np.ones(3), 0.25, place, fate, Launcher("cpu", threads=2), runs=runs, in_order=in_order
         )
         grid.fill(many)
         columns, present = (grid.cells.number, grid.cells.x, grid.cells.y, grid.cells.z), grid.cells.start.numpy()[-2]
-        found.append([grid.cells.start.numpy()[:-1], *(column.numpy()[:present] for column in columns)])
-    assert all(map(np.array_equal, *found))
-    assert len(np.unique(found[0][0])) > 50 * runs
+        grids.append([grid.cells.start.numpy()[:-1], *(column.numpy()[:present] for column in columns)])
+    assert all(map(np.array_equal, *grids))
+    assert len(np.unique(grids[0][0])) > 50 * runs
 
 
 def test_a_gpu_lists_no_mover_twice_once_others_are_gone():

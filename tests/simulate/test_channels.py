@@ -17,21 +17,21 @@ def test_viscosity_neither_pushes_nor_turns_a_cloud(cloud):
 
 
 @pytest.mark.parametrize(
-    ("channel", "off"),
+    "channel",
     [
-        (Channel(5.0, 322.0), 0.1),
-        (Channel(5.0, 3000.0), 0.1),
-        (Channel(8.0, 32.0, 0.5), 0.1),
-        (Channel(8.0, 226.0, 0.2, index=0.5, radius_mm=0.25), 0.1),
+        Channel(5.0, 3000.0),
+        pytest.param(Channel(5.0, 322.0), marks=pytest.mark.broad),
+        pytest.param(Channel(8.0, 32.0, 0.5), marks=pytest.mark.broad),
+        pytest.param(Channel(8.0, 226.0, 0.2, index=0.5, radius_mm=0.25), marks=pytest.mark.broad),
     ],
 )
-def test_a_fluid_flows_between_plates_as_its_closed_form_says(channel, off):
+def test_a_fluid_flows_between_plates_as_its_closed_form_says(channel):
     """Viscous, Bingham's, and one that thins. A yield stress off by a tenth is 15 % of the third's flow.
 
     Particles that move before the viscosity acts are 1.5 and 5.5 times as fast in the first two.
     """
     mean_mm_s, exact_mm_s = channel.flow(0.15)
-    assert mean_mm_s / exact_mm_s == pytest.approx(1.0, abs=off)
+    assert mean_mm_s / exact_mm_s == pytest.approx(1.0, abs=0.1)
 
 
 def test_paste_stands_between_plates_that_bear_less_than_its_yield_stress():

@@ -91,7 +91,7 @@ def test_a_replayed_run_ends_when_its_bed_is_at_rest():
     assert np.array_equal(replayed.results()[0].position_mm, asking.results()[0].position_mm)
 
 
-@pytest.mark.parametrize("replays", [False, True])
+@pytest.mark.parametrize("replays", [pytest.param(False, marks=pytest.mark.broad), True])
 @pytest.mark.parametrize("spoil", [spoil_a_place, forbid_long_solves])
 def test_a_run_that_fails_costs_the_others_of_its_launch_nothing(spoil, replays, monkeypatch):
     """It is given up where it fails; those beside it have the bits that they have alone, and nobody computes twice."""

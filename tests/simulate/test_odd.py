@@ -94,7 +94,15 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+QUICK = {
+    *("U = 0.01, D = 0.0001 cm, accurate", "U = 10000, D = 3 cm, paper", "walls funnel", "walls that close soon"),
+    *("thin on a steep slope, two-level", "hardly a crack", "a fall of 100 mm", "a step in the floor"),
+}
+
+
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, id=case.name, marks=() if case.name in QUICK else pytest.mark.broad) for case in CASES]
+)
 def test_nothing_escapes(case):
     shape = {"depth_mm": 12.0, "tilt": "vertical"} | case.crack
     solid = build_solid(case.outline, CrackShape.model_validate(shape))
