@@ -60,10 +60,9 @@ def hewn(body: manifold3d.Manifold, block_mm: tuple[float, float, float, float],
     return Solid(vertices, faces, label, block_mm, depth_mm, "vertical", (0.0, 0.0), cavity, floor, SolidFigures())
 
 
-def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: float = 2.0) -> Trajectory:
-    return plan_trajectory(
-        outline, NozzlePath(volume_ml=volume_ml, speed_mm_s=speed_mm_s, trim_mm=trim_mm), cavity_volume_mm3=1e3
-    )
+def path(outline: Outline, volume_ml: float, speed_mm_s: float = 4.0, trim_mm: float = 2.0, **more: Any) -> Trajectory:
+    plan = {"volume_ml": volume_ml, "speed_mm_s": speed_mm_s, "trim_mm": trim_mm, **more}
+    return plan_trajectory(outline, NozzlePath.model_validate(plan), cavity_volume_mm3=1e3)
 
 
 def pour(
@@ -72,10 +71,11 @@ def pour(
     fluid: Fluid = LIKE_THE_PAPER,
     seed: int = 0,
     slope: SampleSlope = LEVEL,
+    nozzle_mm: float = 2.4,
     **solver: Any,
 ) -> Run:
-    sample = sample_of(crack, trajectory)
-    return fill(sample, fluid, Solver.model_validate(solver), Nozzle(), seed=seed, slope=slope)[0]
+    how, nozzle = Solver.model_validate(solver), Nozzle(diameter_mm=nozzle_mm)
+    return fill(sample_of(crack, trajectory), fluid, how, nozzle, seed=seed, slope=slope)[0]
 
 
 def sealant(**table: Any) -> Fluid:

@@ -27,7 +27,7 @@ def test_a_fluid_that_carries_pressure_over_has_fewer_iterations(damping, expect
     assert iterations_of(damping, alone=1).number == 1
 
 
-@pytest.mark.parametrize("viscosity_mm2_s", [10.0, 300.0])
+@pytest.mark.parametrize("viscosity_mm2_s", [pytest.param(10.0, marks=pytest.mark.broad), 300.0])
 def test_the_damping_is_what_pairs_take_of_a_speed_among_neighbours_that_stand(viscosity_mm2_s):
     """At rest: the first-order share that the viscosity's weights stand for."""
     place_mm = cube_mm(6.0) + np.array([0.0, 0.0, 5.0])

@@ -34,6 +34,7 @@ def test_a_fluid_flows_between_plates_as_its_closed_form_says(channel):
     assert mean_mm_s / exact_mm_s == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.broad
 def test_paste_stands_between_plates_that_bear_less_than_its_yield_stress():
     """Awake: it creeps at the slowest shear that float32 allows, 0.002 /s."""
     creep_mm_s, _ = Channel(8.0, 32.0, 1.2, mean_mm_s=6.0).flow(0.15, sleep=False)

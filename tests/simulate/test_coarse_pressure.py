@@ -90,12 +90,6 @@ def test_what_two_levels_cannot_do_is_refused_in_words():
     assert substeps_for(few, Rheology(30.0, 0.3), FRAME_S / 2) == 3
 
 
-def test_two_levels_bring_their_own_constants_and_the_users_replace_them():
-    scheme = Solver(pressure="two-level").scheme
-    assert (scheme.iterations, scheme.volume_factor, scheme.wall) == (5, 1.05, "calibrated")
-    assert Solver(pressure="two-level", iterations=8).scheme.iterations == 8
-
-
 SPACING_MM = 1.6
 BEND_MM = 12.0
 
