@@ -65,13 +65,13 @@ def judge(draw: int, cases: Sequence[Case], **paste: float) -> list[Judged]:
 
     Two runs that are copies of one count as one seed.
     """
-    found = []
+    judged = []
     for number, case in enumerate(cases):
         runs = [level for seed in SEEDS if (level := levels_mm(draw, number, seed)) is not None]
         if len(runs) == len(SEEDS) and not np.array_equal(runs[0], runs[1]):
             off_mm = level_mm(case.filled(replace(case.paste, **paste))) - np.mean(runs, axis=0)
-            found.append(Judged(draw, number, not case.fitness.unfit, off_mm, rms(runs[0] - runs[1])))
-    return found
+            judged.append(Judged(draw, number, not case.fitness.unfit, off_mm, rms(runs[0] - runs[1])))
+    return judged
 
 
 def accuracy(draw: int, cases: Sequence[Case], judged: Sequence[Judged]) -> list[Row]:

@@ -38,10 +38,10 @@ def main() -> list[Row]:
     rows = []
     for pressure in ("local", "two-level"):
         for slope in SLOPES:
-            found = settled_slope_deg(slope, pressure)
-            for name, angle_deg, wanted_deg in zip(("gradient", "crossfall"), found, slope, strict=True):
-                told = f"{pressure}, {slope.gradient_deg:g} and {slope.crossfall_deg:g} deg: {name}"
-                rows.append(Row(f"{told}, off by", abs(angle_deg + wanted_deg), "deg", 0, WITHIN_DEG, "0"))
+            angles_deg = settled_slope_deg(slope, pressure)
+            for name, angle_deg, wanted_deg in zip(("gradient", "crossfall"), angles_deg, slope, strict=True):
+                case = f"{pressure}, {slope.gradient_deg:g} and {slope.crossfall_deg:g} deg: {name}"
+                rows.append(Row(f"{case}, off by", abs(angle_deg + wanted_deg), "deg", 0, WITHIN_DEG, "0"))
     rows += [Row(f"escaped, {name}", escaped(*case), "", 0, 0, "0") for name, case in POURS.items()]
     return rows
 
