@@ -29,7 +29,7 @@ FLOOR_CM = -1.6
 STIFF = THIN.model_copy(update={"yield_stress_pa": 12.0})
 
 
-@pytest.mark.parametrize("paste", [THIN, FREEZING, STIFF])
+@pytest.mark.parametrize("paste", [THIN, *(pytest.param(it, marks=pytest.mark.broad) for it in (FREEZING, STIFF))])
 def test_a_bed_has_the_volume_that_was_dispensed_whatever_holds_it(paste):
     """340 particles in a slot of 12 mm, of which one in seven lies at the surface; hence 2 % and not one.
 
