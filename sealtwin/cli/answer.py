@@ -130,9 +130,9 @@ class CheckedCommand(TyperCommand):
 def answers(
     *names: str, needs: Sequence[str] = (), device: bool = False, quiet: bool = True, as_json: bool = True
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Make a command of a function of a ``Command``: add options of output and device, turn faults into exit codes.
+    """Turn a function of a ``Command`` into a command: add options for output and device, turn faults into exit codes.
 
-    The function's parameter ``settings`` becomes --set and the everyday options in ``names``; those in ``needs`` are
+    The function's parameter ``settings`` becomes --set and the everyday options in ``names``. Options in ``needs`` are
     required.
     """
     ends = [("device", str, DEVICE, "auto")] if device else []
@@ -198,7 +198,10 @@ def ending(command: Command) -> Iterator[None]:
 
 
 def open_missing_streams() -> None:
-    """Open streams that were closed at the start, as by ``2>&-``: the next opened file would receive their output."""
+    """Open streams that were closed at the start, for example by ``2>&-``.
+
+    Otherwise the next file that is opened would receive their output.
+    """
     while (spare := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(spare)

@@ -53,7 +53,7 @@ def batch_answer(batch: Batch) -> Answer:
 
 
 def _or_dash(value: float | None, broad: int) -> str:
-    """Return a number with two decimals; a dash if a path without walls has none."""
+    """Return a number with two decimals, or a dash for None: a path without walls has no width and no volumes."""
     return f"{'-':>{broad}}" if value is None else f"{value:{broad}.2f}"
 
 
@@ -95,7 +95,10 @@ def ingest_answer(ingested: Ingested, unready: Sequence[CatalogueFault] = ()) ->
 
 
 def checked_answer(ingested: Ingested, batch: Batch, faults: Sequence[CatalogueFault]) -> Answer:
-    """Answer of 'sealtwin ingest'; ``faults`` are of the check: they prevent runs of samples, or put these in doubt."""
+    """Answer of 'sealtwin ingest'.
+
+    Each of ``faults`` was found by the check: it prevents a sample's run, or is a doubt.
+    """
     first, second = ingest_answer(ingested, faults), batch_answer(batch)
     code = first.exit_code or second.exit_code or (SOME_FAILED if faults else 0)
     code = BUG if BUG in (first.exit_code, second.exit_code) else code
@@ -190,7 +193,7 @@ def _pairing_row(outcome: SampleOutcome, not_sound: Set[str]) -> list[str]:
 
 
 def _begin(sentence: str) -> str:
-    """Return the word before a fault of a sample: "in doubt" if the readings can be confirmed as they are."""
+    """Return the words that begin the line of a fault: "in doubt" if the readings can be confirmed, else "failed"."""
     return "in doubt: " if OR_ANSWER in sentence else "failed: "
 
 

@@ -29,7 +29,7 @@ def run_trial(
 ) -> None:
     """Run stages of a trial file, with ``settings`` by dotted name that replace its own, and print the result.
 
-    Without a trial file, ``file`` is a photo or a mesh, and ``trial`` its trial.
+    If ``trial`` is given, ``file`` is the photo or the mesh for which it was made.
     """
     from sealtwin.lab.held_out import facts_above
     from sealtwin.trial import pipeline
@@ -51,7 +51,7 @@ def resume(
     threads: int = 1,
     uncertainty: bool = False,
 ) -> None:
-    """Run one stage of a run folder's trial and print the result; ``uncertainty`` first makes the extra runs.
+    """Run one stage of a run folder's trial and print the result. ``uncertainty`` makes the extra runs first.
 
     ``settings`` by dotted name replace those of RUN/trial.toml, which then records them.
     """

@@ -55,7 +55,7 @@ def robot(
     formats: Annotated[
         str | None,
         option(
-            "txt, csv, spel, gcode, urscript; all: those that the cell has tables for; default: its formats.",
+            "txt, csv, spel, gcode, urscript, or all that the cell has tables for; default: the cell's formats.",
             "A,B|all",
             "--format",
         ),
@@ -73,7 +73,7 @@ def robot(
     """
     if example is not None:
         if folder is not None or cell is not None:
-            raise typer.BadParameter("--example with RUN or --cell: --example only writes a cell file")
+            raise typer.BadParameter("--example only writes a cell file; give it without RUN and --cell")
         from sealtwin.trial.starter_files import write_example_cell
 
         write_example_cell(example)
@@ -131,8 +131,8 @@ def quick(
 ) -> None:
     """Go from a photo and a depth to mesh, path, fluid run and report, with the fluid and nozzle of 'sealtwin init'.
 
-    Settings that you do not give are assumed: printed, marked in DIR/trial.toml and listed in the report. Correct them
-    there and continue with 'sealtwin run'.
+    Settings that you do not give are assumed. They are printed, marked in DIR/trial.toml and listed in the report.
+    Correct them there and continue with 'sealtwin run'.
 
     Example: sealtwin quick photo.jpg --depth-mm 16 --mm-per-px 0.1 --ends 12,340 905,377 --caliper caliper.csv
     """

@@ -34,14 +34,14 @@ ShapeKind = Literal[
 ]
 """Part of a sample that is at fault: the crack's outline; the plane face, the upright sides or the size of the block; a
 mouth that is missing, leads through the underside or exists twice; walls that do not face each other or are too close;
-a given path off the crack; a body that cannot be cut."""
+a given path that is not on the crack; a body that cannot be cut."""
 
 
 class ShapeError(InputError):
     """Shape that is not a sample with one crack.
 
-    The stage describes the fault, and a command may replace ``remedy`` by one of its own for the ``kind`` of fault,
-    since it may have made a shape that its user did not draw.
+    The stage describes the fault. A command that made the shape may replace ``remedy`` by its own for the ``kind`` of
+    fault, because its user did not draw the shape.
     """
 
     def __init__(self, wrong: str, remedy: str = "", kind: ShapeKind = "", file: Path | None = None) -> None:
@@ -61,7 +61,7 @@ class NumericalError(SealtwinError):
 
 
 def present(value: Kind | None, name: str) -> Kind:
-    """Return a value that an earlier check guarantees. Raises ValueError, a bug, if it is None."""
+    """Return a value that an earlier check guarantees to exist. Raises ValueError if it is None, which is a bug."""
     if value is None:
         raise ValueError(f"{name} is missing")
     return value
@@ -74,7 +74,7 @@ def as_text(path: Path) -> str:
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Put ``path`` into an OSError from within.
+    """Put ``path`` into an OSError that the block raises.
 
     The error of a full disk names no file, and others name a temporary one. Without a file's name, a fault of the
     machine would be reported as a bug.

@@ -16,7 +16,7 @@ UNNUMBERED = 0
 
 
 def stage_key(inputs: Mapping[str, str], settings: Mapping[str, Any], numbers: Mapping[str, int]) -> str:
-    """Return the key of a result: of its inputs, its settings, the package version and the ``numbers`` of stages."""
+    """Return the key of a result, made from its inputs, its settings, the package version and the stage numbers."""
     return content_key(
         {"inputs": dict(inputs), "settings": dict(settings), "version": _own_version(), "numbers": dict(numbers)}
     )

@@ -25,7 +25,7 @@ ERRORS = {
 
 
 def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequence[str] = ()) -> FigureSheet:
-    """Return the page of a study's map; ``cautions`` come before those on its runs."""
+    """Return the page of a study's map. ``cautions`` come before the cautions on its runs."""
     best = chart.best
     as_near = "unknown: no pair was repeated"
     if chart.scatter_of_replicates_mm is not None:

@@ -91,7 +91,8 @@ def unit_cells(
     """Yield the unit that each row gives in ``columns`` for its reading, or for its station.
 
     A column of units belongs to the readings on its left, up to the previous one. If only stations are on its left, it
-    belongs to them, and, as the only such column, to the readings on its right that are ``without`` a unit.
+    belongs to them. If it is also the only column of units, it belongs to the readings on its right that are
+    ``without`` a unit as well.
     """
     before = -1
     for at in columns:
