@@ -316,5 +316,6 @@ def _require_workers(client: Any, address: str, numbers: Callable[[], Any]) -> N
         if other := {worker: theirs for worker, theirs in answers.items() if theirs != own}:
             worker, theirs = next(iter(other.items()))
             raise InputError(
-                f"--scheduler {address}: {worker} has {what} {theirs}, this machine {own}. Install one version on both."
+                f"--scheduler {address}: {worker} has {what} {theirs}, but this machine has {own}. Install one version "
+                "everywhere."
             )

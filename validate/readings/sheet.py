@@ -1,4 +1,4 @@
-"""The cells of a sheet, and its faults, reported all at once, each with its place and remedy."""
+"""The cells of a sheet, and its faults. All faults are reported at once, each with its place and remedy."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -75,7 +75,7 @@ class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not
 
 @dataclass
 class FaultList:
-    """The faults of a sheet so far. At a thousand reading stops."""
+    """Faults found in a sheet so far. At a thousand, reading stops."""
 
     faults: list[SheetFault] = field(default_factory=list)
     columns: tuple[ReadColumn, ...] = ()  # Recognised columns; set after the header is read
@@ -184,7 +184,7 @@ class SheetGrid:
     hidden_rows: frozenset[int] = frozenset()
     hidden_columns: frozenset[int] = frozenset()
     shown_units: Mapping[tuple[int, int], str] = field(default_factory=dict[tuple[int, int], str])
-    """Text that a number's format shows behind it, as "cm" or "%", by row from 1 and column from 0."""
+    """Text that a number's format shows behind it, such as "cm" or "%", by row from 1 and column from 0."""
     turned: tuple[int, ...] | None = None
     """Row numbers, in the file, of the columns of a turned sheet; None for a sheet that is not turned."""
 
@@ -205,14 +205,14 @@ class SheetGrid:
         return letters(column) if self.turned is None else f"row {self._row_of(column)}"
 
     def _row_of(self, column: int) -> int:
-        """Return the row of the file, by number, that a column was; one beyond the last continues the count."""
+        """Return the number of the file's row that became a column. A column beyond the last continues the count."""
         rows = self.turned or (0,)
         return rows[column] if column < len(rows) else rows[-1] + column - len(rows) + 1
 
 
 @dataclass
 class Worksheet:
-    """One sheet of a workbook while it is read; marks are as in ``SheetGrid``."""
+    """One sheet of a workbook while it is read. ``SheetGrid`` explains the marks."""
 
     name: str
     hidden: bool

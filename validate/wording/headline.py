@@ -14,8 +14,8 @@ from validate.wording.comparison import ROLES, volumes_mm3
 from validate.wording.prediction import predicted_sentence
 
 FEW_ACROSS = 3.0
-"""Least number of particles from wall to wall; the paper has four. Runs with two gained 11 to 17 % in volume, with
-four none."""
+"""Least number of particles from wall to wall; the paper has four. Runs with two particles gained 11 to 17 % in volume,
+runs with four gained none."""
 LEAST_BOND = 1.0  # Least Bond number, by water's surface tension, within the model's range: about 2 mm of cement paste
 MOST_COMPRESSED = 0.10
 """Largest sound compression of the 95th percentile of the particles; benchmarks/paper_run.py has the same limit."""

@@ -87,7 +87,7 @@ REFUSED = {
         {"s": "A", "levels": ["B"]},
         "upward or downward",
     ),
-    "a letter that is a name": (LETTERED, {"s": "A", "levels": ["B", "C"]}, "both a letter and another's name"),
+    "a letter that is a name": (LETTERED, {"s": "A", "levels": ["B", "C"]}, "is a letter and also a name"),
     "a row taken out": ("s_mm;depth_1_mm;depth_2_mm\n0;1;1\n5;2;2\n#9;7;7\n", None, "'#9' is not a number"),
     "a table beside": (BESIDE, None, 'range = "A:B"'),
     "a table below": (
