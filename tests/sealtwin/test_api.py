@@ -398,7 +398,7 @@ def test_a_trial_file_must_still_say_when_its_fluid_freezes(lab, tmp_path):
     [
         (lambda way: untyped.Fluid(U=-1), "Fluid: U = -1"),
         (lambda way: untyped.Fluid(viscosity_pa=1), "Fluid: viscosity_pa: no such key"),
-        (lambda way: untyped.Fluid(1.0), "Fluid: give settings by name, as U="),
+        (lambda way: untyped.Fluid(1.0), "Fluid: give settings by name, as in U="),
         (lambda way: untyped.Fluid(), "Fluid: "),
         (lambda way: untyped.Solver(radius_mm=0), "Solver: radius_mm = 0"),
         (lambda way: untyped.Nozzle(diameter_mm="2"), "Nozzle: diameter_mm = '2'"),
