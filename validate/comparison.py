@@ -159,7 +159,7 @@ class LevelMetrics(JsonRecord):
     role: Role
     """Use of the readings: calibration of the fluid, or held out."""
     fitted: tuple[str, ...] | None = None
-    """Settings that were fitted to these readings, by dotted name; empty if none was, None if not declared."""
+    """Dotted names of the settings that were fitted to these readings; empty if none was fitted, None if undeclared."""
     lab_searched: bool = False
     """True if a lab's catalogue was searched and lists no study or calibration with held-out readings."""
     readings_data: DataKind

@@ -103,7 +103,7 @@ class PredictedLevel(JsonRecord):
     s_mm: Numbers
     """Positions along the crack at which level, bands and uncertainties are given."""
     level_mm: Numbers
-    """Predicted level, from the face."""
+    """Predicted level, measured from the face."""
     band_95_mm: Numbers
     """Half-width of the 95 % band of a single place."""
     profile_band_95_mm: Numbers

@@ -146,7 +146,7 @@ class Readings(Declared):
     """Path of the sheet, CSV, XLSX or ODS, absolute or relative to the trial file. Its columns are s_mm and level_1_mm,
     level_2_mm, ... (upward from the face) or depth_1_mm, ... (downward from it), or as the lab writes them."""
     data: DataKind
-    """Origin of the readings; only "measured" ones can validate."""
+    """Origin of the readings; only "measured" readings can validate."""
     role: Role
     """Use of the readings: "calibrated-on" if the fluid was tuned on them, "held-out" if not. Every report mentions
     "undeclared"."""
@@ -190,7 +190,7 @@ class Readings(Declared):
     def _shrinks_by_curing(self) -> Self:
         if self.shrinkage_percent is not None and self.state != "cured":
             raise ValueError(
-                f'shrinkage_percent = {self.shrinkage_percent:g} without state = "cured": wet sealant has not shrunk'
+                f'shrinkage_percent = {self.shrinkage_percent:g} needs state = "cured": wet sealant has not shrunk'
             )
         return self
 
@@ -223,9 +223,10 @@ class Uncertainty(Settings):
     """
 
     differences: Method | None = None
-    """Model of the runs with varied inputs. particles: each input up and down by a design, with the coarser particles.
-    slot: the fast model, 1,000 runs with all inputs drawn at once; the level is still that of the particles. Default:
-    slot if the trial is within the fast model's domain, else particles; a report names the model of each input."""
+    """Model of the runs with varied inputs. particles: each input is raised and lowered according to a design, with the
+    coarser particles. slot: the fast model, 1,000 runs with all inputs drawn at once; the level is still that of the
+    particles. Default: slot if the trial is within the fast model's domain, else particles; a report names the model of
+    each input."""
     speed_mm_s: Standard | None = None
     """Uncertainty of the nozzle's speed. The volume is constant: the flow changes with the speed."""
     volume_ml: Standard | None = None

@@ -1,4 +1,4 @@
-"""Output files: robot programs, and the report as page, PDF and JSON, which is equal to that of the commands."""
+"""Output files: robot programs, and the report as page, PDF and JSON. The commands write the same report."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -75,7 +75,7 @@ def write_report(
         raise InputError(f"{target} is a run folder: 'sealtwin validate' writes its report. Give another folder.")
     profile = measure_profile(run, crack, solid)
     if result is not None and not np.array_equal(result.level.level_mm, profile.level_mm):
-        raise InputError("write_report: result compares another level than run's; give the run that was compared.")
+        raise InputError("write_report: result is a comparison of another run's level; give the run that was compared.")
     readings = None if result is None else result.readings
     sheet, hashes = None, {crack.photo.file.name: crack.sha256}
     if isinstance(readings, LevelReadings):

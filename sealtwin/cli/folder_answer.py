@@ -33,7 +33,7 @@ MOST_FAULTS = 200  # Faults on a terminal, which keeps some thousand lines
 
 
 def batch_answer(batch: Batch) -> Answer:
-    """Answer with a table of the digitised photos, and the reason for each failed one."""
+    """Answer with a table of the digitised photos, and the reason for each failed photo."""
     broad = max((len(row.folder) for row in batch.rows), default=0)
     lines = [
         f"{row.folder:<{broad}}  {_or_dash(row.mean_width_mm, 8)} {row.length_mm:9.1f} {_or_dash(row.cavity_ml, 9)} "

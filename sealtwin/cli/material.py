@@ -42,13 +42,13 @@ def material(
         Text, option(f"The cone's inner diameters below and above, and its height: {CONE}.", "AxBxH")
     ] = None,
     mass_g: Annotated[
-        Number, number_option("Mass of the paste on the plate; default: that of the full cone.", 0.001, 100_000)
+        Number, number_option("Mass of the paste on the plate; default: the mass of the full cone.", 0.001, 100_000)
     ] = None,
     mass_error_g: Annotated[
         Number, number_option("Standard uncertainty of the mass; default: 0.1 g, or 0.03 g for a bead.", 1e-6, 10_000)
     ] = None,
     density_error_kg_m3: Annotated[
-        Number, number_option("Standard uncertainty of the density; default: 1 % of it.", 1e-6, 20_000)
+        Number, number_option("Standard uncertainty of the density; default: 1 % of the density.", 1e-6, 20_000)
     ] = None,
     edge_n_m: Annotated[
         Number, number_option("Coefficient lambda of surface tension; default: 0.005 N/m, for cement paste.", 0, 0.1)

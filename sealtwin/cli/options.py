@@ -13,7 +13,7 @@ import typer
 from sealtwin.core.errors import InputError, present
 
 Given = dict[str, Any]
-"""Settings of a trial by dotted name, which replace those of its file."""
+"""Settings of a trial by dotted name. They replace those of the trial's file."""
 
 
 def option(help: str, metavar: str | None = None, *names: str) -> Any:
@@ -269,7 +269,7 @@ def _setting(text: str) -> tuple[str, Any]:
 
 
 def _with_whole_names(key: str, value: Any) -> Any:
-    """Return a setting's value with absolute names of files, also inside a table."""
+    """Return a setting's value, in which names of files become absolute, even inside a table."""
     from sealtwin.core.settings import names_file
     from sealtwin.trial.trial_file import Trial
 

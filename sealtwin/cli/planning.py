@@ -23,7 +23,7 @@ def plan(
         File, option("Draws of the sealant: a CSV whose header names settings, such as fluid.yield_stress_pa.", "CSV")
     ] = None,
     flow_max_mm3_s: Annotated[Number, number_option("Largest flow, if no cell sets it.", 0.01, 1e6)] = None,
-    margin_mm: Annotated[float, number_option("Level to aim at, below the face.", 0, 100)] = 0.0,
+    margin_mm: Annotated[float, number_option("Level to aim at, as a distance below the face.", 0, 100)] = 0.0,
     knots: Annotated[int, count_option("Places along the path at which flow and speed are chosen.", 3, 40)] = 8,
     verify: Annotated[int, count_option("Rounds of search and particle run.", 1, 10)] = 3,
     seeds: Annotated[int, count_option("Particle runs of the best plan; its 95 % band needs at least two.", 1, 20)] = 3,

@@ -93,7 +93,7 @@ def digitise(
             "in the photo's folder; 'sealtwin trace' writes one"
         )
     if out is None:
-        raise typer.BadParameter("several photos need --out, a folder for all of them")
+        raise typer.BadParameter("several photos need --out, the folder for all of them")
     from sealtwin.cli.folder_answer import batch_answer
 
     command.reply(batch_answer(digitise_many(plan(targets, settings), out, command.progress(), jobs=jobs)))
@@ -142,7 +142,7 @@ def import_dxf(
     outline: Annotated[Text, option("Layer with the crack's edge as a closed line; default: OUTLINE.", "LAYER")] = None,
     walls: Annotated[
         tuple[str, str] | None,
-        option("Two layers with a wall each, as an open line; default: WALL_LEFT WALL_RIGHT.", "LAYER LAYER"),
+        option("Two layers, each with one wall as an open line; default: WALL_LEFT WALL_RIGHT.", "LAYER LAYER"),
     ] = None,
     line: Annotated[Text, option("Layer with the crack's middle as an open line; needs --width-mm.", "LAYER")] = None,
     width_mm: Annotated[Number, number_option("Width of the crack along that line.")] = None,

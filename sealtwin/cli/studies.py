@@ -264,13 +264,13 @@ def _ranges(given: list[str]) -> dict[str, tuple[float, float]]:
         except ValueError as fault:
             raise typer.BadParameter(f"--free {text:.80}: {fault}") from None
         if name in ranges:
-            raise typer.BadParameter(f"--free {name}: given twice")
+            raise typer.BadParameter(f"--free {name} is given twice; give it once")
         ranges[name] = ends
     return ranges
 
 
 def swept_lines(swept: dict[str, Any]) -> list[str]:
-    """Return the text of a sweep, from its --json object."""
+    """Return the lines that describe a sweep, made from its --json object."""
     from sealtwin.core.progress import in_words
 
     runs, total, best = swept["runs"], swept["runs_of_study"], swept["best"]
@@ -308,7 +308,7 @@ def swept_lines(swept: dict[str, Any]) -> list[str]:
 
 
 def mapped_lines(mapped: "Mapped") -> list[str]:
-    """Return the text of a map."""
+    """Return the lines that describe a map."""
     chart, best = mapped.chart, mapped.chart.best
     return [
         *mapped.sheet.cautions,
@@ -322,7 +322,7 @@ def mapped_lines(mapped: "Mapped") -> list[str]:
 
 
 def compared_lines(content: dict[str, Any], sheet: "FigureSheet") -> list[str]:
-    """Return the text of a comparison of runs."""
+    """Return the lines that describe a comparison of runs."""
     from validate.figures.side_by_side import setting_words
 
     lines = [f"{run['number']}: {run['name']}" for run in content["runs"]]

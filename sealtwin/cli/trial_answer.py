@@ -78,7 +78,7 @@ def _reply(command: Command, result: "TrialResult", stages: "Sequence[StageName]
 
 
 def result_lines(result: "TrialResult", last: "StageName") -> list[str]:
-    """Return the text of a result, after a command whose last stage was ``last``."""
+    """Return the lines that describe a result, after a command whose last stage was ``last``."""
     lines = [*result.other_versions]
     if result.sample is not None:
         lines += _sample(result.sample)

@@ -144,7 +144,7 @@ def quick(
     text, assumed = quick_trial(photo, folder, settings, caliper)
     write_quick_trial(trial, text)
     run = folder / "run"
-    command.warn(f"Assumed, since not given: {', '.join(assumed)}.")
+    command.warn(f"Assumed, because you did not give them: {', '.join(assumed)}.")
     command.say(f"Correct them in {trial}, then: sealtwin run {quote(str(trial))} --out {quote(str(run))}")
     run_trial(command, trial, run, ALL_STAGES)
 
@@ -187,10 +187,10 @@ def validate(
         bool,
         flag(
             "--uncertainty",
-            "First make extra runs, stored in RUN/uncertainty: three each with finer, equal and coarser particles, and "
-            "runs with each input of the table uncertainty changed by its declared uncertainty, with the model that "
-            "its key differences names. Takes 10 to 15 times the computing time of RUN, on all cores. Without "
-            "readings the level is a prediction with a 95 % band.",
+            "First make extra runs, stored in RUN/uncertainty: three runs each with finer, equal and coarser "
+            "particles, and runs in which each input of the table uncertainty is changed by its declared uncertainty. "
+            "The table's key differences names the model of these runs. Takes 10 to 15 times the computing time of "
+            "RUN, on all cores. Without readings the level is a prediction with a 95 % band.",
         ),
     ] = False,
 ) -> None:

@@ -1,4 +1,4 @@
-"""Errors as one tree; each leaf has its exit code.
+"""Errors form one tree. Each leaf has an exit code.
 
 SealtwinError              a fault that the user can correct: shown without a traceback
 ├── InputError        3    a photo, a sheet, a mesh or a setting that cannot be used
@@ -76,8 +76,8 @@ def as_text(path: Path) -> str:
 def naming(path: Path) -> Iterator[None]:
     """Put ``path`` into an OSError that the block raises.
 
-    The error of a full disk names no file, and others name a temporary one. Without a file's name, a fault of the
-    machine would be reported as a bug.
+    The error of a full disk names no file, and other errors name a temporary file. Without a file's name, a fault of
+    the machine would be reported as a bug.
     """
     try:
         yield

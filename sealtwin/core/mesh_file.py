@@ -213,7 +213,7 @@ def _is_binary_stl(content: bytes) -> bool:
 
 
 def _in_ascii(text: bytes) -> bytes:
-    """Replace each byte that is not ASCII, as in a name or a comment, by a question mark."""
+    """Replace each byte that is not ASCII, for example in a comment, by a question mark."""
     return text.decode("ascii", "replace").encode("ascii", "replace")
 
 

@@ -84,7 +84,7 @@ class Simulation(Result, FilledBy):
     @model_validator(mode="after")
     def _has_sealant(self) -> Self:
         if not self.particles and self.has_particles:
-            raise ValueError("particles is 0, and there is no bed")
+            raise ValueError("particles is 0, but there is no bed of the fast model")
         return self
 
     @property

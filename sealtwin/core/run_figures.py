@@ -1,4 +1,4 @@
-"""Figures of a run other than its particles: numerical health, and the fill by the fast model."""
+"""Figures of a run other than its particles: numerical health, and the fill that the fast model computes."""
 
 from typing import Annotated, Any, Literal, get_args
 
@@ -15,7 +15,7 @@ Known = Annotated[
 
 
 class RunHealth(BaseModel):
-    """Numbers that a run records about itself; None for one that was not recorded or does not exist.
+    """Numbers that a run records about itself. A number is None if it was not recorded or does not exist.
 
     Labels and units of all are in the report's table of numerical health.
     """

@@ -38,7 +38,7 @@ PACKAGES = (
 
 
 class RunFolder:
-    """Folder that this process has locked, as ``open_folder`` yields it, or that is open for reading."""
+    """Folder that this process has locked with ``open_folder``, or has opened for reading with ``look_into``."""
 
     def __init__(self, path: Path, manifest: dict[str, Any]) -> None:
         self.path = path

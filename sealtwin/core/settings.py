@@ -1,4 +1,4 @@
-"""Settings files: TOML, checked against a model; every fault is reported in one sentence."""
+"""Settings files in TOML, which are checked against a model. Every fault is reported in one sentence."""
 
 import difflib
 import json
@@ -66,7 +66,7 @@ __all__ = ["Settings", "as_json", "checked", "described", "dotted_names", "read_
 Table = TypeVar("Table", bound=Settings)
 
 LARGEST_BYTES = 200_000
-"""Limit of a settings file; usual ones have some kilobytes."""
+"""Largest settings file that is read; usual files have some kilobytes."""
 DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++\s*+\.\s*+){16}")
 """Dotted key of 17 parts or more. TOML makes a table for each part: thousands would take gigabytes."""
 MOST_FAULTS = 8

@@ -108,7 +108,7 @@ def _bounds(kind: Any, constraints: Sequence[Any]) -> Iterator[str]:
 
 
 def meaning(kind: Table) -> str:
-    """Return the docstring of a table, or an inherited one, without its fields."""
+    """Return the docstring of a table without its fields. If it has none, it is that of its base class."""
     return inspect.cleandoc(next(filter(None, (vars(base).get("__doc__") for base in kind.__mro__)), ""))
 
 

@@ -33,7 +33,7 @@ def number_words(numbers: Mapping[str, int]) -> str:
 
 
 def other_numbers(recorded: Mapping[str, int], own: Mapping[str, int]) -> str:
-    """Return how ``recorded`` stage numbers differ from ``own``, as words to follow "computed by"; empty if equal."""
+    """Return how ``recorded`` stage numbers differ from ``own``, in words to follow "computed by". "" if equal."""
     numbers = {stage: recorded.get(stage, UNNUMBERED) for stage in own}
     before = {stage: number for stage, number in numbers.items() if number != own[stage]}
     now = {stage: own[stage] for stage in before}

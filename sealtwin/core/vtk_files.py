@@ -21,7 +21,7 @@ TYPES: dict[str, Any] = {"Float32": np.dtype("<f4"), "Int32": np.dtype("<i4"), "
 BEGIN_OF_DATA = b'<AppendedData encoding="raw">_'
 LENGTH = struct.Struct("<Q")
 RESUMED = ", and checkpoint.npz if the run is not finished; then simulate again."
-"""End of a remedy. A resumed run reads the frames that it has written, and would stop at the same fault again."""
+"""End of a remedy. A resumed run reads the frames that it has written, so it would stop at the same fault again."""
 
 
 def write_frame(path: Path, frame: Frame) -> None:

@@ -1,8 +1,8 @@
 """An emulator of the level profile: a Gaussian process for each of its principal components.
 
 Higdon et al. 2008, J. Am. Stat. Assoc. 103:570. The covariance is Matern's with nu = 5/2, with a length for each
-setting and a nugget for the scatter of runs that differ only in seed; both are fitted to the runs. The scatter is a
-log-linear function of the settings: stiff paste scatters two to three times more than runny paste.
+setting, and with a nugget for the scatter of runs that differ only in seed. Both are fitted to the runs. The scatter is
+a log-linear function of the settings: stiff paste scatters two to three times more than runny paste.
 """
 
 from dataclasses import dataclass

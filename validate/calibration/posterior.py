@@ -1,4 +1,4 @@
-"""Posterior of free settings given the readings of one trial or several, and draws of it."""
+"""Posterior of free settings given the readings of one or several trials, and draws from it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -58,7 +58,7 @@ class Axis:
         return self.values[0] > 0 and self.values[-1] >= DECADES * self.values[0]
 
     def is_graded(self, runs: int) -> bool:
-        """Return True if the runs share few enough values for a line each, as on a grid."""
+        """Return True if the runs have so few values of the setting that each value can have a line, as on a grid."""
         return len(self.values) <= min(LEVELS, runs // 2)
 
     def spaced(self, values: Floats) -> Floats:
@@ -116,7 +116,7 @@ class Finished:
 
 @dataclass(frozen=True)
 class Excluded:
-    """A run without a result, or one that is not ranked."""
+    """A run without a result, or a run that is not ranked."""
 
     number: int
     settings: Mapping[str, Any]

@@ -21,7 +21,8 @@ from validate.figures.theme import ALONG, GROUND, INK, label_axes, themed, wide_
 WIDTH_IN, DPI = 9.6, 100
 ASIDE_MM = 6.0  # Width of the face that is shown on each side of the walls
 FASTEST_FPS, SLOWEST_FPS = 50, 1
-"""Limits of the frame rate: a GIF counts hundredths of a second, and browsers show a frame for at least two of them."""
+"""Limits of the frame rate: a GIF counts hundredths of a second, and browsers show a frame for at least two
+hundredths."""
 LAST_FRAME_S = 1.5  # Time for which a GIF shows its last frame before it begins again
 COLOURS = 128  # Size of a GIF's palette
 

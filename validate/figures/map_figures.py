@@ -226,10 +226,10 @@ def medians(particles: Floats, frame_ms: Floats) -> Floats:
 
 
 def pace_of(particles: Floats, frame_ms: Floats) -> tuple[float, float, float] | None:
-    """Fit a straight line to the medians by least squares. Return None if there are too few medians.
+    """Fit a straight line to the medians by least squares.
 
-    Returns the time of a frame without particles in ms, the time that each moving particle adds in µs, and R², the
-    share of the medians' variance that the line explains.
+    Returns None if there are too few medians; else the time of a frame without particles in ms, the time that each
+    moving particle adds in µs, and R², the share of the medians' variance that the line explains.
     """
     from scipy.stats import linregress
 

@@ -21,7 +21,7 @@ ERRORS = {
     "at s (mm)": ("worst_at_mm", "{:.1f}".format),
     "of the length under 1 mm": ("share_under_1_mm", partial(percent, decimals=0)),
 }
-"""Field and format of each error of a run, by label."""
+"""Field and format of each figure of a run's error, by label."""
 
 
 def map_sheet(chart: Chart, fills: Sequence[map_figures.Fill], cautions: Sequence[str] = ()) -> FigureSheet:

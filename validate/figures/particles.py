@@ -125,7 +125,7 @@ class AlongCrack:
 
 
 def show_to_scale(axes: Axes, x_mm: tuple[float, float], y_mm: tuple[float, float]) -> None:
-    """Show a part of the sample at one scale, without a grid."""
+    """Show a part of the sample with the same scale on both axes, without a grid."""
     axes.set(xlim=x_mm, ylim=y_mm, aspect="equal")
     axes.grid(visible=False)
 
@@ -164,7 +164,7 @@ def draw_across(
     row: Sequence[Axes], outline: Outline, solid: Solid, position_mm: Floats, radius_mm: float, value: Floats,
     scale: ColourScale,
 ) -> None:  # fmt: skip
-    """Draw the sections across the crack at ``SECTIONS_AT``: the solid, and the particles within a radius of the plane.
+    """Draw the sections across the crack at ``SECTIONS_AT``: the solid, and the particles that the plane cuts.
 
     The view is along the path, so its left is at the left of the picture.
     """

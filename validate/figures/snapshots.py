@@ -1,4 +1,4 @@
-"""Pictures in a run folder: the fill at single moments and as in the paper's Fig. 6, and the run's health over time."""
+"""Pictures in a run folder: the fill at single moments and over time, and the run's numerical health over time."""
 
 import zlib
 from collections.abc import Mapping, Sequence

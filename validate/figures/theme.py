@@ -1,4 +1,4 @@
-"""Style of all figures: a palette that colour-blind readers can distinguish, one font, no global state."""
+"""Style of all figures: one font, and a palette that colour-blind readers can distinguish. It sets no global state."""
 
 import io
 import re

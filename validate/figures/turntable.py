@@ -34,8 +34,9 @@ class ModelSizes:
     """
 
     blur: float = 0.6
-    """Standard deviation of the blur over the particles' spacing: a lattice keeps 0.1 % of its grain, and a layer one
-    particle thick still fills more than half of its space. A larger one rounds edges and loses thin layers."""
+    """Standard deviation of the blur, as a multiple of the particles' spacing: a lattice keeps 0.1 % of its grain, and
+    a layer one particle thick still fills more than half of its space. A larger blur rounds edges and loses thin
+    layers."""
     half_full: float = 0.5
     """Filled share of the space at the surface. With a half, sealant that ends in a plane has this plane as surface."""
     most_vertices: int = 24_000

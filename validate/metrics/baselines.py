@@ -59,7 +59,7 @@ def _curve_error_mm(s_mm: tuple[float, ...], level_mm: tuple[float, ...], count:
 
 
 def _nearest_polynomial(x: Floats, level_mm: Floats, count: int) -> Floats:
-    """Return the polynomial of ``count`` coefficients with the least mean absolute difference, at each x.
+    """Return the polynomial of ``count`` coefficients with the smallest mean absolute difference, at each x.
 
     It is a linear programme: minimise the sum of w t with |P c - level| <= t at each x, in Legendre polynomials P.
     """
@@ -109,7 +109,8 @@ def beaten(error_mm: float, baselines: Sequence[Baseline], role: Role, fitted: i
     """Return whether a mean error is smaller than those of all baselines with no more fitted numbers.
 
     These are the curves with at most ``fitted`` coefficients, the number of fitted settings; if it is None (not
-    declared), one is assumed. For held-out readings it is 0. Returns None if there is no such baseline.
+    declared), one is assumed. For held-out readings, only levels made without the readings count. Returns None if there
+    is no such baseline.
     """
     most = 0 if role == "held-out" else 1 if fitted is None else fitted
     fair = [one.mean_error_mm for one in baselines if one.numbers <= most]
@@ -125,8 +126,8 @@ def against_baselines(
 ) -> str:
     """Return the sentences that compare a mean error with those of the baselines.
 
-    ``fitted`` is the number of settings that were fitted to the readings, None if it was not declared; ``stations`` is
-    the number of compared stations, None if it is unknown.
+    ``fitted`` is the number of settings that were fitted to the readings, or None if it was not declared. ``stations``
+    is the number of compared stations, or None if it is unknown.
     """
     simulated = {
         "held-out": "the simulation, made without the readings,",

@@ -25,7 +25,7 @@ NEARLY_ALL = 0.95  # Coverage below which the verdict states it
 ROUNDING = 1e-9
 NO_VERDICT = "No verdict: this level is the fast model's, which is for screening."
 SOUND = (0.95, 1.05)
-"""Sound range of the volume ratio, settled over dispensed; the preset "accurate" stays within it."""
+"""Sound range of the volume ratio, which is settled over dispensed volume. The preset "accurate" stays within it."""
 
 
 def kept_volume(ratio: float) -> bool:

@@ -1,4 +1,4 @@
-"""The header of a sheet: its rows, and the columns with direction and unit, from the header or as declared."""
+"""The header of a sheet: its rows, and its columns with direction and unit, which are read or declared."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -86,7 +86,7 @@ class Header:
 
 
 def read_header(grid: SheetGrid, declared: Declared, faults: FaultList, mass: Mass | None = None) -> Header:
-    """Return the header of the table of readings; faults after which reading can go on are added to ``faults``.
+    """Return the header of the table of readings. Faults after which reading can go on are added to ``faults``.
 
     If ``mass`` is given the table is a fill: its "stations" are masses, in that unit unless the sheet names one. Raises
     SheetFaults if there is no column of stations or none of readings.
@@ -298,7 +298,9 @@ class _HeaderReader:
         quantity: Quantity | None = next(iter(named)) if named else declared
         nameless = [column for column in readings if column.quantity is None]
         if len(named) > 1:
-            self._add_fault("level and depth columns in one sheet.", "List those to read: [readings.columns] levels.")
+            self._add_fault(
+                "level and depth columns in one sheet.", "List the columns to read in [readings.columns] levels."
+            )
         elif declared not in (None, quantity):
             self._add_fault(f'the header names {quantity}, but [readings] quantity = "{declared}".', CORRECT)
         elif nameless and declared is None:

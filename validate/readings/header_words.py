@@ -196,7 +196,7 @@ def units_named(text: str) -> set[ColumnUnit | None]:
 
 
 def unit_in(name: str) -> ColumnUnit | None:
-    """Return the unit in brackets or at the end of a name, even if its other words are unknown; None without a unit."""
+    """Return the unit in brackets or at the end of a name, or None. Other words of the name may be unknown."""
     if (dial := _dial_unit(_plain(name[-LONGEST_NAME:]))) is not None:
         return dial
     texts = [*IN_BRACKETS.findall(name[-LONGEST_NAME:]), *UNIT_AT_END.findall(name[-LONGEST_NAME:])]

@@ -252,7 +252,7 @@ class TableReader:
                 self.faults.add(
                     self.grid.place(row, column),
                     f"cells {letters(column)}{row} to {letters(last_column)}{last_row} are merged with one value.",
-                    "Skip these rows, [readings.columns] skip, or unmerge the cells in a copy.",
+                    "Skip these rows with [readings.columns] skip, or unmerge the cells in a copy.",
                 )
         return merged
 

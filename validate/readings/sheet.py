@@ -51,7 +51,10 @@ class SheetFault:
 
     @property
     def kind(self) -> object:
-        """Key that is equal for the same mistake in several cells of a column; unique for a fault without a cell."""
+        """Key that is equal for the same mistake in several cells of a column.
+
+        A fault without a cell has a unique key.
+        """
         if self.place.column is None or not self.value:
             return self.place, self.finding, self.remedy
         finding = self.finding.replace(quoted(self.value), "")
@@ -59,7 +62,7 @@ class SheetFault:
 
 
 class SheetFaults(InputError):  # noqa: N818  It is all of a sheet's faults, not one error.
-    """All faults of one sheet. The text shows the first twenty; ``columns`` are the recognised columns."""
+    """All faults of one sheet. The text shows the first twenty. ``columns`` are the recognised columns."""
 
     def __init__(self, faults: Sequence[SheetFault], columns: tuple[ReadColumn, ...] = ()) -> None:
         self.faults, self.columns = tuple(faults), columns
@@ -190,9 +193,9 @@ class SheetGrid:
 
     def __post_init__(self) -> None:
         if len(self.rows) > MOST_ROWS:
-            raise refuse(self.place(), f"more than {MOST_ROWS} rows, the limit.", "Use fewer stations.")
+            raise refuse(self.place(), f"more than {MOST_ROWS} rows, which is the limit.", "Use fewer stations.")
         if wide := next((row for row in self.rows if row.width > MOST_COLUMNS), None):
-            finding = f"more than {MOST_COLUMNS} columns, the limit."
+            finding = f"more than {MOST_COLUMNS} columns, which is the limit."
             raise refuse(self.place(wide.number), finding, "Delete everything outside the table.")
 
     def place(self, row: int | None = None, column: int | None = None, name: str | None = None) -> Place:

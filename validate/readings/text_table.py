@@ -103,7 +103,7 @@ def read_delimited(path: Path, content: bytes, separator: Separator | None) -> S
     if (lost := LOST_LINE.search(text)) is not None:
         where = Place(path, row=1 + text.count("\n", 0, lost.start()))
         raise refuse(
-            where, "NUL bytes, as after a logger's loss of power.", "Delete them, and check for lost readings."
+            where, "NUL bytes, which a logger writes when it loses power.", "Delete them, and check for lost readings."
         )
     stated = SEPARATOR_LINE.match(text)
     if stated is not None:

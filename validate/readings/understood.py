@@ -1,4 +1,4 @@
-"""Interpretation of a sheet: in a sentence, as a table of its columns, and the doubts about it."""
+"""Interpretation of a sheet: a sentence, a table of its columns, and the doubts about it."""
 
 from collections.abc import Iterable, Iterator
 from itertools import pairwise

@@ -38,7 +38,7 @@ class SheetLimits:
     stations_share: float = 0.15
     """Share of the crack that all stations cover if centimetres were entered as millimetres."""
     nearer: tuple[tuple[float, float], ...] = ((0.5, 0.6), (0.75, 1.2))
-    """Pairs of the remaining share of the distance to the simulated level after a change, and the least gain in mm."""
+    """Two pairs: the share of the distance to the simulated level that a change may leave, and its least gain in mm."""
     least_counted: int = 3  # Smallest number of stations that may be numbers of places
     counted_share: float = 0.5  # Share of the crack up to which stations 1, 2, 3 may be numbers of places
 

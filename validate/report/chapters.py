@@ -63,7 +63,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Sentences, one below the other."""
+    """Sentences that are printed one below the other."""
 
     sentences: tuple[str, ...]
 

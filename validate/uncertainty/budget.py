@@ -28,8 +28,9 @@ UNDECLARED_MM = 0.2  # Size of an undeclared error, for the table of its effect
 
 Kind = Literal["readings", "numerics", "inputs"]
 Source = Literal["repeats", "detected", "declared", "allowed for", "assumed", "computed"]
-"""Origin of an error's size: visible in the repeats or in the last digits; declared in the trial file, or its default;
-allowed for, since the data cannot exclude it; assumed; or computed by extra runs."""
+"""Origin of an error's size: repeats: it follows from repeated readings; detected: from their last digits; declared: it
+is in the trial file or a default; allowed for: the data cannot exclude it; assumed; computed: it follows from extra
+runs."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Budget:
-    """All errors of a comparison, by name, and the undeclared ones that the data cannot show."""
+    """All errors of a comparison, by name, and the undeclared errors that the data cannot show."""
 
     stations: int
     components: tuple[Component, ...]
@@ -148,7 +149,7 @@ class Budget:
 
     @property
     def by_chance(self) -> float:
-        """Expected number of stations outside their own bands if the true level were that of the model."""
+        """Expected number of stations outside their own bands if the model's level were the true one."""
         return float((np.abs(self.at_stations_mm) > self.band_mm).sum(axis=1).mean())
 
     def mean_error_interval(self, curve: Curve) -> tuple[float, float]:

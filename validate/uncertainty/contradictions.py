@@ -168,8 +168,8 @@ def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -
     if count > ODD_SHARE * len(read_mm):
         raise InputError(
             f"{source}: readings.resolution_mm = {resolution_mm:g}: {count} of {len(read_mm)} readings are not "
-            "multiples of it, whatever height they count from. Set it to the last digit of the caliper; declare other "
-            "uncertainties by their keys in [uncertainty]."
+            "multiples of it, whatever height they are measured from. Set it to the last digit of the caliper; "
+            "declare other uncertainties by their keys in [uncertainty]."
         )
 
 
@@ -180,9 +180,9 @@ def _require_scatter(squares_mm2: float, freedom: float, declared_mm: float, res
     variance_mm2 = declared_mm**2 + resolution_mm**2 / 12
     if squares_mm2 > variance_mm2 * chi2.ppf(1 - FALSE_ALARM, freedom):
         raise InputError(
-            f"{source}: uncertainty.repeatability_mm = {declared_mm:g}: the repeats contradict it: they "
-            f"scatter by {np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom), as in fewer than "
-            "1 of 100 sheets of normal readings with that repeatability. Leave it out: the repeats show the scatter."
+            f"{source}: uncertainty.repeatability_mm = {declared_mm:g}: the repeats contradict it. They "
+            f"scatter by {np.sqrt(squares_mm2 / freedom):.2g} mm ({freedom:.0f} degrees of freedom); with that "
+            "repeatability, fewer than 1 of 100 sheets scatter so much. Omit it: the repeats show the scatter."
         )
 
 
@@ -235,7 +235,7 @@ def _require_rough(measured: Profile, own_mm: Floats, key: str, declared_mm: flo
     least_mm, bends_mm = float(np.quantile(drawn_mm, FALSE_ALARM)), float(bends(level_mm))
     if bends_mm < least_mm:
         raise InputError(
-            f"{source}: uncertainty.{key} = {declared_mm:g}: the readings contradict it: stations differ from the line "
-            f"between their neighbours by {bends_mm:.2g} mm (rms), and by {least_mm:.2g} mm or more in 99 of "
-            "100 sheets with such an error on any bed. Declare a smaller one, or leave it out."
+            f"{source}: uncertainty.{key} = {declared_mm:g}: the readings contradict it. Stations differ from the line "
+            f"between their neighbours by {bends_mm:.2g} mm (rms); with such an error they would differ by "
+            f"{least_mm:.2g} mm or more in 99 of 100 sheets, on any bed. Declare a smaller error, or omit it."
         )

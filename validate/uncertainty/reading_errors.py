@@ -1,4 +1,4 @@
-"""Errors of caliper readings, by name: those that repeats show, declared ones, and the remaining ones."""
+"""Errors of caliper readings, by name: errors that repeats show, declared errors, and all others."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -182,8 +182,8 @@ def _arches(s_mm: Floats, level_mm: Floats) -> Component:
 def _far(own_mm: Floats, count: Floats, resolution_mm: float) -> tuple[NDArray[np.bool_], float]:
     """Return which readings are outliers of their station, and the robust standard deviation, in mm.
 
-    A station has at most one outlier: two are its own scatter. The scatter is at least that of the last digit, even if
-    most repeats are equal.
+    A station has at most one outlier: two outliers count as its scatter. The scatter is at least that of the last
+    digit, even if most repeats are equal.
     """
     again = count > 1
     scaled_mm = np.nan_to_num(np.abs(own_mm)) / np.sqrt(1 - 1 / np.maximum(count, 2))[:, None]
