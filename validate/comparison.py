@@ -280,7 +280,7 @@ class MeanLevelBudget(JsonRecord):
     """E: simulated minus measured mean level."""
     volume_level_mm: float | None
     """Change of level due to volume that the numerics gained: this volume divided by the area of the fluid's surface,
-    negative if volume was lost. E includes it. None without particles."""
+    negative if volume was lost. E includes it. None if there are no particles."""
     data_mm: float
     """Standard uncertainty due to the readings."""
     numerics_mm: float | None
@@ -362,7 +362,7 @@ class Alignment(JsonRecord):
 
 
 class SizeSeries(JsonRecord):
-    """One number at three particle sizes."""
+    """One figure, computed at three particle sizes."""
 
     values: tuple[float, ...] = in_unit("mm")
     """Mean over the runs of each size."""

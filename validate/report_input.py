@@ -51,7 +51,7 @@ class LiveWidth(JsonRecord):
 
 
 class LiveModel(JsonRecord):
-    """Data of the page's script, which computes the fill by the fast model for other settings."""
+    """Data of the page's script, which computes the fill with the fast model for other settings."""
 
     s_mm: list[float]
     """Positions of the middles of the cells, along the crack."""

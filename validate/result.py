@@ -56,7 +56,7 @@ class SampleFigures(JsonRecord):
     scale_uncertainty: float | None
     """Relative standard uncertainty of the scale; None if it is unknown."""
     scale_residual_mm: float | None
-    """RMS misfit of the scale's control points; None without control points."""
+    """RMS misfit of the scale's control points; None if there are none."""
     camera_tilt_deg: float | None
     """Angle between the camera's axis and the face's normal; None if it is unknown."""
     warnings: tuple[str, ...]
@@ -235,7 +235,7 @@ class TrialResult(JsonRecord):
     """Result of a trial: what its run folder contains. A part is None if its stage is not finished."""
 
     version: Literal[2] = 2
-    """Version of this form."""
+    """Version of the form of this record."""
     name: str
     """Name of the trial."""
     folder: str
@@ -257,11 +257,11 @@ class TrialResult(JsonRecord):
     report: str | None = None
     """Path of the report's page."""
     comparison: Comparison | None = None
-    """Comparison with the readings, as in comparison.json; None without readings."""
+    """Comparison with the readings, as in comparison.json; None if there are no readings."""
     prediction: PredictedLevel | None = None
-    """Level of a run without readings, as in prediction.json; None with readings, or without extra runs."""
+    """Level of a run without readings, as in prediction.json; None if there are readings, or no extra runs."""
     earlier_trials: EarlierTrials | None = None
-    """The lab's earlier trials, as in earlier_trials.json; None with fewer than two valid trials."""
+    """The lab's earlier trials, as in earlier_trials.json; None if there are fewer than two valid trials."""
 
     @property
     def numbers(self) -> dict[str, int]:

@@ -234,8 +234,8 @@ class Uncertainty(Settings):
     start_mm: Standard | None = None
     """Uncertainty of the nozzle's starting point, which shifts the whole path along the crack."""
     width_mm: Standard | None = None
-    """Uncertainty of the crack's mean width, which scales all widths. Default: for a width fitted to a thin crack's
-    profile, a quarter of its 95 % interval; else not included."""
+    """Uncertainty of the crack's mean width, which scales all widths. Default: a quarter of the 95 % interval if the
+    width was fitted to a thin crack's profile; otherwise it is not included."""
     wall_angle_deg: Standard | None = None
     """Uncertainty of the walls' tilt, the same for both walls."""
     depth_mm: Standard | None = None

@@ -23,7 +23,7 @@ class SamplePhoto(Photo):
     """A photo with its scale: what ``read_photo`` returns."""
 
     settings: PhotoInput
-    """Settings with which it was read: scale and hints."""
+    """Settings with which the photo was read: scale and hints."""
     sha256: str
     """Hash of the file, or of the array's bytes."""
 

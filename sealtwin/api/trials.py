@@ -43,17 +43,17 @@ class TrialRun:
 
     @property
     def mean_error_mm(self) -> float | None:
-        """Mean error against the readings in mm; None without readings."""
+        """Mean error against the readings in mm; None if there are no readings."""
         return self.result.comparison and self.result.comparison.mean_error_mm
 
     @property
     def interval_95_mm(self) -> tuple[float, float] | None:
-        """Ends of the 95 % interval of the mean error, in mm; None without readings."""
+        """Ends of the 95 % interval of the mean error, in mm; None if there are no readings."""
         return self.result.comparison and self.result.comparison.interval_95_mm
 
     @property
     def verdict(self) -> str | None:
-        """Headline of the report; None without readings."""
+        """Headline of the report; None if there are no readings."""
         return self.result.comparison and self.result.comparison.verdict
 
     @property
@@ -163,7 +163,7 @@ class SweepResult:
     """One row for each run, in the order of the grid: the settings that vary, its state, its figures, and the reason if
     it failed. The file runs.csv has the same rows."""
     best: dict[str, Any] | None
-    """Number, settings and mean error in mm of the run nearest to the readings; None without readings."""
+    """Number, settings and mean error in mm of the run nearest to the readings; None if there are no readings."""
 
     @property
     def failed(self) -> tuple[dict[str, Any], ...]:

@@ -245,7 +245,7 @@ def _ending(ingested: Ingested, not_sound: Set[str]) -> list[str]:
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the lines of a table; columns are as wide as their widest cell, up to ``BROADEST``."""
+    """Return the lines of a table. Columns are as wide as their widest cell, but at most ``BROADEST``."""
     cells = [
         [cell if len(cell) <= BROADEST else f"...{cell[-BROADEST + 3 :]}" for cell in row] for row in (head, *rows)
     ]

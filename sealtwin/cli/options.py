@@ -22,7 +22,7 @@ def option(help: str, metavar: str | None = None, *names: str) -> Any:
 
 
 def flag(name: str, help: str) -> Any:
-    """Describe an option without a value; naming it avoids a second option "--no-..."."""
+    """Describe an option without a value. Giving its name avoids a second option "--no-..."."""
     return typer.Option(name, help=help)
 
 

@@ -1,4 +1,4 @@
-"""Stages run by a command, and their output: the content of run.json, and text."""
+"""Run stages for a command, and print their result: the content of run.json, or text."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace

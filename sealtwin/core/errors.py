@@ -55,7 +55,7 @@ class BusyError(InputError):
 
 
 class NumericalError(SealtwinError):
-    """NaN, overflow or runaway density; the message names the quantity, the frame and the particle."""
+    """NaN, overflow or runaway density in a fluid run. The message names the quantity, the frame and the particle."""
 
     exit_code = 4
 

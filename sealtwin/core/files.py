@@ -225,7 +225,7 @@ def _cell(value: str | float | None) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Convert arrays to lists, numpy scalars to Python's, NaN and infinity to None."""
+    """Convert arrays to lists, NumPy scalars to Python numbers, NaN and infinity to None."""
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

@@ -159,7 +159,7 @@ def progress_for_stderr(quiet: bool) -> Progress:
 
 
 def in_words(time_s: float) -> str:
-    """Return a time in seconds below two minutes, in minutes below two hours, else in hours."""
+    """Return a time as text: in seconds below two minutes, in minutes below two hours, else in hours."""
     if time_s < 120:
         return f"{time_s:.0f} s"
     return f"{time_s / 60:.0f} min" if time_s < 7200 else f"{time_s / 3600:.1f} h"

@@ -1,4 +1,4 @@
-"""Page that compares finished runs, and its figures; figures and tables name a run by its number."""
+"""Page that compares finished runs, and its figures. Figures and tables name a run by its number."""
 
 from collections.abc import Callable, Sequence
 from typing import Any

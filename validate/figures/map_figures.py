@@ -34,7 +34,7 @@ FEWEST = 3  # Least number of frames in a step, and of steps with a median for a
 
 @theme.themed()
 def draw_levels_of_study(chart: Chart) -> Figure:
-    """Draw the levels of all runs and the readings, the nearest run in bold."""
+    """Draw the levels of all runs and the readings, with the nearest run in bold."""
     figure, axes = wide_axes(4.2, face=True)
     curves = [np.column_stack([run.profile.s_mm, run.profile.level_mm]) for run in chart.runs]
     axes.add_collection(LineCollection(curves, colors=theme.MUTED, linewidths=0.7, alpha=0.5, rasterized=True))
@@ -268,6 +268,6 @@ def draw_cost(chart: Chart, fills: Sequence[Fill]) -> Figure:
 
 
 def frame_times(fills: Sequence[Fill]) -> tuple[Floats, Floats]:
-    """Return moving particles and milliseconds of the frames of all fills."""
+    """Return the number of moving particles and the time in ms of each frame of all fills, (k,) each."""
     courses = [fill.course for fill in fills]
     return np.concatenate([one.particles for one in courses]), np.concatenate([one.frame_ms for one in courses])

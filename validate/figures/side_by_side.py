@@ -57,7 +57,7 @@ class Side:
 
     @property
     def error(self) -> Difference | None:
-        """Simulated minus measured level; None without readings."""
+        """Simulated minus measured level; None if there are no readings."""
         return None if self.readings is None else level_difference(self.profile, self.readings)
 
     @property
@@ -80,7 +80,7 @@ class Side:
 
     @property
     def held_out(self) -> bool:
-        """True if its readings were not used for calibration."""
+        """True if the run's readings were not used for calibration."""
         return self.comparison is not None and self.comparison.role == "held-out"
 
 

@@ -48,7 +48,7 @@ class FillScene:
 
     @property
     def limits_mm(self) -> tuple[float, float, float, float]:
-        """Limits of a side view: along the crack, then in height."""
+        """Limits of a side view: lowest and highest place along the crack, then lowest and highest z."""
         return -MARGIN_MM, self.outline.length_mm + MARGIN_MM, -self.solid.depth_mm - 2, ABOVE_MM
 
     def side(self, frame: Frame) -> tuple[Floats, Integers]:

@@ -86,7 +86,7 @@ def draw_side_view(run: Run, outline: Outline, solid: Solid, profile: Profile, o
 
 @theme.themed()
 def draw_top_view(run: Run, outline: Outline, solid: Solid, trajectory: Trajectory) -> Figure:
-    """Draw the sample from above: particles by height, the traced walls, the nozzle's path."""
+    """Draw the sample from above: particles coloured by height, the traced walls and the nozzle's path."""
     figure = theme.plate(3.6)
     axes = figure.add_subplot()
     x_min, y_min, x_max, y_max = solid.block_mm

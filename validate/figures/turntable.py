@@ -40,7 +40,8 @@ class ModelSizes:
     half_full: float = 0.5
     """Filled share of the space at the surface. With a half, sealant that ends in a plane has this plane as surface."""
     most_vertices: int = 24_000
-    """Most vertices of the surface: a finer surface looks no better, and a vertex takes 12 bytes of a page."""
+    """Largest number of vertices of the surface: a finer surface looks no better, and a vertex takes 12 bytes of a
+    page."""
     surface_coarser: float = 1.15
     """Factor by which the surface's cells grow in each try, as long as it has too many vertices."""
     aside_deg: float = 28.0
@@ -64,7 +65,10 @@ class ModelSizes:
 
     @property
     def most_corners(self) -> int:
-        """Most vertices of walls and rim, since indices have 16 bits. The paper's trial has 7,000, a scan millions."""
+        """Limit on the vertices of walls and rim, since indices have 16 bits.
+
+        The paper's trial has 7,000, a scan millions.
+        """
         return self.steps + 1 - self.most_vertices
 
 

@@ -17,7 +17,7 @@ FEWEST_STATIONS = 5
 it."""
 LEAST_COVERAGE = 0.8
 """Least covered share of the crack's length: a tenth at each end may be out of a caliper's reach. The paper's worst
-errors are there."""
+errors are at the ends."""
 WIDEST_GAP = 0.3
 """Largest distance of neighbouring stations, as a share of the crack's length. Five even stations are a quarter apart,
 and stations placed by hand are uneven. A cluster of four stations and one far away leave a wider gap."""
@@ -35,7 +35,7 @@ def kept_volume(ratio: float) -> bool:
 
 
 def basis_of(s_mm: Floats, from_mm: float, to_mm: float, length_mm: float) -> Basis:
-    """Return number, coverage and gaps of sorted stations that are compared from ``from_mm`` to ``to_mm``."""
+    """Return number, coverage and largest gap of sorted stations that are compared from ``from_mm`` to ``to_mm``."""
     first = max(0, int(np.searchsorted(s_mm, from_mm, side="right")) - 1)
     last = min(len(s_mm) - 1, int(np.searchsorted(s_mm, to_mm, side="left")))
     used_mm = s_mm[first : last + 1]

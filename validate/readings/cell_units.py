@@ -31,7 +31,7 @@ class UnitCell(NamedTuple):
 
 
 def units_row(row: SheetRow) -> tuple[dict[int, ColumnUnit], dict[int, str]]:
-    """Return the length units of a row by column, and its other words; both empty if the row is no unit row."""
+    """Return the length units of a row by column, and its other words. Both are empty if it is no row of units."""
     texts = {index: cell.text for index, cell in enumerate(row.cells) if not is_missing(cell.text)}
     units: dict[int, ColumnUnit] = {index: unit for index, text in texts.items() if (unit := unit_of(text)) is not None}
     others = {index: text for index, text in texts.items() if index not in units}

@@ -204,7 +204,7 @@ def _cells_of(stations: Sequence[Station], quantity: Quantity | None, declared: 
 
 @dataclass
 class TableReader:
-    """Reader of the cells below a header; adds a fault for each unreadable cell."""
+    """Reader of the cells below a header. It adds a fault for each unreadable cell."""
 
     grid: SheetGrid
     header: Header

@@ -121,7 +121,7 @@ class SamplePart:
     rows_of: str | None  # Sample of the rows, as first spelt in the sample column; None without such a column
     sha256: str = field(compare=False)  # Hash of the part's cells without the sample name: equal for equal readings
     headed: bool = field(default=True, compare=False)
-    """False for a worksheet without a header of readings: a cover, or readings under unknown names."""
+    """False for a worksheet without a header of readings, such as a cover, or a table under unknown names."""
 
     def __str__(self) -> str:
         parts = (self.sheet and f"sheet {self.sheet}", self.rows_of and f"rows of {self.rows_of}")

@@ -101,7 +101,7 @@ class Doubt:
 
 
 def row_medians(values: Floats) -> Floats:
-    """Return the median of each row without NaN, (n,); NaN for a row of NaN."""
+    """Return the median of each row, (n,), ignoring NaN. A row of NaN gives NaN."""
     medians = np.full(len(values), np.nan)
     some = ~np.isnan(values).all(axis=1)
     medians[some] = np.nanmedian(values[some], axis=1)

@@ -143,7 +143,7 @@ def shown(text: str) -> str:
 
 
 Kind = Literal["text", "number", "date", "truth", "error", "formula"]
-"""Kind of a cell. Cells of a text file are all "text"; a "formula" has no stored result."""
+"""Kind of a cell. Cells of a text file are all "text". A "formula" is a formula without a stored result."""
 
 MOST_ROWS = 10_000
 MOST_COLUMNS = 256  # Limit on the columns with content; a sheet of readings has fewer
@@ -173,7 +173,7 @@ class SheetRow:
 
 @dataclass(frozen=True)
 class SheetGrid:
-    """The rows of a sheet with content. Raises SheetFaults if they exceed the size limit of a sheet of readings."""
+    """The rows with content of a sheet. Raises SheetFaults if they exceed the size limit of a sheet of readings."""
 
     path: Path
     rows: tuple[SheetRow, ...]

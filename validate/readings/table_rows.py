@@ -248,7 +248,7 @@ def _either(upper: str, lower: str, *, whole: bool) -> str:
 
 
 def _likeness(names: Mapping[int, str]) -> tuple[bool, bool, int, int, int]:
-    """Return a sort key that grows with the number of names that have a meaning; notes above may contain some, too."""
+    """Return a sort key that grows with the number of names that have a meaning. Notes above may have some, too."""
     roles = [named.role for name in names.values() if (named := meaning(name)) is not None]
     along = "station" in roles or "mass" in roles
     table = along and ("reading" in roles or "repeat" in roles)

@@ -68,15 +68,15 @@ class ReportData(JsonRecord):
     photo_data: DataKind
     """Origin of the photo or the mesh; only measured data can validate."""
     readings: ReadingsFile | None
-    """File of the readings; None without readings."""
+    """File of the readings; None if there are no readings."""
     comparison: Comparison | None
-    """Figures of simulated against measured level, and the verdict; None without readings."""
+    """Figures of simulated against measured level, and the verdict; None if there are no readings."""
     prediction: PredictedLevel | None
-    """Level of a run without readings, with its band; None with readings, or without extra runs."""
+    """Level of a run without readings, with its band; None if there are readings, or no extra runs."""
     uncertainty: tuple[str, ...]
     """Sentences on the uncertainty, and on what the intervals do not include."""
     earlier_trials: EarlierTrials | None
-    """The lab's earlier trials and the readings expected from them; None with fewer than two valid trials."""
+    """The lab's earlier trials and the readings expected from them; None if there are fewer than two valid trials."""
     mass_balance: dict[str, NumberWithUnit]
     """Volume of the dispensed sealant at each place."""
     health: dict[str, NumberWithUnit | str]
@@ -84,7 +84,7 @@ class ReportData(JsonRecord):
     assumptions: tuple[str, ...]
     """Assumptions of the model, in sentences."""
     left_out: tuple[str, ...]
-    """Data that no metric includes, and why."""
+    """Data that no metric includes, and the reasons."""
     provenance: dict[str, str]
     """Versions, device, seed, dates and hashes."""
     commands: tuple[str, ...]

@@ -71,7 +71,7 @@ class PdfLayout:
     lines_together: int = 10
     """Longest paragraph that is not split between pages, in lines."""
     lines_in_row: int = 50
-    """Most lines of a table's row: fpdf2 refuses a row that is higher than a page."""
+    """Largest number of lines in a row of a table: fpdf2 refuses a row that is higher than a page."""
     gutter_in: float = 0.2
     """Space between two pictures side by side."""
     picture_share: float = 0.6

@@ -157,7 +157,7 @@ def refuse_contradicted(measured: Profile, settings: Readings, declared: Uncerta
 
 
 def _require_resolution(repeats_mm: Floats, resolution_mm: float, source: str) -> None:
-    """Refuse a last digit that the readings do not have, whatever height they count from."""
+    """Refuse a last digit that the readings do not have, whatever height they are measured from."""
     default_mm = Readings.model_fields["resolution_mm"].default
     read_mm = repeats_mm[~np.isnan(repeats_mm)]
     if resolution_mm <= default_mm:
