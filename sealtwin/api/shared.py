@@ -58,7 +58,7 @@ def path_or_none(given: FilePath | None) -> Path | None:
 def file_of(given: FilePath, name: str) -> Path:
     """Return the file that an argument gives. Raises InputError with the argument's ``name`` if it does not exist."""
     if not isinstance(given, str | PathLike):
-        raise InputError(f"{name} is a {type(given).__name__}; give a file's path or a NumPy array.")
+        raise InputError(f"{name}: expected a file's path or a NumPy array, found {type(given).__name__}.")
     path = Path(given)
     if not path.is_file():
         raise InputError(f"{path}: no such file; {name} must be an existing file.")

@@ -409,7 +409,7 @@ def test_a_trial_file_must_still_say_when_its_fluid_freezes(lab, tmp_path):
             "read_photo: mm_per_px",
         ),
         (lambda way: untyped.read_photo(way[0].image / 255, mm_per_px=0.1), "photo: an array"),
-        (lambda way: untyped.read_photo(7, mm_per_px=0.1), "photo: a int"),
+        (lambda way: untyped.read_photo(7, mm_per_px=0.1), "photo: expected a file's path or a NumPy array, found int"),
         (lambda way: untyped.trace_crack(way[0], [(1, 2)]), "trace_crack: ends_px"),
         (lambda way: untyped.trace_crack(way[0], [(1, 2), (3, "4")]), "trace_crack: ends_px.1.1"),
         (lambda way: untyped.build_solid(way[1], 900), "build_solid: depth_mm = 900"),
