@@ -1,6 +1,6 @@
 """How long one substep of the fluid takes, against the same substep in numba and in C++, and whether all do the same.
 
-    python benchmarks/pbf_step.py [--particles N] [--threads T] [--json]
+    python benchmarks/pbf_step.py [--particles N] [--threads T] [--peer DIR] [--json]
 
 A block of N particles, settled in a square tank: h = 4 R, five pressure iterations, steps of 1 ms, one explicit pass of
 viscosity. Then the shipped trial's paste as a run takes it, of 15,000 particles while it collapses and nearly at rest:
@@ -8,20 +8,23 @@ pressure that is carried over and some iterations ("1+3 pressure"), shear, and t
 ("CG"). All contestants of a row start from the same state and take as many passes of each kind; a figure is the least
 of many turns. With one thread they take turns, and time is the processor's, which other work on the machine disturbs
 least; with several it is the clock's, of the explicit substep in this package and in numba. The C++ needs g++, and is
-judged if the processor has AVX-512, which both then use.
+judged if the processor has AVX-512, which both then use. ``--peer`` compares it with another program
+(``pbf_peer.py``).
 """
 
 import json
 import time
+from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numba
 import numpy as np
-from typer import Option
+from typer import BadParameter, Option
 
 from benchmarks.against import flags, processor
 from benchmarks.pbf_cpp import CppStep, has_compiler
 from benchmarks.pbf_numba import NumbaStep
+from benchmarks.pbf_peer import PeerStep
 from benchmarks.pbf_tank import (
     FLOWING,
     NEARLY_AT_REST,
@@ -52,6 +55,8 @@ PLANES = (
 )
 OVER_CPP = 1.7
 """Bar of a substep over the C++ of as many passes. Its walls are a box; those of this package have any shape."""
+OVER_PEER = 1.1
+"""Largest time of our C++ over that of another program: a slower one is no reference."""
 ALIKE = 0.03
 """Median distance to the C++ after a frame of paste that flows, over the way: what its walls, which are planes, do to
 particles in corners that a grid of distances rounds off, stiff paste hands on.
@@ -76,6 +81,8 @@ class Compiled(NamedTuple):
     apart_mm: float
     """Median distance to ours after one step."""
     ms: float
+    peer_ms: float = 0.0
+    """Of the other program, if there is one."""
 
 
 class Times(NamedTuple):
@@ -86,24 +93,27 @@ class Times(NamedTuple):
     alone_ms: float
     """Ours on one thread."""
     compiled: Compiled | None = None
+    peer_near: float = 0.0
+    """Neighbours of a particle in the other program, fluid and walls, mean."""
 
 
-def time_both(particles: int, threads: int, *, with_cpp: bool = False) -> Times:
+def time_both(particles: int, threads: int, *, with_cpp: bool = False, peer: Path | None = None) -> Times:
     """A substep of each, in milliseconds of the processor with one thread, of the clock with several.
 
-    With one thread the C++ can take part.
+    With one thread the C++ can take part, and the other program in the folder ``peer``.
     """
     engine = settled_block(particles, threads)
     numba.set_num_threads(threads)
     if threads == 1:
         baseline = NumbaStep.copy_of(engine)
         cpp = in_cpp(engine) if with_cpp else None
+        other = PeerStep(peer, engine) if peer else None
         apart = _apart(engine, baseline)
         apart_mm = _median_apart_mm(engine, cpp) if cpp else np.inf
-        steps = [it.step for it in (engine, baseline, cpp) if it]
-        ours_ms, numba_ms, *cpp_ms = take_turns(steps, time.process_time)
-        compiled = Compiled(apart_mm, *cpp_ms) if cpp else None
-        return Times(engine, apart, ours_ms, numba_ms, ours_ms, compiled)
+        steps = [it.step for it in (engine, baseline, cpp, other) if it]
+        ours_ms, numba_ms, *others_ms = take_turns(steps, time.process_time)
+        compiled = Compiled(apart_mm, others_ms[0], *others_ms[1:]) if cpp else None
+        return Times(engine, apart, ours_ms, numba_ms, ours_ms, compiled, other.neighbours if other else 0.0)
     # Numba's threads, once there, look for work without end and take half a core from ours: they come last.
     alone = settled_block(particles, 1)
     ours_ms, alone_ms = take_turns((engine.step, alone.step), time.perf_counter)
@@ -116,11 +126,14 @@ def time_both(particles: int, threads: int, *, with_cpp: bool = False) -> Times:
 def main(
     particles: int = PARTICLES,
     threads: int = 1,
+    peer: Annotated[Path | None, Option(help="folder of another program in C++, pbf.cpp")] = None,
     as_json: Annotated[bool, Option("--json", help="the last line is an object of the figures")] = False,
 ) -> None:
+    if peer and (threads > 1 or not has_compiler() or not (peer / "pbf.cpp").is_file()):
+        raise BadParameter("--peer needs one thread, g++, and a folder with pbf.cpp")
     print(processor())
     compiles = threads == 1 and has_compiler()
-    times = time_both(particles, threads, with_cpp=compiles)
+    times = time_both(particles, threads, with_cpp=compiles, peer=peer)
     engine, apart, ours_ms, theirs_ms = times[:4]
     rows = [
         Row("both, one step on, farthest apart, away from walls", apart.off_walls_mm, "mm", 0, TOGETHER_MM),
@@ -150,12 +163,27 @@ def main(
 
 
 def explicit_rows(times: Times, compiled: Compiled) -> list[Row]:
-    """Rows of the explicit substep in C++."""
-    return [
+    """Rows of the explicit substep in C++, and in the other program."""
+    rows = [
         Row("C++, one step on, apart, median", compiled.apart_mm, "mm", 0, ALIKE_MM),
         Row("C++, the same passes", compiled.ms, "ms", 0, np.inf),
         Row("this package over C++, explicit", times.ours_ms / compiled.ms, "", 0, cpp_bar(), "<= 1.3"),
     ]
+    if compiled.peer_ms:
+        engine = times.engine
+        near = float(engine.lists.fluid_count.numpy().mean() + engine.lists.wall_count.numpy().mean())
+        # Lists, density and correction in each iteration, and viscosity.
+        passes = 2 + 2 * engine.scheme.iterations
+        each = 1e6 / engine.state.count / passes
+        peer_ns, cpp_ns = each * compiled.peer_ms / times.peer_near, each * compiled.ms / near
+        rows += [
+            Row("peer: neighbours of a particle over ours", times.peer_near / near, "", 0.95, 1.05),
+            Row(f"peer, a pair in each of {passes} passes", peer_ns, "ns", 0, np.inf),
+            Row("C++, the same", cpp_ns, "ns", 0, np.inf),
+            Row("this package, the same", each * times.ours_ms / near, "ns", 0, np.inf),
+            Row("C++ over peer, a pair", cpp_ns / peer_ns, "", 0, OVER_PEER),
+        ]
+    return rows
 
 
 def paste_rows(frames: int, times: PasteTimes) -> list[Row]:

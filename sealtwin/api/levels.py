@@ -31,11 +31,12 @@ OF_A_FILE = ("sheet", "sample", "separator", "decimal", "unit")
 class LevelReadings(Profile):
     """Caliper readings along the crack: what ``read_readings`` returns.
 
-    ``s_mm`` and ``level_mm`` are (n,), the mean of each station; ``repeats_mm`` is (n, r), NaN if one is missing.
+    ``s_mm`` and ``level_mm``, (n,), are the position and the mean level of each station. ``repeats_mm`` is (n, r), with
+    NaN for a missing reading.
     """
 
     settings: Readings
-    """Declared facts about how they were taken."""
+    """Declared facts about how the readings were taken."""
     sha256: str
     """Hash of the file, or of the array's bytes."""
 
@@ -73,10 +74,11 @@ def read_readings(
     ----------
     readings
         A CSV, XLSX or ODS file with columns such as ``s_mm``, ``level_1_mm``, ``level_2_mm``; or an array (n, 1 + r) in
-        mm: arc length along the crack, then r levels of each station, NaN if one is missing. Cells of an array have a
-        spreadsheet's names: "B4" is the reading [3, 1].
+        mm: arc length along the crack, then r levels of each station, with NaN for a missing one. Cells of an array are
+        named as in a spreadsheet: "B4" is the reading [3, 1].
     crack, solid
-        The crack and its solid, to refuse stations and levels outside them. Without them neither is checked.
+        The crack and its solid. A station outside the crack or a level outside the solid is an error; without ``crack``
+        or ``solid`` it is not checked.
 
     Returns
     -------
@@ -91,7 +93,7 @@ def read_readings(
     Warns
     -----
     RuntimeWarning
-        The ``doubts`` of the result, one warning for each.
+        One warning for each of the result's ``doubts``.
     """
     given = locals()
     from sealtwin.trial.trial_file import SETTINGS, no_such_setting
@@ -106,7 +108,9 @@ def read_readings(
     depth_mm = None if solid is None else solid.depth_mm
     if is_array:
         if useless := [name for name in OF_A_FILE if given[name] is not None]:
-            raise InputError(f"read_readings: {useless[0]} with an array: it is about the format of a file. Omit it.")
+            raise InputError(
+                f"read_readings: {useless[0]} is about the format of a file, and an array has none. Omit it."
+            )
         profile = take_readings(np.asarray(readings, dtype=np.float64), settings, length_mm, depth_mm)
     else:
         profile = read_readings(file, settings, length_mm, depth_mm)
@@ -148,9 +152,10 @@ def compare(
     Parameters
     ----------
     level, readings, crack, solid
-        Results of the other functions. Readings may be a plain ``Profile``, with nothing declared about them.
+        Results of the other functions. Readings may also be a plain ``Profile``; nothing is then declared about them.
     gate_mm, gate_reason
-        Largest mean error in mm, declared before the run, and its reason; without it nothing passes or fails.
+        Largest mean error in mm, declared before the run, and its reason. Without a gate the comparison neither passes
+        nor fails.
     uncertainty
         Standard uncertainties of the inputs by the names of the table [uncertainty], for example
         ``{"station_mm": 1.0}``; inputs without one are not included, and the report lists them.
@@ -215,7 +220,7 @@ def plot_levels(
         What to draw: a simulated level, readings, or both. ``result`` adds the 95 % band of the readings, and the best
         flat level unless the readings were held out.
     solid
-        The solid, to draw the crack's floor; default: that of ``result``.
+        Solid whose floor is drawn; default: the solid of ``result``.
     ax
         Axes of matplotlib to draw on; default: those of a new pyplot figure.
 
@@ -230,7 +235,7 @@ def plot_levels(
         There is nothing to draw.
     """
     if level is None and readings is None:
-        raise InputError("plot_levels: neither level nor readings; give one of them to draw.")
+        raise InputError("plot_levels: there is nothing to draw; give level, readings or both.")
     from matplotlib import pyplot
 
     from validate.figures.levels import draw_levels
@@ -242,5 +247,5 @@ def plot_levels(
         draw_levels(axes, level, sections, readings, result if readings is not None else None)
     figure = axes.get_figure()
     if figure is None:
-        raise InputError("plot_levels: ax belongs to no figure; give axes of a figure, or omit ax.")
+        raise InputError("plot_levels: ax is not part of a figure; give axes of a figure, or omit ax.")
     return figure

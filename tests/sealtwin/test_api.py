@@ -398,7 +398,7 @@ def test_a_trial_file_must_still_say_when_its_fluid_freezes(lab, tmp_path):
     [
         (lambda way: untyped.Fluid(U=-1), "Fluid: U = -1"),
         (lambda way: untyped.Fluid(viscosity_pa=1), "Fluid: viscosity_pa: no such key"),
-        (lambda way: untyped.Fluid(1.0), "Fluid: give settings by name, as U="),
+        (lambda way: untyped.Fluid(1.0), "Fluid: give settings by name, as in U="),
         (lambda way: untyped.Fluid(), "Fluid: "),
         (lambda way: untyped.Solver(radius_mm=0), "Solver: radius_mm = 0"),
         (lambda way: untyped.Nozzle(diameter_mm="2"), "Nozzle: diameter_mm = '2'"),
@@ -409,7 +409,7 @@ def test_a_trial_file_must_still_say_when_its_fluid_freezes(lab, tmp_path):
             "read_photo: mm_per_px",
         ),
         (lambda way: untyped.read_photo(way[0].image / 255, mm_per_px=0.1), "photo: an array"),
-        (lambda way: untyped.read_photo(7, mm_per_px=0.1), "photo: a int"),
+        (lambda way: untyped.read_photo(7, mm_per_px=0.1), "photo: expected a file's path or a NumPy array, found int"),
         (lambda way: untyped.trace_crack(way[0], [(1, 2)]), "trace_crack: ends_px"),
         (lambda way: untyped.trace_crack(way[0], [(1, 2), (3, "4")]), "trace_crack: ends_px.1.1"),
         (lambda way: untyped.build_solid(way[1], 900), "build_solid: depth_mm = 900"),

@@ -74,7 +74,7 @@ def test_a_cooling_turns_a_curve_over_temperature_into_one_over_age_exactly(tmp_
         ("age_s,temperature_c,viscosity_pa_s\n0,1,1\n1,2,1\n", "row 1: one column of age_s and temperature_c"),
         ("age_s,viscosity_pa_s\n0,1\n", "1 rows below the header; 2 to 1000"),
         ("age_s,viscosity_pa_s\n" + "".join(f"{n},1\n" for n in range(1001)), "1001 rows below the header"),
-        ("age_s,viscosity_pa_s\n0,1\n\n1\n", r"row 4: 1 cells for 2 columns \(1\)"),
+        ("age_s,viscosity_pa_s\n0,1\n\n1\n", r"row 4: 1 cells, but the header has 2 columns \(1\)"),
         ("age_s,viscosity_pa_s\n0,1\n1,thick\n", "row 3, column viscosity_pa_s: 'thick' is not a number"),
         ("age_s,viscosity_pa_s\n0,1\n1,\n", "row 3, column viscosity_pa_s: '' is not a number"),
         ("age_s,viscosity_pa_s\n0,1\n1,nan\n", "row 3, column viscosity_pa_s: nan; 1e-06 to 10000 is allowed"),

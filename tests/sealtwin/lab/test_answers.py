@@ -49,7 +49,7 @@ def test_a_small_letter_that_is_another_columns_name_is_not_guessed(small, tmp_p
     ingest(small, lab, QUIET)
     answer(lab, {"P01.csv": {"s": "A", "levels": "b", "unit": "mm", "sign": "down"}})
     assert fates(ingest(small, lab, QUIET))["P01"] == "failed"
-    assert "'b' is not a column, or both a letter and another's name" in question(lab, "P01.csv")
+    assert "'b' is not a column, or is a letter and also a name" in question(lab, "P01.csv")
     answer(lab, {"P01.csv": {"s": "Stelle", "levels": "b:b"}})
     assert fates(ingest(small, lab, QUIET))["P01"] == "new"
     assert levels_mm(lab, "P01") == [-1.5, -1.4, -1.6]

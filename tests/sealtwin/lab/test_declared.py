@@ -103,7 +103,7 @@ def test_what_is_not_declared_is_asked_and_where_to_write_it(small, tmp_path):
             ("P01.toml", f'name = "{name}"\n{P01}', "must be a name: one line of visible letters")
             for name in ("  ", "P\\u202e1")
         ),
-        ("P01.toml", "a." * 60_000 + "b = 1", "P01.toml: a key of more than 16 parts"),
+        ("P01.toml", "a." * 60_000 + "b = 1", "P01.toml: a dotted key has more than 16 parts"),
     ],
 )
 def test_a_note_that_contradicts_its_samples_files_or_cannot_be_is_the_one_fault(small, tmp_path, name, text, sentence):

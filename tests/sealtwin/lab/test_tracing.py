@@ -59,7 +59,7 @@ def test_a_sample_that_was_held_back_is_missed_on_the_page(small, tmp_path):
     lab = tmp_path / "lab"
     answer = _ingest(small, lab)
     assert answer.exit_code == 6, answer.output
-    assert answer.stdout.count("no column of readings beside 's_mm' in A 's_mm' (1), B 'wo [mm]' (-1,0)") == 1
+    assert answer.stdout.count("no column of readings besides 's_mm' in A 's_mm' (1), B 'wo [mm]' (-1,0)") == 1
     page = (lab / "index.html").read_text()
     assert "1 of 3 photos digitised" in page
     assert "<strong>P02</strong>: P02_Messung.csv" in page
@@ -74,7 +74,7 @@ def test_a_dry_run_makes_the_checks_of_a_run_also_of_samples_in_doubt_and_leaves
     for more in (("--dry-run",), ()):
         answer = _ingest(small, lab, *more)
         assert answer.exit_code == 6
-        for words in ("40 mm is outside the crack", "No sample is sound yet", "no column of readings beside 's_mm'"):
+        for words in ("40 mm is outside the crack", "No sample is sound yet", "no column of readings besides 's_mm'"):
             assert words in answer.stdout
         assert "failed: P02: " in answer.stdout.replace("failed: P02_Messung.csv", ""), "its photo shows no crack"
         assert lab.exists() is (not more)

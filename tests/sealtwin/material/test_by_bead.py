@@ -150,7 +150,7 @@ def test_the_documented_command_makes_a_material_and_a_row_that_a_cell_takes(tmp
     [
         ("--start-mm", "200,30", 3, "--start-mm 200,30: x is outside the sheet's opening of 90 x 60 mm"),
         ("--face-mm", "150x150", 3, "face_mm is 150 x 150, but marker"),
-        ("--cone-mm", "38x19x57", 2, "--cone-mm is no option of bead"),
+        ("--cone-mm", "38x19x57", 2, "--cone-mm is not an option of bead"),
         ("--start-mm", "22", 2, "expected two numbers"),
     ],
 )
@@ -170,9 +170,9 @@ def test_an_option_that_contradicts_the_sheet_or_method_is_refused(tmp_path, mon
         ("--cone-mm", "38,19,57", "expected three sizes in mm with x between"),
         ("--cone-mm", "19x38x57", "38 comes before 19"),
         ("--cone-mm", "3800x19x57", "each size must be 0.5 to 1000 mm"),
-        ("--early", "photo.jpg", "as photo.jpg@1.5"),
+        ("--early", "photo.jpg", "as in photo.jpg@1.5"),
         ("--early", "photo.jpg@0", "0.05 to 3600 seconds"),
-        ("--speed-mm-s", "5", "--speed-mm-s is no option of spread"),
+        ("--speed-mm-s", "5", "--speed-mm-s is not an option of spread"),
     ],
 )
 def test_a_spreads_options_say_what_they_expect(tmp_path, option, value, says):

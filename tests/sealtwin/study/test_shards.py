@@ -134,7 +134,7 @@ def test_a_worker_of_other_stage_numbers_is_refused(scheduler, monkeypatch):
     """Its version is the same, and its solver another: it would compute other levels into the same study."""
     own = NUMBERS["simulate"]
     monkeypatch.setitem(NUMBERS, "simulate", 999)
-    with pytest.raises(InputError, match=rf"has stage numbers .*'simulate': {own}.*, here is .*'simulate': 999"):
+    with pytest.raises(InputError, match=rf"has stage numbers .*'simulate': {own}.*, but this machine has .*: 999"):
         next(run_tasks(pow, [(0, (1, 1))], 0, scheduler, own_numbers))
 
 

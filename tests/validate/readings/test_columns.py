@@ -80,7 +80,7 @@ def test_each_column_and_row_is_named_with_its_role(read, text, columns, declare
 
 REFUSED = {
     "a direction left open": ("x;Tiefe von oben Mai;x\n0;1;2\n5;3;4\n", {"s": "A", "levels": ["B"]}, "upward or down"),
-    "a letter that is a name": (LETTERED, {"s": "A", "levels": ["B", "C"]}, "both a letter and another's name"),
+    "a letter that is a name": (LETTERED, {"s": "A", "levels": ["B", "C"]}, "is a letter and also a name"),
     "a row taken out": ("s_mm;depth_1_mm;depth_2_mm\n0;1;1\n5;2;2\n#9;7;7\n", None, "'#9' is not a number"),
     "a table beside": (BESIDE, None, 'range = "A:B"'),
     "a table below": ("s_mm;depth_mm\n0;1\n5;2\n\nX\ns_mm;depth_mm\n0;3\n5;4\n", None, 'range = "1:5" or "6:8"'),

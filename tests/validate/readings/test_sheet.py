@@ -80,11 +80,11 @@ REFUSED = [
     (THREE_DIGITS.format("2,345"), {"decimal": "point"}, ["thousands"]),
     (NOTES, {}, ["read as CSV, UTF-8, semicolons"]),
     ("sep=;\ns_mm;depth_mm\n0;x\n", {}, ["line 3, column depth_mm"]),
-    (MEANS, {}, ["no column of readings beside 's_mm' in A 's_mm' (0), B 'level_mean_mm' (-1)"]),
+    (MEANS, {}, ["no column of readings besides 's_mm' in A 's_mm' (0), B 'level_mean_mm' (-1)"]),
     ("s_mm,depth_mm,\n0,1,7\n5,1,\n", {}, ["line 2", "3 fields under 2"]),
     ("s_mm,,depth_mm\n0,7,1\n5,,1\n", {}, ["line 1", "column B contains numbers and has no name"]),
     ("s_mm,position_mm,depth_mm\n0,0,1\n5,5,1\n", {}, ["'s_mm', 'position_mm' both name the station"]),
-    ("s_mm,mean depth_mm\n0,1\n5,1\n", {}, ["no column of readings beside 's_mm'", "B 'mean depth_mm' (1)", "levels"]),
+    ("s_mm,mean depth_mm\n0,1\n5,1\n", {}, ["no column of readings besides 's_mm'", "B 'mean depth_mm' (1)", "levels"]),
     ("s_mm,depth 1_mm,rep2_mm\n0,1,1\n5,1,2\n", {}, ["'rep2_mm': neither header"]),
     ("s_mm,depth 1_mm,depth 2_mm,depth_mm\n0,1,1,1\n5,1,2,2\n", {}, ["'depth_mm': no repeat number, but there are 3"]),
     ("s_mm,depth 1_mm,depth 1_cm\n0,1,1\n5,1,2\n", {}, ["'depth 1_mm', 'depth 1_cm'"]),
@@ -112,7 +112,7 @@ def test_faults_are_named_with_their_place(refused, text, declared, words):
     [
         (
             *(THREE_DIGITS.format("2,345"), 2, "Tiefe [mm]", "1,234"),
-            *(["'1,234' is 1.234, or 1234", "2 such numbers"], 'decimal = "comma" or "point"'),
+            *(["'1,234' is 1.234, or 1234", "2 numbers are like this"], 'decimal = "comma" or "point"'),
         ),
         *(
             (f"s [mm];Tiefe [mm]\n5;2,5\n10;{text}\n", 3, "Tiefe [mm]", text, [], "")
