@@ -20,7 +20,11 @@ def seen(folder, bead: BeadPhoto) -> BeadOutline:
 
 
 @pytest.mark.parametrize(
-    "changes", [{}, {"dark": False, "turn": 0.5, "tilt_deg": 6.0, "lens_k1": -0.04, "noise": 0.03, "straight_mm": 25.0}]
+    "changes",
+    [
+        pytest.param({}, marks=pytest.mark.broad),
+        {"dark": False, "turn": 0.5, "tilt_deg": 6.0, "lens_k1": -0.04, "noise": 0.03, "straight_mm": 25.0},
+    ],
 )
 def test_a_beads_sizes_are_those_that_were_drawn(tmp_path, changes):
     bead = replace(BEAD, **changes)

@@ -136,7 +136,7 @@ def check(
     assert found.outline.mean_width_mm == pytest.approx(expected.outline.mean_width_mm, rel=apart.sizes)
 
 
-MIRRORS = pytest.mark.parametrize("flip", [1, 0], ids=["x", "y"])
+MIRRORS = pytest.mark.parametrize("flip", [pytest.param(1, marks=pytest.mark.broad), 0], ids=["x", "y"])
 
 
 def flipped_px(points_px: Floats, flip: int) -> Floats:
@@ -145,7 +145,7 @@ def flipped_px(points_px: Floats, flip: int) -> Floats:
 
 
 @MIRRORS
-@pytest.mark.parametrize("taper_px", [60.0, 0.0], ids=["tips", "square ends"])
+@pytest.mark.parametrize("taper_px", [60.0, pytest.param(0.0, marks=pytest.mark.broad)], ids=["tips", "square ends"])
 def test_a_mirrored_photo_mirrors_path_walls_and_nozzle(taper_px, flip):
     """To a thousandth of a pixel: no pixel is resampled, so that rounding alone leaves 1e-6 mm.
 
@@ -158,6 +158,7 @@ def test_a_mirrored_photo_mirrors_path_walls_and_nozzle(taper_px, flip):
     check(turned, plain(1, taper_px), lambda mm: flipped_px(mm / MM_PER_PX, flip) * MM_PER_PX, True)
 
 
+@pytest.mark.broad
 @MIRRORS
 def test_the_crack_that_is_found_by_itself_is_mirrored_too(flip):
     """The skeleton that it is found by leans to one side by a pixel; it runs from left to right in either photo."""
@@ -169,6 +170,7 @@ def test_the_crack_that_is_found_by_itself_is_mirrored_too(flip):
     check(turned, expected, lambda mm: flipped_px(mm / MM_PER_PX, flip) * MM_PER_PX, True, Apart(path=0.1, walls=0.01))
 
 
+@pytest.mark.broad
 def test_a_quarter_turn_of_the_photo_turns_everything():
     """Again nothing is resampled, and 1e-6 mm are left."""
     picture, ends_px = cracked(2)
@@ -183,6 +185,7 @@ def test_a_quarter_turn_of_the_photo_turns_everything():
     check(turned, plain(2), moved, False)
 
 
+@pytest.mark.broad
 def test_a_photo_turned_by_17_degrees_turns_everything():
     """Every pixel is drawn anew: walls 0.01 mm apart. The path steps from cell to cell of its map."""
     picture, ends_px = cracked(2)
@@ -200,7 +203,7 @@ def test_a_photo_turned_by_17_degrees_turns_everything():
     check(turned, plain(2), moved, False, Apart(path=0.1, walls=0.02))
 
 
-@pytest.mark.parametrize(("factor", "seed"), [(0.75, 1), (2.0, 2)])
+@pytest.mark.parametrize(("factor", "seed"), [(0.75, 1), pytest.param(2.0, 2, marks=pytest.mark.broad)])
 def test_the_size_of_the_photo_changes_nothing_in_mm(factor, seed):
     """Resampling moves walls by 0.005 mm; the map on which the path is found has other cells."""
     picture, ends_px = cracked(seed)
@@ -211,6 +214,7 @@ def test_the_size_of_the_photo_changes_nothing_in_mm(factor, seed):
     check(other, plain(seed), lambda mm: mm + 0.5 * MM_PER_PX * (1 - 1 / factor), False, Apart(path=0.25, walls=0.02))
 
 
+@pytest.mark.broad
 def test_markers_that_grow_with_the_photo_leave_every_length(tmp_path):
     """Markers, crack and face are resampled together; the frame is the face's own.
 

@@ -73,6 +73,7 @@ def test_triangles_that_share_a_vertex_may_still_cross():
     assert len(intersecting_faces(np.array([*FLAT, [3.0, 1.0, 1.0], [0.5, 2.0, 2.0]]), faces)) == 0
 
 
+@pytest.mark.broad
 def test_the_tree_of_boxes_misses_no_pair_in_one_part_or_in_many(monkeypatch):
     """Thirty random triangles: as many crossings as when each pair is tried alone.
 

@@ -6,19 +6,12 @@ from digitise.geometry.polyline import (
     crossings,
     depth_inside,
     extended,
-    left_normals,
-    project,
     resampled,
     signed_area,
     smoothed,
     without_loops,
 )
 from sealtwin.core.arc_length import arc_length
-
-
-def test_left_is_left_of_travel_with_y_up():
-    eastward = np.array([[0.0, 0], [1, 0], [2, 0]])
-    assert left_normals(eastward) == pytest.approx(np.array([[0, 1]] * 3))
 
 
 def test_resampling_keeps_both_ends_and_the_arc_length_of_a_straight_line():
@@ -57,13 +50,6 @@ def test_a_loop_is_pulled_tight_to_its_crossing_point():
     assert tight[1:4] == pytest.approx(np.array([[2, 0]] * 3))
     assert not crossings(tight)
     assert tight[[0, 4, 5]] == pytest.approx(line[[0, 4, 5]])
-
-
-def test_a_ring_that_crosses_itself_is_found_and_a_plain_one_is_not():
-    bow_tie = np.array([[0.0, 0], [2, 2], [2, 0], [0, 2]])
-    square = np.array([[0.0, 0], [2, 0], [2, 2], [0, 2]])
-    assert crossings(bow_tie, closed=True)
-    assert not crossings(square, closed=True)
 
 
 @pytest.mark.parametrize("closed", [False, True])
@@ -107,8 +93,3 @@ def test_clipping_keeps_the_area_inside_and_takes_in_a_corner_of_the_box():
 def test_depth_is_the_distance_to_the_nearest_side_and_negative_outside():
     depth = depth_inside(np.array([[1.0, 1], [0.25, 1], [-3, 1], [-3, -4]]), (0, 0, 4, 2))
     assert depth == pytest.approx([1, 0.25, -3, -5])
-
-
-def test_a_homography_divides_by_its_third_coordinate():
-    homography = np.array([[2.0, 0, 1], [0, 2, 0], [0, 1, 1]])
-    assert project(homography, np.array([[1.0, 1]])) == pytest.approx(np.array([[1.5, 1.0]]))

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from digitise.geometry.polyline import signed_area
 from digitise.settings import CrackShape
 from digitise.solid.footprint import lay_out
 from digitise.solid.tilt_variants import Slicer
@@ -93,8 +94,3 @@ def test_clockwise_rings_are_the_same_crack():
 
 def ring_of(points: list[tuple[float, float]]) -> Outline:
     return with_ring(straight_slot(20.0, 3.0, CLOSED), np.array(points))
-
-
-def signed_area(ring: Floats) -> float:
-    x, y = ring.T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))

@@ -134,22 +134,13 @@ def test_transparent_pixels_are_read_and_remarked_on(tmp_path, picture):
     assert np.array_equal(decoded.image, picture)
 
 
-@pytest.mark.parametrize("mode", ["L", "RGB", "RGBA", "P", "1"])
-def test_grey_colour_and_palette_all_become_rgb(tmp_path, picture, mode):
-    path = tmp_path / "photo.png"
-    Image.fromarray(picture).convert(mode).save(path)
-    pixels = read_photo(path).image
-    assert pixels.shape == (80, 100, 3)
-    assert pixels.dtype == np.uint8
-
-
 def test_a_phone_held_upright_gives_an_upright_photo(tmp_path, picture):
     """EXIF orientation 6: the camera was turned, the stored picture lies on its side."""
     path = tmp_path / "photo.png"
     exif = Image.Exif()
     exif[0x0112] = 6
     Image.fromarray(picture).save(path, exif=exif)
-    assert read_photo(path).image == pytest.approx(np.rot90(picture, -1))
+    assert np.array_equal(read_photo(path).image, np.rot90(picture, -1))
 
 
 @pytest.mark.parametrize("mode", ["L", "P", "RGBA", "CMYK", "RGB"])

@@ -29,7 +29,7 @@ def swept_mm2(line: MouthLine) -> float:
     return float(np.abs(ahead_mm[:, 0] * across_mm[:, 1] - ahead_mm[:, 1] * across_mm[:, 0]).sum())
 
 
-@pytest.mark.parametrize("turn_deg", [30.0, 150.0])
+@pytest.mark.parametrize("turn_deg", [pytest.param(30.0, marks=pytest.mark.broad), 150.0])
 def test_a_zigzag_is_as_long_as_its_legs(turn_deg):
     """Smoothing rounds a bend of 150 degrees by 0.2 widths: three bends of 3 mm are 1.8 of 100 mm."""
     mouth = strip(zigzag(turn_deg), 3.0)
@@ -84,6 +84,7 @@ def test_side_cracks_are_lines_of_their_own():
     assert sorted(round(arc_length(side)[-1]) for side in line.side_lines_mm) == [10, 12, 15]
 
 
+@pytest.mark.broad
 def test_a_star_is_followed_along_the_arms_that_are_given():
     mouth = CrossSection()
     for arm in range(5):
@@ -118,6 +119,7 @@ def test_what_has_no_line_is_refused_in_words_of_a_mesh(mouth, between_mm, says)
     assert not any(word in str(refusal.value) for word in ("photo", "ends_px", "px"))
 
 
+@pytest.mark.broad
 def test_a_fork_into_arms_of_about_one_length_is_told():
     """An arm of 18 mm beside the 20 mm that are followed; one of 6 mm is a side crack without a doubt.
 

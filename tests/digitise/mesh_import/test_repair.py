@@ -111,11 +111,6 @@ def closed(surface: RepairedSurface) -> RepairedSurface:
     return close_holes(surface, find_openings(surface))
 
 
-def test_a_closed_mesh_has_no_openings(sample):
-    openings = find_openings(one_surface(*sample))
-    assert (openings.holes, openings.rim, openings.underside) == ((), None, ())
-
-
 @pytest.mark.parametrize(
     ("gone", "told"),
     [

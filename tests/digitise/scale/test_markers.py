@@ -28,7 +28,7 @@ def photo(specimen, tmp_path_factory):
     return photo_of(specimen, tmp_path_factory.mktemp("photo"))
 
 
-@pytest.mark.parametrize("search_px", [400, 5000])
+@pytest.mark.parametrize("search_px", [pytest.param(400, marks=pytest.mark.broad), 5000])
 def test_corners_are_the_same_whichever_copy_the_markers_were_searched_on(monkeypatch, specimen, photo, search_px):
     """They are taken from the photo itself: to 0.01 px, with markers of 160 or 55 px, and of 130 otherwise."""
     whole = find_markers(photo.image, photo.brightness, specimen.board, FILE)
@@ -47,6 +47,7 @@ def test_corners_lie_where_they_were_drawn(specimen, photo):
         assert np.abs(found[marker.id] - true_px).max() < 0.1
 
 
+@pytest.mark.broad
 def test_markers_on_white_cards_are_found_on_a_dark_bench(tmp_path):
     """By OpenCV's own parameters, a card passes for its marker: six of these eight are lost."""
     dark = make_specimen(1, Recipe(**SMALL_FACE, board=0.05, gap_mm=0.0, mm_per_px=0.2))

@@ -53,6 +53,7 @@ def test_a_straight_slot_is_as_deep_as_its_table_says(ends, tilt):
     assert solid.depth_at_mm(np.array([0.0, 15.0, 40.0, 70.0])) == pytest.approx([6.0, 11.0, 13.0, 10.0])
 
 
+@pytest.mark.broad
 def test_a_bent_crack_holds_the_dense_sum_of_its_depths():
     """Each cell of a grid as deep as the nearest place of the centreline, or as its wall leaves it, whichever is less.
 
@@ -144,6 +145,7 @@ def test_a_table_of_another_length_than_the_crack_is_said(to_mm, to_depth_mm, re
         assert solid.cavity_volume_mm3 == pytest.approx(40.0 * W * 8.0, rel=1e-6)
 
 
+@pytest.mark.broad
 def test_a_rough_crack_with_hills_islands_and_two_angles_is_sound():
     outline = cut_crack(2, 16.0, width_mm=6.0, rough_mm=0.05)
     middle = outline.centreline_mm[len(outline.centreline_mm) // 2]

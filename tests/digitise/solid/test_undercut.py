@@ -33,9 +33,9 @@ def build(outline: Outline, angle_deg: Any, tilt: str = "undercut", depth_mm: An
 @pytest.mark.parametrize(
     ("outline", "angle_deg"),
     [
-        (closed_crack(1), (4.0, 9.0)),
+        pytest.param(closed_crack(1), (4.0, 9.0), marks=pytest.mark.broad),
         (closed_crack(1, 20.0), 7.0),
-        (cut_crack(2, rough_mm=0.05), (4.0, 9.0)),
+        pytest.param(cut_crack(2, rough_mm=0.05), (4.0, 9.0), marks=pytest.mark.broad),
         (oblique_slot(), 7.0),
     ],
 )

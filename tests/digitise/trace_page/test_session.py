@@ -91,6 +91,7 @@ def test_it_answers_no_further_than_it_is_asked(session):
     assert list(_asked(session, Hints(ends_px=ENDS), until="path")) == ["scale", "path"]
 
 
+@pytest.mark.broad
 def test_walls_at_a_glance_come_before_the_walls(file, monkeypatch):
     """They are told apart by name: nobody takes the first for the last."""
     monkeypatch.setattr(page_session, "glance", trace_outline)
@@ -101,6 +102,7 @@ def test_walls_at_a_glance_come_before_the_walls(file, monkeypatch):
     assert list(_asked(session, Hints(ends_px=ENDS), until="glance")) == ["scale", "path", "glance"]
 
 
+@pytest.mark.broad
 def test_a_refusal_is_the_sentence_it_is(session, file):
     answers = _asked(session, Hints(ends_px=BARE, mm_per_px=0.1))
     with pytest.raises(InputError) as fault:
@@ -119,15 +121,15 @@ def test_sentences_name_controls_of_the_page_in_place_of_settings():
     )
 
 
-@pytest.mark.parametrize("ruler_mm", [4.0, 4000.0])
-def test_a_scale_that_cannot_be_is_said_and_the_crack_still_shown(session, ruler_mm):
-    answers = _asked(session, Hints(ends_px=ENDS, ruler_px=((10.0, 10.0), (10.5, 10.0)), ruler_mm=ruler_mm))
+def test_a_scale_that_cannot_be_is_said_and_the_crack_still_shown(session):
+    answers = _asked(session, Hints(ends_px=ENDS, ruler_px=((10.0, 10.0), (10.5, 10.0)), ruler_mm=4.0))
     assert "Ruler" in answers["scale"]["refused"]
     assert "_px" not in answers["scale"]["refused"]
     assert answers["scale"]["mm_per_px"] is None
     assert answers["walls"]["unit"] == "px"
 
 
+@pytest.mark.broad
 def test_corners_that_were_found_can_be_set_right_by_hand():
     """Given as corners, they are the same face; and are then no longer offered."""
     settings = PhotoInput(file=Path("photo.jpg"), data="synthetic", mm_per_px=1.0)
@@ -191,6 +193,7 @@ def test_an_older_question_is_dropped(session):
         next(session.trace(Hints(ends_px=ENDS), 6.9, "scale"))
 
 
+@pytest.mark.broad
 def test_a_newer_question_spares_the_walls_of_the_older(session):
     older = session.trace(Hints(ends_px=ENDS), 1.0, "walls")
     assert list(next(older)) == ["scale"]
@@ -214,6 +217,7 @@ def test_in_the_end_nothing_goes_on(session):
         next(question)
 
 
+@pytest.mark.broad
 def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
     """It may take seconds, and the user may well know better before it ends."""
     searching, found = threading.Event(), threading.Event()
@@ -261,6 +265,7 @@ def test_of_several_searches_only_the_newest_is_made(session, monkeypatch):
     assert answered == [(1, "scale"), (2, "scale"), (3, "scale"), (1, "refused"), (3, "refused")]
 
 
+@pytest.mark.broad
 def test_the_search_map_is_made_once_for_a_face_and_a_region(file, monkeypatch):
     """It takes most of a click's half second on a large photo."""
     made = []

@@ -118,6 +118,7 @@ def test_kept_side_cracks_become_part_of_the_solid(kept, dropped):
     assert with_them.cavity_volume_mm3 - without.cavity_volume_mm3 == pytest.approx(8 * added_mm2, rel=0.01)
 
 
+@pytest.mark.broad
 def test_of_a_wide_and_a_narrow_side_crack_the_narrow_one_is_left_out_and_it_is_said(tmp_path):
     """Whether side cracks are kept or not; the main crack's walls pass both."""
     truth, photo, path = scene_of(tmp_path, WIDE, HAIR)
@@ -147,6 +148,7 @@ def test_ground_closed_in_by_a_side_crack_stands_as_an_island(tmp_path):
     assert -signed_area(island) == pytest.approx(inner.area() / 100, abs=3.7)
 
 
+@pytest.mark.broad
 def test_pores_and_broken_edges_are_no_side_cracks(tmp_path):
     """One beside the crack, touching it, and one at the side of a side crack: on a photo of a lab both were kept."""
     main, side = [(-20, 200), (520, 200)], [(250, 200), (300, 60)]

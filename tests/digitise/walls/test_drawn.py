@@ -56,6 +56,7 @@ def test_walls_lie_on_the_rim_of_the_paint(scene):
     assert np.array_equal(again.outline_mm, outline.outline_mm)
 
 
+@pytest.mark.broad
 def test_holes_in_the_paint_are_islands_and_its_side_cracks_are_not_lost(scene):
     truth, photo = scene
     photo = painted(photo, [truth.outline_mm, *truth.branch_rings_mm], truth.islands_mm)
@@ -71,6 +72,7 @@ def test_holes_in_the_paint_are_islands_and_its_side_cracks_are_not_lost(scene):
     assert net_mm2 == pytest.approx(px_mm2 * photo.drawn.sum(), rel=0.01)
 
 
+@pytest.mark.broad
 def test_a_painted_side_crack_is_kept_however_narrow(tmp_path):
     """A stroke is as wide as it was painted; on a photo, 5 px would be too little to tell."""
     photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
@@ -101,6 +103,7 @@ def test_only_slips_of_the_brush_are_filled(tmp_path, side_px, count):
     assert outline.ends == ("closed", "closed")
 
 
+@pytest.mark.broad
 def test_another_piece_beside_the_crack_hides_no_wall(tmp_path):
     photo = evenly_scaled(write_png(tmp_path / "photo.png", mortar()))
     drawn = np.zeros(photo.brightness.shape, dtype=bool)

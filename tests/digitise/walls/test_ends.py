@@ -91,7 +91,7 @@ def test_the_shadow_along_a_sample_s_edge_is_no_tip(band, shift):
     assert end.place_px == pytest.approx([118, 50])
 
 
-@pytest.mark.parametrize(("seed", "half_px"), [(1, 20), (3, 40), (6, 20)])
+@pytest.mark.parametrize(("seed", "half_px"), [(1, 20), pytest.param(3, 40, marks=pytest.mark.broad)])
 def test_dark_grain_before_a_blunt_end_is_no_crack_that_goes_on(tmp_path, seed, half_px):
     """Summed all across the crack, it was: by 22 to 33 px on these grounds; 1.8 px is the most now."""
     grain = cv2.GaussianBlur(np.random.default_rng(seed).standard_normal((200, 620)), (0, 0), 6.0)

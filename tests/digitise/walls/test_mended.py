@@ -88,13 +88,13 @@ def test_a_photo_with_a_drawn_wall_has_it_and_says_so(tmp_path):
     assert not any("drawn by hand" in warning for warning in before.warnings)
 
 
-@pytest.mark.parametrize("beside", [{"path_only": True}, {"width_mm": np.array([[0.0, 1.0], [40.0, 1.0]])}])
-def test_walls_are_drawn_where_there_are_walls_only(tmp_path, beside):
+def test_walls_are_drawn_where_there_are_walls_only(tmp_path):
     photo = evenly_scaled(write_png(tmp_path / "crack.png", with_crack(mortar(), [(50, 150), (450, 150)])))
     path = find_path(photo, ((60.0, 151.0), (440.0, 151.0)))
     line = [(200.0, 140.0), (260.0, 140.0)]
-    with pytest.raises(InputError, match="walls_px beside"):
-        trace_outline(photo, path, how_traced(walls_px=[line], **beside))
+    for beside in ({"path_only": True}, {"width_mm": np.array([[0.0, 1.0], [40.0, 1.0]])}):
+        with pytest.raises(InputError, match="walls_px beside"):
+            trace_outline(photo, path, how_traced(walls_px=[line], **beside))
     thin = evenly_scaled(write_png(tmp_path / "thin.png", with_crack(mortar(), [(50, 150), (450, 150)], width_px=4)))
     with pytest.raises(InputError, match="too thin for walls"):
         trace_outline(thin, find_path(thin, ((60.0, 151.0), (440.0, 151.0))), how_traced(walls_px=[line]))

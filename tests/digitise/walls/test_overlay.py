@@ -54,6 +54,7 @@ def test_walls_centreline_and_both_ends_are_drawn_where_they_are(scene):
     assert share_of_colour(picture, (outline.centreline_px[[0, -1]] + 0.5) * scale - 0.5, ENDS) == 1
 
 
+@pytest.mark.broad
 def test_a_choice_among_cracks_shows_each_with_its_number(scene):
     photo, _, _ = scene
     cracks = CrackSearch.of(photo).cracks
@@ -135,6 +136,7 @@ def test_the_photo_itself_is_not_drawn_on(scene):
     assert np.array_equal(photo.image, before)
 
 
+@pytest.mark.broad
 def test_large_and_small_photos_become_pictures_of_readable_size(scene, tmp_path):
     _, _, picture = scene
     assert max(picture.shape[:2]) == LONGER_SIDE_PX
@@ -144,6 +146,7 @@ def test_large_and_small_photos_become_pictures_of_readable_size(scene, tmp_path
     assert draw_overlay(small, traced).shape == (1200, 2000, 3)
 
 
+@pytest.mark.broad
 def test_a_report_shows_no_piece_of_the_legend(scene):
     """What a report cuts out of the picture holds all of the legend's panel, or none of it."""
     photo, outline, picture = scene
