@@ -37,13 +37,6 @@ def test_the_path_runs_in_the_crack_from_the_first_end_to_the_second(specimen, p
     assert path.source == "ends"
 
 
-def test_a_thin_branch_does_not_lead_away(tmp_path):
-    main = [(20.0, 150.0), (250, 140), (480, 160)]
-    picture = with_crack(with_crack(mortar(), main), [(250, 140), (330, 30)], width_px=4)
-    path = find_path(plain(tmp_path, picture), (main[0], main[-1]))
-    assert distance_to(path.points_px, np.array(main)).max() < 6
-
-
 @pytest.mark.parametrize(
     ("ends_px", "says"),
     [

@@ -17,11 +17,10 @@ from digitise.outline import trace_outline
 from digitise.photo import load_photo
 from digitise.settings import NozzlePath, PhotoInput, Pixel
 from digitise.trajectory import plan_trajectory
-from fixtures.generate.specimen import Recipe, Specimen, make_specimen
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.coverage import coverage
 from sealtwin.core.records import Floats, Outline, Trajectory
-from tests.pictures import SMALL_FACE, distance_to, mortar, rms, write_png
+from tests.pictures import distance_to, mortar, rms, write_png
 
 SIZE_PX = (600, 420)
 MM_PER_PX = 0.1
@@ -185,24 +184,6 @@ def test_a_quarter_turn_of_the_photo_turns_everything():
     check(turned, plain(2), moved, False)
 
 
-@pytest.mark.broad
-def test_a_photo_turned_by_17_degrees_turns_everything():
-    """Every pixel is drawn anew: walls 0.01 mm apart. The path steps from cell to cell of its map."""
-    picture, ends_px = cracked(2)
-    turn = cv2.getRotationMatrix2D(((SIZE_PX[0] - 1) / 2, (SIZE_PX[1] - 1) / 2), 17, 1.0)
-    redrawn = cv2.warpAffine(picture, turn, SIZE_PX, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT)
-
-    def px(points_px: Floats) -> Floats:
-        return points_px @ turn[:, :2].T + turn[:, 2]
-
-    def moved(points_mm: Floats) -> Floats:
-        up, last_row = np.array([1, -1]) * MM_PER_PX, np.array([0, SIZE_PX[1] - 1])
-        return (px(points_mm / up + last_row) - last_row) * up
-
-    turned = of_picture(np.asarray(redrawn, dtype=float), px(ends_px))
-    check(turned, plain(2), moved, False, Apart(path=0.1, walls=0.02))
-
-
 @pytest.mark.parametrize(("factor", "seed"), [(0.75, 1), pytest.param(2.0, 2, marks=pytest.mark.broad)])
 def test_the_size_of_the_photo_changes_nothing_in_mm(factor, seed):
     """Resampling moves walls by 0.005 mm; the map on which the path is found has other cells."""
@@ -212,26 +193,3 @@ def test_the_size_of_the_photo_changes_nothing_in_mm(factor, seed):
     other = of_picture(resized, (ends_px + 0.5) * factor - 0.5, MM_PER_PX / factor)
     # The origins are the centres of pixels of two sizes.
     check(other, plain(seed), lambda mm: mm + 0.5 * MM_PER_PX * (1 - 1 / factor), False, Apart(path=0.25, walls=0.02))
-
-
-@pytest.mark.broad
-def test_markers_that_grow_with_the_photo_leave_every_length(tmp_path):
-    """Markers, crack and face are resampled together; the frame is the face's own.
-
-    Beside an open end the last 3 px of a wall are not looked at: its last points move by as much, 0.2 mm. Oblique ends
-    hide a sixth of this short crack's width, which is then taken from beside them: 0.6 % of the mean is seen.
-    """
-    truth = make_specimen(3, Recipe(**SMALL_FACE, mm_per_px=0.15))
-    expected, other = (digitised_specimen(truth, factor, tmp_path) for factor in (1.0, 0.8))
-    check(other, expected, lambda mm: mm, False, Apart(path=0.25, walls=0.05))
-
-
-def digitised_specimen(truth: Specimen, factor: float, folder: Path) -> Digitised:
-    image = np.asarray(cv2.imdecode(np.frombuffer(truth.jpeg, np.uint8), cv2.IMREAD_COLOR), dtype=np.uint8)
-    by = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
-    resized = cv2.resize(image, None, fx=factor, fy=factor, interpolation=by)
-    cv2.imwrite(str(folder / "photo.png"), resized)
-    # cv2.resize rounds the photo's sides to whole pixels.
-    factors = np.array(resized.shape[1::-1]) / np.array(image.shape[1::-1])
-    ends_px = pair((np.array(truth.ends_px) + 0.5) * factors - 0.5)
-    return digitised(truth.photo_input(Path("photo.png")).model_copy(update={"ends_px": ends_px}), folder)

@@ -246,14 +246,6 @@ def test_labels_cover_the_faces_they_name():
         assert labelled_mm2(solid, label) == pytest.approx(area, rel=1e-6), label.name
 
 
-def test_the_inside_of_a_dam_is_an_end():
-    """It closes the opening below the face and stands 10 mm above it, 4 mm of tape on either hand."""
-    solid = build_solid(straight_slot(L, W, OPEN), shape("vertical"))
-    ends = corners(solid, FaceLabel.END)
-    assert labelled_mm2(solid, FaceLabel.END) == pytest.approx(2 * (W * DEPTH_MM + (W + 8) * 10.0), rel=1e-6)
-    assert np.ptp(ends[:, :, 0], axis=1).max() < 1e-6
-
-
 def test_the_report_says_what_the_tilt_means():
     figures = solid_of("oblique", "flare").figures
     for tilt in TILTS:

@@ -67,39 +67,6 @@ def test_a_joint_is_told_from_a_crack(tmp_path):
     assert near(drawn([(300, 20), (310, 280)]), both.mask, 4) > 0.9
 
 
-@pytest.mark.broad
-def test_a_wide_crack_is_one_with_its_line_in_the_middle(tmp_path):
-    """As wide as the filters see at most; each of its walls looks like a line of its own."""
-    line = [(20.0, 150.0), (160, 130), (300, 170), (480, 140)]
-    (crack,) = cracks_in(photo_from(with_crack(mortar(), line, width_px=36), tmp_path)).cracks
-    assert crack.width_px == pytest.approx(36, rel=0.2)
-    inner = crack.line_px[(crack.line_px[:, 0] > 60) & (crack.line_px[:, 0] < 440)]
-    assert distance_to(inner, np.array(line)).max() < 6
-
-
-@pytest.mark.broad
-def test_cracks_come_best_first(tmp_path):
-    """A faint one above a clear one: the order is not that in which they lie in the picture."""
-    clear = [(x, y + 90) for x, y in CRACK]
-    faint = [(x, y - 60) for x, y in CRACK]
-    picture = with_crack((with_crack(mortar(), faint, width_px=3) + mortar()) / 2, clear, width_px=5)
-    found = cracks_in(photo_from(picture, tmp_path))
-    first, second = found.cracks[:2]
-    assert first.score > 1.5 * second.score
-    assert distance_to(first.line_px, np.array(clear)).max() < 6
-    assert distance_to(second.line_px, np.array(faint)).max() < 6
-
-
-@pytest.mark.broad
-def test_on_a_photo_larger_than_the_search_map_lines_are_in_its_own_pixels(tmp_path):
-    """Three times as large: a cell's error is three pixels."""
-    large = [(3 * x, 3 * y) for x, y in CRACK]
-    picture = with_crack(mortar(size_px=(1500, 900)), large, width_px=14)
-    (crack,) = cracks_in(photo_from(picture, tmp_path)).cracks
-    assert np.ptp(crack.line_px[:, 0]) > 1400
-    assert distance_to(crack.line_px, np.array(large)).max() < 8
-
-
 ALLOWED = np.ones((120, 300), dtype=bool)
 
 

@@ -37,13 +37,6 @@ def test_the_path_is_the_middle_of_the_paint(plain):
     assert path.warnings == ()
 
 
-def test_between_ends_the_path_stays_between_them_in_their_order(plain):
-    ends = ((400.0, 158.0), (100.0, 140.0))
-    path = find_path(with_paint(plain, strokes(CRACK)), ends)
-    assert np.linalg.norm(path.points_px[[0, -1]] - np.array(ends), axis=1).max() < 6
-    assert distance_to(path.points_px, np.array(CRACK)).max() < 4
-
-
 def test_side_cracks_of_the_paint_and_places_that_the_brush_missed_turn_no_path(plain):
     missed = strokes(CRACK, width_px=20)
     missed[118:124, 248:254] = False
@@ -122,11 +115,3 @@ def test_a_number_takes_the_crack_of_that_rank(tmp_path):
         assert distance_to(path.points_px, crack.line_px).max() < 6
     with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 found: 1\. .*; 2\. "):
         find_path(photo, None, crack=3)
-
-
-@pytest.mark.broad
-def test_the_rim_of_a_stain_is_not_offered(tmp_path):
-    """It comes back to where it begins. On one of eight photos without a crack it was offered."""
-    turn = np.linspace(0, 1.8 * np.pi, 60)
-    ring = [(round(500 + 220 * np.cos(a)), round(350 + 180 * np.sin(a))) for a in turn]
-    assert CrackSearch.of(photo_of_lines(tmp_path, [(ring, 8)])).cracks == ()

@@ -53,13 +53,3 @@ def test_where_no_walls_are_seen_the_width_is_what_it_looked_like(tmp_path):
     picture[:, :250] = 0.01
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
     assert width_along(photo, np.array([(125.0, 20.0), (125.0, 280.0)]), 11.0) == pytest.approx(11)
-
-
-@pytest.mark.broad
-def test_a_narrow_crack_in_a_large_photo_is_followed_and_keeps_its_width(tmp_path):
-    """10 px in 2000, which are 5 cells of the search map, where the widest filters see it 20 cells away."""
-    photo = cracked(tmp_path, 10, times=4)
-    (x0, y0), (x1, y1) = 4 * LINE[[0, -1]]
-    path = find_path(photo, ((x0, y0), (x1, y1)))
-    assert distance_to(path.points_px, 4 * LINE).max() < 5
-    assert path.width_px == pytest.approx(10, abs=0.5)

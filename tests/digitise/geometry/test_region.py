@@ -85,12 +85,5 @@ def test_a_small_loop_is_left_out_and_named():
     assert any("crosses itself near (10.0" in warning for warning in footprint.warnings)
 
 
-def test_clockwise_rings_are_the_same_crack():
-    outline = wandering_crack(1)
-    turned = with_ring(outline, outline.outline_mm[::-1])
-    one, other = (lay_out(o, VERTICAL, 0.0).crack.area() for o in (outline, turned))
-    assert other == pytest.approx(one, rel=1e-6)
-
-
 def ring_of(points: list[tuple[float, float]]) -> Outline:
     return with_ring(straight_slot(20.0, 3.0, CLOSED), np.array(points))

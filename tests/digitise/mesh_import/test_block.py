@@ -95,15 +95,6 @@ def test_a_block_is_cut_exactly_at_its_sides_whatever_crack_leaves_by_them(body)
     assert block.body.volume() == pytest.approx(body.volume(), rel=1e-9)
 
 
-@pytest.mark.parametrize("top_mm", [0.0, 10.0])
-def test_dams_at_its_sides_are_no_part_of_it(top_mm):
-    dams = box((-4.0, 10.0, -20.0), (0.0, 30.0, top_mm)) + box((60.0, 40.0, -20.0), (72.0, 44.0, top_mm))
-    block = cut_block(slotted() + dams, BELOW_MM)
-    assert block.size_mm == BLOCK_MM[:2]
-    assert block.trimmed_mm == 4.0
-    assert block.body.volume() == pytest.approx(slotted().volume(), rel=1e-12)
-
-
 def test_a_turned_block_is_turned_back():
     """0.01 mm goes from each side that rounding has taken off its plane."""
     block = cut_block(slotted().rotate((0.0, 0.0, 17.0)), BELOW_MM)
@@ -132,11 +123,6 @@ def test_rough_sides_are_cut_to_where_material_stands_all_along():
 def test_what_has_no_four_upright_sides_is_no_block(body):
     with pytest.raises(InputError, match="no block with four upright sides"):
         cut_block(body.translate((0.0, 0.0, -30.0)), BELOW_MM)
-
-
-def test_a_pyramid_is_the_block_under_its_upper_edge():
-    pyramid = Manifold.cylinder(30.0, 60.0, 30.0, 4).rotate((0, 0, 45)).translate((0.0, 0.0, -30.0))
-    assert cut_block(pyramid, BELOW_MM).size_mm[0] < 43
 
 
 def test_a_cut_that_loses_volume_is_refused():

@@ -6,8 +6,7 @@ from manifold3d import CrossSection, FillRule
 
 from digitise.mesh_import.mouth_ends import end_before
 from digitise.mesh_import.mouth_line import MouthLine, line_of_mouth
-from digitise.mesh_import.rim import first_exit, openings, stretch, within
-from digitise.mesh_import.wall_pairs import facing
+from digitise.mesh_import.rim import first_exit
 from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.records import Floats
@@ -170,33 +169,3 @@ def test_a_ray_leaves_the_ring_at_its_first_edge():
     assert (away_mm, at) == pytest.approx((3.0, 1.5))
     away_mm, _ = first_exit(SQUARE, np.array([5.0, 1.0]), np.array([1.0, 0.0]))
     assert away_mm == np.inf
-
-
-def test_a_stretch_runs_counter_clockwise_past_the_first_corner():
-    assert stretch(SQUARE, 3.5, 0.25) == pytest.approx(np.array([[0.0, 1.0], [0.0, 0.0], [1.0, 0.0]]))
-    assert stretch(SQUARE, 0.25, 1.0) == pytest.approx(np.array([[1.0, 0.0], [4.0, 0.0]]))
-    assert within(0.1, 3.5, 0.25)
-    assert not within(2.0, 3.5, 0.25)
-
-
-def test_openings_are_the_stretches_on_the_edge_of_the_face():
-    split = np.insert(SQUARE, 2, [4.0, 1.0], axis=0)
-    assert openings(split, (-5.0, -5.0, 4.0, 5.0)) == [(1.0, 3.0)]
-    assert openings(split, (-5.0, -5.0, 5.0, 5.0)) == []
-
-
-def test_an_inner_corner_is_paired_with_all_of_the_outer_one():
-    """An L of width 2 round a corner at (0, 0): the middles are the L half way, 1 off both walls."""
-    step = np.arange(0.0, 8.01, 0.1)
-    inner = np.vstack(
-        [np.column_stack([step[:0:-1], 0 * step[1:]]), [[0.0, 0.0]], np.column_stack([0 * step, step])[1:]]
-    )
-    out = np.arange(0.0, 10.01, 0.1)
-    outer = (
-        np.vstack([np.column_stack([out[:0:-1], 0 * out[1:]]), [[0.0, 0.0]], np.column_stack([0 * out, out])[1:]]) - 2
-    )
-    pairs = facing(inner, outer)
-    assert np.all(np.diff(pairs, axis=0) >= 0)
-    middle = (inner[pairs[:, 0]] + outer[pairs[:, 1]]) / 2
-    assert np.abs(middle.min(axis=1) + 1).max() < 1e-6
-    assert len(np.unique(pairs[pairs[:, 0] == 80, 1])) == 41

@@ -70,11 +70,7 @@ def test_errors_of_touch_grow_outside_the_taught_points():
         (CORNERS, seen(CORNERS * 1.013), r"1\.013 times as far apart as the sample's\. Both are"),
         (CORNERS, seen(CORNERS * [1, -1], tip_deg=0.0), r"mirrored: they put the sample's face downward"),
         (CORNERS, seen(CORNERS[[0, 2, 1]]), r"do not fit .* Scale of the points: 0\.6"),
-        (
-            FOUR,
-            seen(FOUR) + np.outer([0, 0, 0, 6], [1, 0, 0]),
-            r"point 4, sample_mm = \[160, 40\], .*4\.04 mm off; 0.5",
-        ),
+        (FOUR, seen(FOUR) + np.outer([0, 0, 0, 6], [1, 0, 0]), r"point 4, .*\[160, 40\], .*4\.04 mm off; 0.5"),
         (np.array([[0, 0], [80, 1], [160, 0]]), seen(np.array([[0, 0], [80, 1], [160, 0]])), r"0\.47 mm of a line"),
         (np.tile([[5.0, 5.0]], (3, 1)), seen(np.tile([[5.0, 5.0]], (3, 1))), r"within 0 mm of a line"),
     ],
@@ -82,14 +78,6 @@ def test_errors_of_touch_grow_outside_the_taught_points():
 def test_points_that_no_rigid_sample_has_are_refused_by_what_is_wrong(sample_mm, robot_mm, says):
     with pytest.raises(InputError, match=r"cell\.toml: .*" + says):
         fitted(np.asarray(sample_mm, dtype=float), robot_mm)
-
-
-def test_what_fits_is_judged_by_the_limit():
-    robot_mm = seen(FOUR, tip_deg=0.0)
-    robot_mm[3, 2] += 1.0
-    assert fitted(FOUR, robot_mm, limit_mm=0.3).residual_mm.max() == pytest.approx(0.25, abs=1e-3)
-    with pytest.raises(InputError, match=r"0\.25 mm off; 0\.2 mm"):
-        fitted(FOUR, robot_mm, limit_mm=0.2)
 
 
 def test_a_hanging_arm_sees_the_face_from_below_its_own_z():

@@ -41,15 +41,6 @@ def test_noise_and_a_lamp_that_fades_along_the_edge_move_them_little():
     assert np.abs(corners - TURNED).max() < 0.1
 
 
-def test_dirt_on_an_edge_does_not_turn_it():
-    """A black fleck over a fifth of one edge; by least squares alone, it moves a corner by 1.5 px."""
-    light = square_on_white(0.9)
-    light[36:44, 84:98] = 0.03
-    corners = refined_corners(light, TURNED, MODULE_PX)
-    assert corners is not None
-    assert np.abs(corners - TURNED).max() < 0.06
-
-
 def test_a_square_without_white_beside_it_has_no_edge_there():
     light = square_on_white(0.9)
     light[:, 118:] = 0.03

@@ -1,5 +1,4 @@
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -26,17 +25,6 @@ def specimen() -> Specimen:
 @pytest.fixture(scope="module")
 def photo(specimen, tmp_path_factory):
     return photo_of(specimen, tmp_path_factory.mktemp("photo"))
-
-
-@pytest.mark.parametrize("search_px", [pytest.param(400, marks=pytest.mark.broad), 5000])
-def test_corners_are_the_same_whichever_copy_the_markers_were_searched_on(monkeypatch, specimen, photo, search_px):
-    """They are taken from the photo itself: to 0.01 px, with markers of 160 or 55 px, and of 130 otherwise."""
-    whole = find_markers(photo.image, photo.brightness, specimen.board, FILE)
-    monkeypatch.setattr(marker_scale, "LIMITS", replace(marker_scale.LIMITS, search_px=search_px))
-    found = find_markers(photo.image, photo.brightness, specimen.board, FILE)
-    assert set(found) == set(range(8))
-    for number, corners_px in found.items():
-        assert corners_px == pytest.approx(whole[number], abs=0.01)
 
 
 def test_corners_lie_where_they_were_drawn(specimen, photo):

@@ -19,8 +19,6 @@ from tests.pictures import evenly_scaled, mortar, with_crack, write_png
 from tests.places import FIXTURE
 
 ENDS = ((50.0, 201.0), (450.0, 101.0))
-BARE = ((60.0, 40.0), (240.0, 40.0))
-"""On plain mortar."""
 
 
 @pytest.fixture(scope="module")
@@ -86,11 +84,6 @@ def test_without_a_scale_lengths_are_pixels_and_no_sentence_speaks_of_millimetre
     assert " mm" not in json.dumps(in_px)
 
 
-def test_it_answers_no_further_than_it_is_asked(session):
-    assert list(_asked(session, Hints(ends_px=ENDS), until="scale")) == ["scale"]
-    assert list(_asked(session, Hints(ends_px=ENDS), until="path")) == ["scale", "path"]
-
-
 @pytest.mark.broad
 def test_walls_at_a_glance_come_before_the_walls(file, monkeypatch):
     """They are told apart by name: nobody takes the first for the last."""
@@ -100,17 +93,6 @@ def test_walls_at_a_glance_come_before_the_walls(file, monkeypatch):
     assert list(answers) == ["scale", "path", "glance", "walls"]
     assert answers["glance"] == answers["walls"]
     assert list(_asked(session, Hints(ends_px=ENDS), until="glance")) == ["scale", "path", "glance"]
-
-
-@pytest.mark.broad
-def test_a_refusal_is_the_sentence_it_is(session, file):
-    answers = _asked(session, Hints(ends_px=BARE, mm_per_px=0.1))
-    with pytest.raises(InputError) as fault:
-        find_path(evenly_scaled(file), BARE)
-    assert list(answers) == ["scale", "refused"]
-    said = str(fault.value).replace(str(file), file.name)
-    assert "ends_px" in said
-    assert answers["refused"] == said.replace("ends_px", "Ends")
 
 
 def test_sentences_name_controls_of_the_page_in_place_of_settings():

@@ -4,8 +4,6 @@ import pytest
 from digitise.crack_path.find_path import find_path
 from digitise.geometry.polyline import signed_area
 from digitise.outline import trace_outline
-from digitise.settings import CrackShape
-from digitise.solid.build_solid import build_solid
 from fixtures.generate.lighting import Look
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import make_specimen
@@ -38,14 +36,6 @@ def test_walls_pass_stones(stony):
     assert signed_area(outline.outline_mm) == pytest.approx(signed_area(truth.outline_mm), rel=0.02)
     for traced, exact in ((outline.left_wall_mm, truth.left_wall_mm), (outline.right_wall_mm, truth.right_wall_mm)):
         assert rms(distance_to(traced, exact)) < 0.1
-
-
-def test_the_solid_keeps_its_stones(stony):
-    _, outline = stony
-    solid = build_solid(outline, CrackShape(depth_mm=8.0, tilt="vertical"))
-    stones_mm2 = -sum(signed_area(ring) for ring in outline.islands_mm)
-    net_mm2 = signed_area(outline.outline_mm) - stones_mm2
-    assert solid.cavity_volume_mm3 == pytest.approx(8 * net_mm2, rel=0.005)
 
 
 @pytest.mark.broad

@@ -10,7 +10,6 @@ from digitise.settings import CrackShape
 from digitise.solid.build_solid import build_solid, with_weighed
 from digitise.weighing.fill import WeighedFill
 from digitise.weighing.fit_cavity import weigh
-from digitise.weighing.moved_walls import widened
 from sealtwin.core.errors import InputError
 from tests.shapes import CLOSED, straight_slot
 
@@ -141,15 +140,6 @@ def test_steps_that_scatter_more_than_declared_say_less():
     assert torn.steps[1][1] > 2 * sound.steps[1][1]
 
 
-def test_walls_that_open_downward_stay_upright_and_are_named():
-    funnel = shaped("funnel")
-    outline, shape, weighed = weigh(slot(), funnel, fill_of(5.0, 3.0), 0.1, 0.2)
-    assert shape.wall_angle_deg == 0
-    assert weighed.steps[1][1] > 0
-    assert any("open downward" in finding for finding in weighed.findings)
-    build_solid(outline, shape)
-
-
 @pytest.mark.parametrize(
     ("tilt", "angle_deg"), [("lean", 4.0), ("lean", 25.0), ("vertical", 20.0), ("funnel", 25.0), ("funnel", 35.0)]
 )
@@ -222,7 +212,3 @@ def test_a_shape_with_a_fill_is_weighed_before_it_is_built():
     shape = CrackShape(depth_mm=DEPTH_MM, tilt="flare", fill=fill_of(3.0, 5.0))
     with pytest.raises(ValueError, match="weigh it first"):
         build_solid(slot(), shape)
-
-
-def test_widening_keeps_the_mean():
-    assert widened(slot(), 0.2).mean_width_mm == pytest.approx(WIDTH_MM + 0.2)
