@@ -119,20 +119,20 @@ EXACT = Apart(path=1e-4, walls=1e-4, nozzle=1e-4, sizes=1e-4)
 
 
 def check(
-    found: Digitised, expected: Digitised, moved: Callable[[Floats], Floats], mirror: bool, apart: Apart = EXACT
+    result: Digitised, expected: Digitised, moved: Callable[[Floats], Floats], mirror: bool, apart: Apart = EXACT
 ) -> None:
-    """Every line of ``found`` lies where that of ``expected`` does after ``moved``, and starts where that does.
+    """Every line of ``result`` lies where that of ``expected`` does after ``moved``, and starts where that does.
 
     A mirror swaps the walls.
     """
     swapped = {"left wall": "right wall", "right wall": "left wall"} if mirror else {}
     limits_mm = {"path": apart.path, "nozzle": apart.nozzle}
-    for name, line_mm in found.lines_mm.items():
+    for name, line_mm in result.lines_mm.items():
         there_mm = moved(expected.lines_mm[swapped.get(name, name)])
         assert rms(distance_to(line_mm, there_mm)) < limits_mm.get(name, apart.walls), name
         assert np.linalg.norm(line_mm[0] - there_mm[0]) < 10 * max(apart.path, apart.walls), name
-    assert found.outline.length_mm == pytest.approx(expected.outline.length_mm, rel=apart.sizes)
-    assert found.outline.mean_width_mm == pytest.approx(expected.outline.mean_width_mm, rel=apart.sizes)
+    assert result.outline.length_mm == pytest.approx(expected.outline.length_mm, rel=apart.sizes)
+    assert result.outline.mean_width_mm == pytest.approx(expected.outline.mean_width_mm, rel=apart.sizes)
 
 
 MIRRORS = pytest.mark.parametrize("flip", [pytest.param(1, marks=pytest.mark.broad), 0], ids=["x", "y"])

@@ -31,8 +31,8 @@ def drawn(*lines, size_px=(500, 300), width_px=3):
     return mask > 0
 
 
-def near(found, truth, tolerance_px):
-    return float(np.mean(np.asarray(distance_transform_edt(~truth))[found] <= tolerance_px))
+def near(cells, truth, tolerance_px):
+    return float(np.mean(np.asarray(distance_transform_edt(~truth))[cells] <= tolerance_px))
 
 
 def test_a_thin_crack_and_its_side_crack_are_found_in_grain(tmp_path):
@@ -47,9 +47,9 @@ def test_a_thin_crack_and_its_side_crack_are_found_in_grain(tmp_path):
 def test_plain_grain_has_no_cracks_to_speak_of(tmp_path, seed):
     """One row of grains in four pictures looks like a crack for 34 px, which is far from what may be meant by one."""
     photo = photo_from(mortar(seed=seed), tmp_path)
-    found = cracks_in(photo)
-    assert all(np.ptp(crack.line_px, axis=0).max() < 40 for crack in found.cracks)
-    assert found.mask.mean() < 0.002
+    crack_map = cracks_in(photo)
+    assert all(np.ptp(crack.line_px, axis=0).max() < 40 for crack in crack_map.cracks)
+    assert crack_map.mask.mean() < 0.002
     with pytest.raises(InputError, match="no crack found"):
         find_path(photo, None)
 
@@ -58,11 +58,11 @@ def test_plain_grain_has_no_cracks_to_speak_of(tmp_path, seed):
 def test_a_joint_is_told_from_a_crack(tmp_path):
     picture = with_crack(with_crack(mortar(), CRACK, width_px=4), [(300, 0), (310, 299)], width_px=6)
     photo = photo_from(picture, tmp_path)
-    found = cracks_in(photo)
-    assert near(found.mask, drawn(CRACK), 4) > 0.85  # the two cross
-    for line_px in found.straight_px:
+    crack_map = cracks_in(photo)
+    assert near(crack_map.mask, drawn(CRACK), 4) > 0.85  # the two cross
+    for line_px in crack_map.straight_px:
         assert distance_to(line_px, np.array([(300.0, 0.0), (310.0, 299.0)])).max() < 6
-    assert found.straight_px
+    assert crack_map.straight_px
     both = cracks_on(map_darkness(photo), joints_px=())
     assert near(drawn([(300, 20), (310, 280)]), both.mask, 4) > 0.9
 
@@ -95,9 +95,9 @@ def test_a_stain_that_the_crack_runs_through_is_no_crack():
     """40 cells across, where the crack has 7: it may swell to three times that."""
     picture = shown_dark(7)
     picture[40:100, 130:170] = 0.8
-    found = grown(middle_line(), picture, ALLOWED)
-    assert found[:, 150].sum() < 26
-    assert found[:, 100].sum() == 7
+    cells = grown(middle_line(), picture, ALLOWED)
+    assert cells[:, 150].sum() < 26
+    assert cells[:, 100].sum() == 7
 
 
 def test_what_may_not_be_searched_is_no_crack():
@@ -123,9 +123,9 @@ def wandering(rms):
 
 @pytest.mark.parametrize("ends", [((10, 20), (390, 80)), ((200, 5), (200, 295)), ((20, 290), (350, 10))])
 def test_a_straight_line_is_found_where_it_is(ends):
-    found = straight_lines(bones(np.array(ends)))
-    assert found
-    for line in found:
+    lines = straight_lines(bones(np.array(ends)))
+    assert lines
+    for line in lines:
         assert distance_to(line, np.array(ends, dtype=float)).max() < 3
         assert np.linalg.norm(line[1] - line[0]) >= 0.4 * 500
 

@@ -15,9 +15,9 @@ def picture(dark, rows=slice(220, 300), columns=slice(0, 500)):
 
 
 def test_black_cloth_is_beyond_the_sample():
-    found = surroundings(picture(0.15))
-    assert found[221:].all()
-    assert not found[:215].any()
+    around = surroundings(picture(0.15))
+    assert around[221:].all()
+    assert not around[:215].any()
 
 
 @pytest.mark.parametrize(

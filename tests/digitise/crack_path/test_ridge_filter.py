@@ -78,9 +78,9 @@ def test_support_goes_on_over_a_gap_and_no_further():
 
 
 def test_support_of_plain_ground_is_spread_by_one():
-    found = support(noise(), EVERYWHERE)
-    assert np.median(found) == pytest.approx(0, abs=0.2)
-    assert np.percentile(found, 84) == pytest.approx(1, abs=0.3)
+    answer = support(noise(), EVERYWHERE)
+    assert np.median(answer) == pytest.approx(0, abs=0.2)
+    assert np.percentile(answer, 84) == pytest.approx(1, abs=0.3)
 
 
 def test_joints_hide_no_crack_beside_them():
@@ -88,8 +88,8 @@ def test_joints_hide_no_crack_beside_them():
     x = np.arange(SIZE)
     faint = 0.12 * np.exp(-((x - 80.0) ** 2) / 2)
     joints = 0.6 * (np.exp(-(((x - 20) / 3) ** 2) / 2) + np.exp(-(((x - 140) / 3) ** 2) / 2))
-    found = support((noise() - faint - joints).astype(np.float32), EVERYWHERE)
-    assert np.median(found[30:130, 80]) > 4
+    answer = support((noise() - faint - joints).astype(np.float32), EVERYWHERE)
+    assert np.median(answer[30:130, 80]) > 4
 
 
 def test_what_may_not_be_searched_makes_no_noise():

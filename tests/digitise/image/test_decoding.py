@@ -103,8 +103,8 @@ def test_a_photo_of_too_many_pixels_is_refused_before_it_is_expanded(tmp_path):
         "except Exception as refusal: print(type(refusal).__name__)\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"
     )
-    said = subprocess.run([sys.executable, "-c", script, str(path)], check=True, capture_output=True, text=True)
-    kind, grown = said.stdout.split()
+    run = subprocess.run([sys.executable, "-c", script, str(path)], check=True, capture_output=True, text=True)
+    kind, grown = run.stdout.split()
     assert kind == "InputError"
     grown_mb = int(grown) / (1e6 if sys.platform == "darwin" else 1e3)
     assert grown_mb < 60

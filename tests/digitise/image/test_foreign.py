@@ -25,7 +25,7 @@ def write_tiff(path, **tags):
 
 
 @pytest.mark.parametrize(
-    ("content", "name", "said"),
+    ("content", "name", "format_name"),
     [
         (box(b"heic"), "IMG_1.HEIC", "this is HEIC"),
         (box(b"heix"), "renamed.jpg", "this is HEIC"),
@@ -37,10 +37,10 @@ def write_tiff(path, **tags):
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_a_photo_that_is_not_read_is_named_with_the_remedy(tmp_path, content, name, said):
+def test_a_photo_that_is_not_read_is_named_with_the_remedy(tmp_path, content, name, format_name):
     path = tmp_path / name
     path.write_bytes(content)
-    with pytest.raises(InputError, match=rf"{name}: .*{said}.* save it as JPEG at full size"):
+    with pytest.raises(InputError, match=rf"{name}: .*{format_name}.* save it as JPEG at full size"):
         read_photo(path)
 
 

@@ -34,7 +34,7 @@ FIVE = np.random.default_rng(0).choice(9322, 5, replace=False)
 
 
 @pytest.mark.parametrize(
-    ("damage", "told"),
+    ("damage", "sentences"),
     [
         (lambda v, f: (v, f), ""),
         # STL has no other way to write a mesh: that is no damage.
@@ -48,13 +48,13 @@ FIVE = np.random.default_rng(0).choice(9322, 5, replace=False)
     ],
     ids=["sound", "soup", "noisy soup", "inside out", "turned at random", "repeated"],
 )
-def test_damage_becomes_one_surface_again_and_is_told(sample, damage, told):
+def test_damage_becomes_one_surface_again_and_is_told(sample, damage, sentences):
     """The noise itself moves the volume by 0.03 ppm here."""
     surface = one_surface(*damage(*sample))
     assert check_mesh(surface.vertices_mm, surface.faces, expected_euler=2) == []
     assert surface.volume_mm3 == pytest.approx(VOLUME_MM3, rel=1e-6)
     assert len(surface.faces) == 9322
-    assert re.fullmatch(told, "; ".join(str(repair) for repair in surface.repairs))
+    assert re.fullmatch(sentences, "; ".join(str(repair) for repair in surface.repairs))
 
 
 def test_a_hollow_keeps_looking_into_itself():
@@ -110,7 +110,7 @@ def closed(surface: RepairedSurface) -> RepairedSurface:
 
 
 @pytest.mark.parametrize(
-    ("gone", "told"),
+    ("gone", "sentence"),
     [
         # However many of its edges are open: nothing is guessed there.
         (lambda v, f: (v[f, 2] < -20 + 1e-6).all(axis=1), "1 missing underside closed"),
@@ -119,11 +119,11 @@ def closed(surface: RepairedSurface) -> RepairedSurface:
     ],
     ids=["underside", "a few faces"],
 )
-def test_missing_faces_are_closed_flat_and_told(sample, gone, told):
+def test_missing_faces_are_closed_flat_and_told(sample, gone, sentence):
     surface = closed(less(sample, gone(*sample)))
     assert check_mesh(surface.vertices_mm, surface.faces, expected_euler=2) == []
-    assert surface.volume_mm3 == pytest.approx(VOLUME_MM3, rel=1e-6 if "underside" in told else 1e-4)
-    assert re.fullmatch(told, str(surface.repairs[-1]))
+    assert surface.volume_mm3 == pytest.approx(VOLUME_MM3, rel=1e-6 if "underside" in sentence else 1e-4)
+    assert re.fullmatch(sentence, str(surface.repairs[-1]))
 
 
 def test_a_hole_whose_ring_has_no_area_is_refused_by_its_place():

@@ -50,11 +50,11 @@ def test_errors_of_touch_grow_outside_the_taught_points():
     rng = np.random.default_rng(1)
     places = np.array([[80.0, 20.0], [80.0, 100.0]])
     flat = np.column_stack([places, np.zeros(2)])
-    found = []
+    heights_mm = []
     for _ in range(1000):
         touched = seen(FOUR, 0.0, 0.0) + rng.normal(0, 0.1, (4, 3))
-        found.append(fitted(FOUR, touched, limit_mm=9.0).to_robot_mm(flat)[:, 2])
-    spread = np.std(found, axis=0) / 0.1
+        heights_mm.append(fitted(FOUR, touched, limit_mm=9.0).to_robot_mm(flat)[:, 2])
+    spread = np.std(heights_mm, axis=0) / 0.1
     frame = fitted(FOUR, seen(FOUR))
     for place, growth in zip(places, spread, strict=True):
         # 1000 draws know a standard deviation to 2 %; three of them.

@@ -138,12 +138,12 @@ def test_a_hostile_name_never_becomes_code(name, language):
 @example("0" * 200)
 @example("".join(map(chr, range(0x2100))))
 def test_a_comment_is_one_line_of_harmless_signs(text):
-    said = comments("", [text])[0]
-    assert len(said.splitlines()) <= 1
+    comment = comments("", [text])[0]
+    assert len(comment.splitlines()) <= 1
     # GRBL obeys ! ? ~ even in comments; % ends a tape, * begins a checksum, quotes and brackets open things.
-    assert not set(said) & set("!?~%*$'\"`;#()[]{}<>\\|&^@\t\x7f")
-    assert said.isascii()
-    assert len(said) <= len(" ") + LONGEST
+    assert not set(comment) & set("!?~%*$'\"`;#()[]{}<>\\|&^@\t\x7f")
+    assert comment.isascii()
+    assert len(comment) <= len(" ") + LONGEST
 
 
 def test_plain_words_and_numbers_are_kept():

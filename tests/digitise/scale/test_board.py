@@ -67,9 +67,9 @@ def test_the_opening_lies_between_the_markers_as_the_table_says(page):
     assert high_mm - low_mm == pytest.approx(FACE_MM, abs=1e-3)
     light = page.light(PX_PER_MM).astype(np.float32)
     image = np.repeat(np.rint(255 * light ** (1 / 2.2)).astype(np.uint8)[..., None], 3, axis=2)
-    found = find_markers(image, light, board, Path("scan"))
+    corners_px = find_markers(image, light, board, Path("scan"))
     for marker in board.markers:
-        place_mm = (found[marker.id] + 0.5) / PX_PER_MM
+        place_mm = (corners_px[marker.id] + 0.5) / PX_PER_MM
         place_mm[:, 1] = page.size_mm[1] - place_mm[:, 1]
         assert place_mm - low_mm == pytest.approx(corners_mm(board, marker), abs=0.01)
 

@@ -148,11 +148,13 @@ def true_tilt_deg(tilt_deg):
     return np.degrees(np.arccos(np.cos(np.radians(tilt_deg)) * np.cos(np.radians(tilt_deg / 2))))
 
 
-@pytest.mark.parametrize("known", [{}, {"by_focal": True}, {"by_distance": True}], ids=["nothing", "focal", "distance"])
+@pytest.mark.parametrize(
+    "sources", [{}, {"by_focal": True}, {"by_distance": True}], ids=["nothing", "focal", "distance"]
+)
 @pytest.mark.parametrize("tilt_deg", [5.0, 15.0])
-def test_tilt_and_distance_of_a_tilted_camera_are_found(tilt_deg, known):
+def test_tilt_and_distance_of_a_tilted_camera_are_found(tilt_deg, sources):
     """By perspective alone to 0.1 degree and 2 %; corners are seen to 0.05 px."""
-    pose = pose_of(tilt_deg, **known)
+    pose = pose_of(tilt_deg, **sources)
     assert pose is not None
     assert pose.tilt_deg == pytest.approx(true_tilt_deg(tilt_deg), abs=0.15)
     assert pose.distance_mm == pytest.approx(DISTANCE_MM, rel=0.02)
@@ -168,8 +170,8 @@ def test_a_lens_does_not_pass_for_tilt():
 def test_a_square_camera_is_not_told_from_a_far_one_by_perspective(noise_px):
     """Any focal length shows a face square to the camera alike; the camera's own word or a tape tells them apart."""
     assert pose_of(0.0, noise_px) is None
-    for known in ({"by_focal": True}, {"by_distance": True}):
-        pose = pose_of(0.0, noise_px, **known)
+    for sources in ({"by_focal": True}, {"by_distance": True}):
+        pose = pose_of(0.0, noise_px, **sources)
         assert pose is not None
         assert pose.tilt_deg == pytest.approx(0, abs=0.1)
         assert pose.distance_mm == pytest.approx(DISTANCE_MM, rel=1e-3)
@@ -181,8 +183,8 @@ def test_what_noise_could_have_told_is_not_told():
     What it does tell is within two of the standard deviations that are allowed. With no limit on them, the distance is
     off by up to 40 % at 1 degree, and this fails.
     """
-    told = [pose_of(2.0, noise_px=0.2, seed=seed) for seed in range(20)]
-    sure = [pose for pose in told if pose is not None]
+    poses = [pose_of(2.0, noise_px=0.2, seed=seed) for seed in range(20)]
+    sure = [pose for pose in poses if pose is not None]
     assert 0 < len(sure) < 20
     assert np.abs([pose.tilt_deg - true_tilt_deg(2.0) for pose in sure]).max() < 2 * MOST_SPREAD_DEG
     assert np.abs([pose.distance_mm / DISTANCE_MM - 1 for pose in sure]).max() < 2 * MOST_SPREAD_OF_DISTANCE

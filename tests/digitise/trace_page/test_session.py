@@ -116,30 +116,30 @@ def test_corners_that_were_found_can_be_set_right_by_hand():
     """Given as corners, they are the same face; and are then no longer offered."""
     settings = PhotoInput(file=Path("photo.jpg"), data="synthetic", mm_per_px=1.0)
     session = TraceSession(settings, FIXTURE, Hints())
-    found = _asked(session, Hints(face_mm=(160.0, 40.0)), until="scale")["scale"]
-    assert "found by its edges" in found["source"]
-    lower_left, lower_right, upper_right, upper_left = (tuple(corner) for corner in found["corners_px"])
+    scale = _asked(session, Hints(face_mm=(160.0, 40.0)), until="scale")["scale"]
+    assert "found by its edges" in scale["source"]
+    lower_left, lower_right, upper_right, upper_left = (tuple(corner) for corner in scale["corners_px"])
     given = Hints(face_mm=(160.0, 40.0), face_corners_px=(lower_left, lower_right, upper_right, upper_left))
     again = _asked(session, given, until="scale")["scale"]
     assert "corners given" in again["source"]
     assert again["corners_px"] is None
     # Corners are handed over to a hundredth of a pixel.
-    assert np.allclose(again["face_px"], found["face_px"], atol=0.03)
+    assert np.allclose(again["face_px"], scale["face_px"], atol=0.03)
 
 
 def test_via_points_and_region_are_followed(session):
-    found = _asked(session, Hints(ends_px=ENDS, via_px=((300.0, 161.0),)))
-    assert found["path"]["source"] == "via"
+    answers = _asked(session, Hints(ends_px=ENDS, via_px=((300.0, 161.0),)))
+    assert answers["path"]["source"] == "via"
     away = _asked(session, Hints(ends_px=ENDS, roi_px=((0.0, 0.0), (499.0, 60.0))))
     assert "Box" in away["refused"]
 
 
 def test_without_ends_the_crack_is_proposed(session):
     """The page asks itself whether a proposal is the crack; it has no overlay, of which a run would tell."""
-    found = _asked(session, Hints(mm_per_px=0.1))
-    assert found["path"]["source"] == "automatic"
-    assert found["walls"]["warnings"] == []
-    ends = np.array([found["path"]["points_px"][0], found["path"]["points_px"][-1]])
+    answers = _asked(session, Hints(mm_per_px=0.1))
+    assert answers["path"]["source"] == "automatic"
+    assert answers["walls"]["warnings"] == []
+    ends = np.array([answers["path"]["points_px"][0], answers["path"]["points_px"][-1]])
     # Round ends, which no line of that width reaches: within one width of 14 px, as a click may be.
     assert np.linalg.norm(ends - np.array(ENDS), axis=1).max() < 14
 
@@ -202,11 +202,11 @@ def test_in_the_end_nothing_goes_on(session):
 @pytest.mark.broad
 def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
     """It may take seconds, and the user may well know better before it ends."""
-    searching, found = threading.Event(), threading.Event()
+    searching, may_end = threading.Event(), threading.Event()
 
     def endless(*_):
         searching.set()
-        assert found.wait(10)
+        assert may_end.wait(10)
         raise InputError("nothing")
 
     monkeypatch.setattr(page_session.CrackSearch, "of", endless)
@@ -214,7 +214,7 @@ def test_a_search_of_the_whole_photo_holds_no_click_up(session, monkeypatch):
     search.start()
     assert searching.wait(10)
     assert "walls" in _asked(session, Hints(ends_px=ENDS), revision=2.0)
-    found.set()
+    may_end.set()
     search.join(10)
 
 

@@ -92,20 +92,20 @@ def test_walls_go_straight_on_across_mouths(scene, dropped):
 def test_side_cracks_left_out_are_named(scene, dropped):
     truth, *_ = scene
     (warning,) = dropped.warnings
-    said = re.fullmatch(r'2 side cracks \((\d+) and (\d+) mm\) are left out; branches = "keep" keeps them', warning)
+    lengths = re.fullmatch(r'2 side cracks \((\d+) and (\d+) mm\) are left out; branches = "keep" keeps them', warning)
     # The way that they wander inside the main crack nobody sees.
-    assert said
-    assert [int(length) for length in said.groups()] == pytest.approx([14, 12], abs=1)
+    assert lengths
+    assert [int(length) for length in lengths.groups()] == pytest.approx([14, 12], abs=1)
     assert not dropped.branches_kept
     assert len(dropped.branches_mm) == 2
-    for found, exact in zip(dropped.branches_mm, truth.branches_mm, strict=True):
+    for line_mm, exact in zip(dropped.branches_mm, truth.branches_mm, strict=True):
         # Inside the main crack only straight lines can be drawn.
-        seen = distance_to(found, truth.centreline_mm) > truth.recipe.width_mm
-        assert rms(distance_to(found[seen], exact)) < 0.15
-        assert np.linalg.norm(found[-1] - exact[-1]) < 0.5
-        assert distance_to(found[:1], dropped.centreline_mm) < 0.1
+        seen = distance_to(line_mm, truth.centreline_mm) > truth.recipe.width_mm
+        assert rms(distance_to(line_mm[seen], exact)) < 0.15
+        assert np.linalg.norm(line_mm[-1] - exact[-1]) < 0.5
+        assert distance_to(line_mm[:1], dropped.centreline_mm) < 0.1
         # What bends near an oblique root comes from elsewhere than it looks.
-        assert np.linalg.norm(found[0] - exact[0]) < truth.recipe.width_mm
+        assert np.linalg.norm(line_mm[0] - exact[0]) < truth.recipe.width_mm
 
 
 @pytest.mark.broad

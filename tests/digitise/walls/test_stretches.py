@@ -37,9 +37,9 @@ def test_narrow_places_no_longer_than_a_tip_are_nothing_to_say(photo):
 
 
 def test_a_narrow_stretch_is_named_with_its_place(photo):
-    (told,) = judge_stretches(photo, *straight((200, 12.0), (80, 6.0), (220, 12.0)))
-    assert told.startswith("16% of the crack is under 8 px wide")
-    assert "20 to 28 mm along, from (200, 49) to (278, 49) px, about 6.0 px wide" in told
+    (warning,) = judge_stretches(photo, *straight((200, 12.0), (80, 6.0), (220, 12.0)))
+    assert warning.startswith("16% of the crack is under 8 px wide")
+    assert "20 to 28 mm along, from (200, 49) to (278, 49) px, about 6.0 px wide" in warning
 
 
 def test_a_hairline_over_much_of_the_crack_is_refused_with_its_place(photo):
@@ -66,9 +66,9 @@ def test_an_end_before_which_the_crack_closes_is_named_with_its_place(tmp_path):
     photo = evenly_scaled(write_png(tmp_path / "photo.png", picture))
     outline = trace_outline(photo, find_path(photo, ENDS))
     assert outline.centreline_px[0] == pytest.approx(start, abs=8)
-    said = outline.warnings[0]
-    assert said.startswith("the end (40, 200) px is not reached: no walls were found on the last ")
-    assert f"{outline.centreline_px[0, 0]:.0f}" in said
+    warning = outline.warnings[0]
+    assert warning.startswith("the end (40, 200) px is not reached: no walls were found on the last ")
+    assert f"{outline.centreline_px[0, 0]:.0f}" in warning
 
 
 def test_an_end_that_much_of_the_path_does_not_reach_is_refused(photo):

@@ -30,8 +30,8 @@ def fill_of(floor_mm, mouth_mm, depth_mm=DEPTH_MM, levels_mm=LEVELS_MM, off_g=No
     height_mm = depth_mm + np.array(levels_mm)
     width_mm = floor_mm + (mouth_mm - floor_mm) * height_mm / depth_mm
     mass_g = LENGTH_MM * height_mm * (floor_mm + width_mm) / 2 * 1e-3 + (0 if off_g is None else np.array(off_g))
-    said: dict[str, Any] = {"density_kg_m3": 1000.0, "surface_tension_n_m": 0.0} | liquid
-    return WeighedFill(mass_g=tuple(mass_g.tolist()), level_mm=levels_mm, **said)
+    liquid_figures: dict[str, Any] = {"density_kg_m3": 1000.0, "surface_tension_n_m": 0.0} | liquid
+    return WeighedFill(mass_g=tuple(mass_g.tolist()), level_mm=levels_mm, **liquid_figures)
 
 
 @pytest.mark.parametrize(
