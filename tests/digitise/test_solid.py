@@ -161,20 +161,6 @@ def test_the_file_is_the_solid(tmp_path, crack, tilt):
         assert getattr(again.sections, name) == pytest.approx(getattr(solid.sections, name), abs=1e-5)
 
 
-@pytest.mark.parametrize(("crack", "tilt"), [("cut", "flare"), ("closed", "funnel"), ("open", "undercut")])
-def test_walls_stand_at_the_angle(crack, tilt):
-    """Every facet's own angle from vertical, by area; booleans that shave a wall would show here."""
-    wall = corners(solid_of(crack, tilt), FaceLabel.WALL)
-    normal = np.cross(wall[:, 1] - wall[:, 0], wall[:, 2] - wall[:, 0])
-    area = np.linalg.norm(normal, axis=1) / 2
-    angle_deg = np.degrees(np.arcsin(normal[:, 2] / (2 * area)))
-    # Walls that open downward overhang.
-    expected_deg = -ANGLE_DEG if tilt == "undercut" else ANGLE_DEG
-    off = np.abs(angle_deg - expected_deg) > 0.1
-    assert area[off & (area > 1e-3)].sum() < 1e-3 * area.sum()
-    assert np.average(angle_deg, weights=area) == pytest.approx(expected_deg, abs=0.01)
-
-
 @pytest.mark.parametrize(("lean_to", "side"), [("left", 1.0), ("right", -1.0)])
 def test_lean_shears_the_mouth_to_the_named_side(lean_to, side):
     """Along +x left is +y. The floor is the mouth, moved: mouth, width and volume are the photo's."""

@@ -167,17 +167,21 @@ def taken(folder, film_mm=None, size_px=None, orientation=None):
     return read_photo(folder / "photo.jpg").focal_px
 
 
-@pytest.mark.parametrize("changes", [{}, {"size_px": (4000, 3000)}, {"orientation": 6}, {"size_px": (3000, 4000)}])
-def test_the_focal_length_is_read_in_pixels(tmp_path, changes):
-    """26 mm before film of 43.27 mm diagonal, on a photo of 500 px diagonal; smaller copies have the same shape."""
-    assert taken(tmp_path, film_mm=26, **changes) == pytest.approx(26 * 500 / np.hypot(36, 24))
+FOCAL_PX = 26 * 500 / np.hypot(36, 24)
 
 
 @pytest.mark.parametrize(
-    "changes", [{}, {"film_mm": 0}, {"film_mm": 26, "size_px": (4000, 2250)}], ids=["none", "zero", "cropped"]
+    ("exif_figures", "focal_px"),
+    [
+        *(({"film_mm": 26, **more}, FOCAL_PX) for more in ({}, {"size_px": (4000, 3000)}, {"orientation": 6})),
+        ({"film_mm": 26, "size_px": (3000, 4000)}, FOCAL_PX),
+        # None, zero, and one of a photo that was cropped.
+        *((figures, None) for figures in ({}, {"film_mm": 0}, {"film_mm": 26, "size_px": (4000, 2250)})),
+    ],
 )
-def test_a_focal_length_that_is_not_told_or_was_cropped_away_is_not_made_up(tmp_path, changes):
-    assert taken(tmp_path, **changes) is None
+def test_the_focal_length_is_read_in_pixels_and_never_made_up(tmp_path, exif_figures, focal_px):
+    """26 mm before film of 43.27 mm diagonal, on a photo of 500 px diagonal; smaller copies have the same shape."""
+    assert taken(tmp_path, **exif_figures) == (focal_px and pytest.approx(focal_px))
 
 
 def test_a_picture_in_memory_is_taken_as_it_is(picture):

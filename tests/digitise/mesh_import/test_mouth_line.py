@@ -83,19 +83,6 @@ def test_side_cracks_are_lines_of_their_own():
     assert sorted(round(arc_length(side)[-1]) for side in line.side_lines_mm) == [10, 12, 15]
 
 
-@pytest.mark.broad
-def test_a_star_is_followed_along_the_arms_that_are_given():
-    mouth = CrossSection()
-    for arm in range(5):
-        mouth += strip(ray(72.0 * arm, (0.0, 0.0), 30.0), 3.0)
-    ends_mm = np.array([ray(72.0 * arm, (0.0, 0.0), 29.9)[1] for arm in (0, 2)])
-    line = line_of_mouth(mouth, FAR_MM, ends_mm)
-    assert line.ends == CLOSED
-    assert line.centreline_mm[[0, -1]] == pytest.approx(ends_mm, abs=0.2)
-    # Where five arms meet, the middle keeps away from the corner between its two.
-    assert length_mm(line) == pytest.approx(60.0, abs=1.5)
-
-
 def test_a_part_of_a_crack_is_cut_square_to_it():
     line = line_of_mouth(straight(60.0, 3.0), FAR_MM, np.array([[12.0, 0.0], [40.0, 0.0]]))
     assert line.ends == CUT
@@ -149,16 +136,6 @@ PATH = np.column_stack([np.arange(1.0, 50.0, 0.4), np.zeros(123)])
 def test_an_end_is_what_is_ahead_of_the_path(path_mm, face_mm, kind):
     """Two widths ahead: 8 mm, and the third path begins at 13 mm."""
     assert end_before(RING, path_mm, 4.0, face_mm, whole=False).kind == kind
-
-
-def test_a_path_into_the_corner_of_a_blunt_end_ends_in_the_middle_of_its_front():
-    corner = np.column_stack([np.linspace(0.1, 2.0, 10), np.linspace(1.9, 0.0, 10)])
-    end = end_before(RING, np.vstack([corner, PATH[3:]]), 4.0, (-20.0, -20.0, 80.0, 20.0), whole=True)
-    # The path's first width decides: in it the corner's bisector has come within 0.4 mm of the middle.
-    edge, share = divmod(end.arrives, 1)
-    place = RING[int(edge)] + share * (np.roll(RING, -1, axis=0) - RING)[int(edge)]
-    assert end.blunt
-    assert place == pytest.approx([0.0, 0.0], abs=0.4)
 
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [0.0, 2.0]])

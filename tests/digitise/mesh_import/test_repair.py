@@ -65,23 +65,14 @@ def test_a_hollow_keeps_looking_into_itself():
 
 
 def test_a_moebius_strip_has_no_inside():
-    turn = np.linspace(0, 2 * np.pi, 40, endpoint=False)
-    rims = [
-        np.column_stack(
-            [
-                (20 + r * np.cos(turn / 2)) * np.cos(turn),
-                (20 + r * np.cos(turn / 2)) * np.sin(turn),
-                r * np.sin(turn / 2),
-            ]
-        )
-        for r in (-4.0, 4.0)
-    ]
-    here, there = np.arange(40), np.roll(np.arange(40), -1)
+    turn, here, there = np.linspace(0, 2 * np.pi, 40, endpoint=False), np.arange(40), np.roll(np.arange(40), -1)
+    away_mm, height_mm = (np.concatenate([r * f(turn / 2) for r in (-4.0, 4.0)]) for f in (np.cos, np.sin))
+    x, y = (20 + away_mm) * np.cos(np.tile(turn, 2)), (20 + away_mm) * np.sin(np.tile(turn, 2))
     # After one turn the rims have changed places.
     ahead = [np.where(there == 0, there + 40, there), np.where(there == 0, 0, there + 40)]
     faces = np.concatenate([np.column_stack([here, ahead[0], ahead[1]]), np.column_stack([here, ahead[1], here + 40])])
     with pytest.raises(InputError, match="no inside: 80 of its faces"):
-        one_surface(np.concatenate(rims), faces)
+        one_surface(np.column_stack([x, y, height_mm]), faces)
 
 
 def test_a_mesh_of_specks_is_refused():

@@ -3,14 +3,12 @@ import pytest
 
 from digitise.geometry.polyline import rectangle
 from digitise.photo import Photo, load_photo
-from digitise.scale.marker_scale import LIMITS, fit_markers
-from digitise.scale.view import fit_view
 from digitise.settings import MarkerBoard
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
 from sealtwin.core.errors import InputError
-from tests.boards import board_around, camera, face_grid_mm, places_mm
-from tests.pictures import SMALL_FACE, photo_of, rms
+from tests.boards import face_grid_mm
+from tests.pictures import SMALL_FACE, photo_of
 
 BENT = Recipe(**SMALL_FACE, lens_k1=-0.2, camera_mm=262.0, tilt_deg=4.0)
 GRID_MM = face_grid_mm() * (70 / 160, 1.0)
@@ -81,15 +79,6 @@ def test_the_local_scale_is_that_of_the_place(bent, bent_photo):
     assert local == pytest.approx(1 / np.sqrt(across * up), rel=2e-3)
 
 
-def test_tilt_and_uncertainty_of_a_photo_are_told(bent_photo):
-    """The camera leans by 4 degrees about x and 2 about y. The frame's callipered size is most of what is unsure."""
-    photo = bent_photo
-    assert photo.camera_tilt_deg == pytest.approx(4.47, abs=0.2)
-    span_mm = np.hypot(70 + 28 + 16, 40 + 28 + 16)
-    assert photo.scale_uncertainty is not None
-    assert LIMITS.board_mm / span_mm <= photo.scale_uncertainty < 2 * LIMITS.board_mm / span_mm
-
-
 def test_markers_that_lie_below_the_face_make_the_scale_unsure(bent, tmp_path):
     """As they would look 5 mm lower at 262 mm: 1.9 % larger. The edges of the face give them away."""
     bent.write(tmp_path)
@@ -112,23 +101,3 @@ def test_corners_beside_markers_are_checked_like_corners_alone(bent, tmp_path):
     settings = bent.photo_input().model_copy(update={"face_corners_px": turned})
     with pytest.raises(InputError, match=r"photo\.jpg: face_corners_px \(\d"):
         load_photo(settings, tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("count", "placing_mm", "most"), [(4, 0.0, 1.35), (8, 0.0, 1.35), (8, 0.1, 1.15)], ids=["4", "8", "8 glued"]
-)
-def test_a_lens_that_is_not_there_adds_little_noise(count, placing_mm, most):
-    """Fitted in any case, it would make errors of the local scale half as large again, of exact markers."""
-    rng = np.random.default_rng(5)
-    view, true_mm = camera(tilt_deg=6.0), places_mm(board_around(count))
-    places_px = view.to_px(face_grid_mm())
-    exact = fit_view(view.to_px(true_mm), true_mm, view.size_px, lens=False).view.mm_per_px_at(places_px)
-    chosen, plain = [], []
-    for _ in range(30):
-        seen_px = view.to_px(true_mm + np.repeat(rng.normal(0, placing_mm, (count, 2)), 4, axis=0))
-        seen_px += rng.normal(0, 0.05, seen_px.shape)
-        fit, _ = fit_markers(seen_px, true_mm, view.size_px, lens_wanted=True)
-        without = fit_view(seen_px, true_mm, view.size_px, lens=False)
-        chosen.append(rms(fit.view.mm_per_px_at(places_px) - exact))
-        plain.append(rms(without.view.mm_per_px_at(places_px) - exact))
-    assert rms(np.array(chosen)) < most * rms(np.array(plain))

@@ -114,12 +114,6 @@ def test_a_waver_of_the_trace_does_not_ripple_the_floor():
     assert np.ptp(floor.depth_at_mm(across)) < 0.05
 
 
-def test_one_depth_however_it_is_given_is_a_plane():
-    number = build_solid(straight_slot(L, W, CUT), CrackShape(depth_mm=9.0))
-    table = build(straight_slot(L, W, CUT), ((5.0, 9.0), (70.0, 9.0)), "lean")
-    assert np.array_equal(number.vertices_mm, table.vertices_mm)
-
-
 @pytest.mark.parametrize(
     ("to_mm", "to_depth_mm", "remark"),
     [
