@@ -84,3 +84,13 @@ def test_joints_hide_no_crack_beside_them():
     joints = 0.6 * (np.exp(-(((x - 20) / 3) ** 2) / 2) + np.exp(-(((x - 140) / 3) ** 2) / 2))
     answer = support((noise() - faint - joints).astype(np.float32), EVERYWHERE)
     assert np.median(answer[30:130, 80]) > 4
+
+
+def test_what_may_not_be_searched_makes_no_noise():
+    """A rough part that is masked leaves ground beyond the reach of the widest filter as clear as without it."""
+    rough = np.random.default_rng(2).standard_normal((80, 480)) * np.where(np.arange(480) < 160, 0.3, 0.02)
+    quiet = np.where(np.arange(480) < 160, 0, rough)
+    masked = np.ones((80, 480), dtype=bool)
+    masked[:, :160] = False
+    with_mask, without = (strength((1 + grain).astype(np.float32), masked)[:, 250:300] for grain in (rough, quiet))
+    assert with_mask == pytest.approx(without, rel=0.02, abs=0.02)

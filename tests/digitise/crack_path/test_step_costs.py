@@ -69,6 +69,11 @@ def test_the_middle_of_a_wide_crack_is_the_cheapest():
     assert measure(field, ALONG)[1] == pytest.approx(15, abs=1)
 
 
+def test_nothing_leads_where_nothing_is_searched():
+    for cost in (cost_of_thin(field_of(allowed=False), ALONG), cost_of_wide(field_of(allowed=False, darkest=0.0))):
+        assert np.isinf(cost).all()
+
+
 @pytest.mark.parametrize("row_of_detour", [15, 45])
 @pytest.mark.parametrize(("margin", "detours"), [(20, True), (10, False)])
 def test_the_cheapest_way_keeps_within_its_margin(margin, detours, row_of_detour):

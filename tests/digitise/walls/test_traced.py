@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.tracing_cases import Case, clean_case, hard_case
+from benchmarks.tracing_cases import clean_case, hard_case
 from benchmarks.tracing_wide import trace_wide
 from digitise.crack_path.find_path import find_path
 from digitise.outline import trace_outline
@@ -56,37 +56,29 @@ def test_the_width_is_square_to_the_crack_up_to_its_ends(traced, tmp_path):
     assert read_outline(tmp_path).mean_width_mm == pytest.approx(outline.mean_width_mm, abs=1e-4)
 
 
-def traced_case(case: Case, folder: Path) -> tuple[Specimen, Outline]:
+@pytest.mark.broad
+@pytest.mark.parametrize(
+    ("case", "line_mm", "walls_mm"),
+    [
+        # 5.6 mm wide, at 40 degrees to the edge: the last 8 mm have one wall. Half of the expected width beside the
+        # wall that is seen: 0.04 mm. To the middle of the opening: 0.19 mm.
+        (clean_case(5), 0.08, 0.15),
+        # The line turns along the edge; a wall at an even distance from it would flare: 0.30 mm, straight on 0.07.
+        (hard_case("wall lit a little", 103), 0.2, 0.12),
+        # 10 px wide; its path runs 20 px along the rim of what is searched, and carried on that way it never left.
+        (hard_case("8 to 15 px", 3), 0.1, 0.15),
+    ],
+    ids=["one wall has left", "wall lit a little", "path along the rim"],
+)
+def test_line_and_walls_keep_their_way_at_the_edge_of_the_face(tmp_path, case, line_mm, walls_mm):
     truth = make_specimen(case.seed, case.recipe)
-    photo = photo_of(truth, folder)
-    return truth, trace_outline(photo, find_path(photo, case.ends_px(truth)))
-
-
-@pytest.mark.broad
-def test_the_centreline_keeps_its_way_where_one_wall_has_left_the_face(tmp_path):
-    """5.6 mm wide, at 40 degrees to the edge: the last 8 mm have one wall. RMS over the crack, whose limit is 0.1 mm.
-
-    Half of the expected width beside the wall that is seen: 0.04 mm. To the middle of the opening: 0.19 mm.
-    """
-    truth, outline = traced_case(clean_case(5), tmp_path)
-    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.08
-
-
-@pytest.mark.broad
-def test_a_wall_runs_straight_on_where_the_edge_of_the_face_hides_it(tmp_path):
-    """The line turns along that edge; a wall at an even distance from it would flare: 0.30 mm RMS, straight on 0.07."""
-    truth, outline = traced_case(hard_case("wall lit a little", 103), tmp_path)
+    photo = photo_of(truth, tmp_path)
+    outline = trace_outline(photo, find_path(photo, case.ends_px(truth)))
+    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= line_mm
     left = distance_to(outline.left_wall_mm, truth.left_wall_mm)
     right = distance_to(outline.right_wall_mm, truth.right_wall_mm)
-    assert rms(np.concatenate([left, right])) <= 0.12
-
-
-@pytest.mark.broad
-def test_a_narrow_crack_is_followed_over_the_edge_along_which_its_path_ends(tmp_path):
-    """10 px wide; its path runs 20 px along the rim of what is searched, and carried on that way it never left."""
-    truth, outline = traced_case(hard_case("8 to 15 px", 3), tmp_path)
+    assert rms(np.concatenate([left, right])) <= walls_mm
     assert outline.ends == ("open", "open")
-    assert rms(distance_to(outline.centreline_mm, truth.centreline_mm)) <= 0.1
     assert outline.length_mm == pytest.approx(truth.recipe.length_mm, abs=2)
 
 
