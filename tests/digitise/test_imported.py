@@ -22,7 +22,7 @@ from sealtwin.core.arc_length import arc_length
 from sealtwin.core.errors import InputError
 from sealtwin.core.record_files import read_solid, write_solid
 from sealtwin.core.records import FaceLabel, Floats, Outline, Solid
-from tests.meshes import Mesh, block, box, labelled_mm2, mesh_of, sheet, slotted, turned
+from tests.meshes import Mesh, block, box, labelled_mm2, mesh_of, sheet, slotted, soup, turned
 from tests.shapes import CLOSED, OPEN, wandering_crack
 
 BROAD = pytest.mark.broad
@@ -123,6 +123,18 @@ def test_it_is_named_a_mesh_wherever_a_photo_would_be(slot):
     assert slot.outline.warnings == ()
     shown_px = slot.outline.centreline_px * slot.outline.mm_per_px
     assert np.ptp(shown_px, axis=0) == pytest.approx(np.ptp(slot.outline.centreline_mm, axis=0), abs=1e-6)
+
+
+@pytest.mark.broad
+def test_each_repair_is_told(tmp_path):
+    vertices, faces = soup(mesh_of(slotted()), noise_mm=1e-5)
+    back = brought(tmp_path, (vertices, faces[:, ::-1]))
+    assert back.solid.cavity_volume_mm3 == pytest.approx(2400.0, rel=1e-5)
+    joined, turned_over = back.solid.figures.warnings
+    assert "vertices joined" in joined
+    assert "faces turned to point outward" in turned_over
+    assert back.solid.figures.mesh is not None
+    assert [repair.count for repair in back.solid.figures.mesh.repairs] == [int(joined.split()[0]), len(faces)]
 
 
 @pytest.mark.broad

@@ -46,6 +46,18 @@ def test_leads_change_no_figure_of_the_crack():
     assert led.waypoints == plain.waypoints + 39
 
 
+def test_what_smoothing_takes_is_stated():
+    """A rougher bound shortens the path and leaves the centreline further; both are in the figures."""
+    fine, _ = reported(wandering_crack(2), smoothing_mm=0.05)
+    coarse, _ = reported(wandering_crack(2), smoothing_mm=0.6)
+    assert coarse.length_mm < fine.length_mm < fine.centreline_mm * (1 + 1e-4)
+    assert fine.off_centreline_rms_mm < 0.06 < 0.2 < coarse.off_centreline_rms_mm
+    assert fine.smallest_radius_mm is not None
+    assert coarse.smallest_radius_mm is not None
+    assert coarse.smallest_radius_mm > fine.smallest_radius_mm
+    assert fine.off_centreline_worst_mm >= fine.off_centreline_rms_mm
+
+
 def test_the_doses_of_a_varying_section_and_the_speeds_of_a_ramp_are_told():
     sections = Sections(np.array([0.0, 80.0]), np.array([4.0, 16.0]), np.array([10.0, 50.0]))
     report, _ = reported(straight_slot(80.0), sections, flow="cross_section", ramp_mm=10.0, reverse=True)

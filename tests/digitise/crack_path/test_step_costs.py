@@ -96,6 +96,10 @@ def test_a_way_along_a_wall_measures_the_whole_width_and_is_led_to_the_middle():
     assert cost[30, 50] < cost[20, 50] / 3
 
 
+def test_a_way_along_a_thin_crack_measures_itself():
+    assert measure(field_of(dark=row(30, 0.8, width=7)), ALONG - np.array([3, 0]))[1] == pytest.approx(1, abs=0.5)
+
+
 DEAR = 25.0
 """Of a step off the crack, against 1 on it."""
 

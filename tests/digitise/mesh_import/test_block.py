@@ -45,6 +45,15 @@ def test_a_tilted_face_is_brought_level(about, by_deg):
     assert np.ptp(level[:, :2], axis=0) == pytest.approx([100.0, 40.0])
 
 
+def test_a_rough_face_is_known_by_its_middle():
+    """The grain of this very sheet leans by 0.02 degrees itself, 0.014 mm over its width."""
+    plane = face_of(turned(sheet(rough_mm=0.1, from_mm=30.0), 0, 3.0))
+    assert plane.tilt_deg == pytest.approx(3.0, abs=0.04)
+    assert plane.roughness_mm == pytest.approx(0.1, rel=0.2)
+    middle = np.array([50.0, 5.0])
+    assert plane.height_mm(middle[None])[0] == pytest.approx(5.0 * np.sin(np.radians(3.0)), abs=0.03)
+
+
 def test_a_ball_has_no_face():
     ball = trimesh.creation.icosphere(4, 50.0)
     with pytest.raises(InputError, match=r"face .*: \d+% "):

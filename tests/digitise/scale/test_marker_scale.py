@@ -3,6 +3,7 @@ import pytest
 
 from digitise.geometry.polyline import rectangle
 from digitise.photo import Photo, load_photo
+from digitise.scale.marker_scale import LIMITS
 from digitise.settings import MarkerBoard
 from fixtures.generate.recipe import Recipe
 from fixtures.generate.specimen import Specimen, make_specimen
@@ -77,6 +78,15 @@ def test_the_local_scale_is_that_of_the_place(bent, bent_photo):
     local = photo.view.mm_per_px_at(bent.to_px(places_mm_))
     assert abs(local[1] / local[0] - 1) > 0.01
     assert local == pytest.approx(1 / np.sqrt(across * up), rel=2e-3)
+
+
+def test_tilt_and_uncertainty_of_a_photo_are_told(bent_photo):
+    """The camera leans by 4 degrees about x and 2 about y. The frame's callipered size is most of what is unsure."""
+    photo = bent_photo
+    assert photo.camera_tilt_deg == pytest.approx(4.47, abs=0.2)
+    span_mm = np.hypot(70 + 28 + 16, 40 + 28 + 16)
+    assert photo.scale_uncertainty is not None
+    assert LIMITS.board_mm / span_mm <= photo.scale_uncertainty < 2 * LIMITS.board_mm / span_mm
 
 
 def test_markers_that_lie_below_the_face_make_the_scale_unsure(bent, tmp_path):

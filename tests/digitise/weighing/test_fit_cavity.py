@@ -140,6 +140,15 @@ def test_steps_that_scatter_more_than_declared_say_less():
     assert torn.steps[1][1] > 2 * sound.steps[1][1]
 
 
+def test_walls_that_open_downward_stay_upright_and_are_named():
+    funnel = shaped("funnel")
+    outline, shape, weighed = weigh(slot(), funnel, fill_of(5.0, 3.0), 0.1, 0.2)
+    assert shape.wall_angle_deg == 0
+    assert weighed.steps[1][1] > 0
+    assert any("open downward" in finding for finding in weighed.findings)
+    build_solid(outline, shape)
+
+
 @pytest.mark.parametrize(
     ("tilt", "angle_deg"), [("lean", 4.0), ("lean", 25.0), ("vertical", 20.0), ("funnel", 25.0), ("funnel", 35.0)]
 )
