@@ -80,6 +80,14 @@ def test_points_that_no_rigid_sample_has_are_refused_by_what_is_wrong(sample_mm,
         fitted(np.asarray(sample_mm, dtype=float), robot_mm)
 
 
+def test_what_fits_is_judged_by_the_limit():
+    robot_mm = seen(FOUR, tip_deg=0.0)
+    robot_mm[3, 2] += 1.0
+    assert fitted(FOUR, robot_mm, limit_mm=0.3).residual_mm.max() == pytest.approx(0.25, abs=1e-3)
+    with pytest.raises(InputError, match=r"0\.25 mm off; 0\.2 mm"):
+        fitted(FOUR, robot_mm, limit_mm=0.2)
+
+
 def test_a_hanging_arm_sees_the_face_from_below_its_own_z():
     """Its z points down: the face's normal is against it, and only then."""
     robot_mm = Rotation.from_euler("x", 180, degrees=True).apply(seen(CORNERS, tip_deg=0.0))
