@@ -111,6 +111,11 @@ def test_an_island_stands_in_the_crack(tmp_path):
     assert _volume_mm3(crack, 64 * 27) == pytest.approx((120 - np.pi / 4) * DEPTH_MM, rel=1e-3)
 
 
+def test_lines_that_do_not_meet_stay_apart():
+    lines = [DrawnLine(np.array([(0.0, 0.0), (1.0, 0.0)]), False), DrawnLine(np.array([(1.1, 0.0), (2.0, 0.0)]), False)]
+    assert len(joined(lines)) == 2
+
+
 @pytest.mark.parametrize(
     ("asked", "named"),
     [

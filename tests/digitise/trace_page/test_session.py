@@ -131,6 +131,7 @@ def test_via_points_and_region_are_followed(session):
     answers = _asked(session, Hints(ends_px=ENDS, via_px=((300.0, 161.0),)), "path")
     assert answers["path"]["source"] == "via"
     away = _asked(session, Hints(ends_px=ENDS, roi_px=((0.0, 0.0), (499.0, 60.0))))
+    assert away["refused"].startswith("crack.png: ")  # no folder of the user's
     assert "Box" in away["refused"]
 
 
