@@ -59,11 +59,11 @@ def test_a_fault_is_named_by_row_and_value(tmp_path, rows, says):
 @pytest.mark.parametrize(("off", "warned"), [(0.01, False), (0.05, True)])
 def test_a_pump_that_scatters_earns_a_warning_with_the_figure(tmp_path, off, warned):
     path = place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, off))
-    said = [warning for warning in path.warnings if warning.startswith("pump.csv:")]
+    warnings = [warning for warning in path.warnings if warning.startswith("pump.csv:")]
     # Two to either side of each of two flows: s = sqrt(2) off, two degrees of freedom, two of each.
-    assert [f"{np.sqrt(2) * off:.0%} off its mean" in one and f"known to {4.303 * off:.0%}" in one for one in said] == (
-        [True] * warned
-    )
+    assert [
+        f"{np.sqrt(2) * off:.0%} off its mean" in one and f"known to {4.303 * off:.0%}" in one for one in warnings
+    ] == ([True] * warned)
 
 
 def test_equal_weighings_show_no_interval(tmp_path):
