@@ -250,9 +250,8 @@ def test_pictures_that_are_asked_for_later_are_made_then_and_the_result_stays_th
     trial.write_text(asked)
     arguments = ("simulate", copied, "--set", "output.frames_every_s=0.1", "--device", "cpu")
     assert "note: no snapshot at 9 s: the run ended after 0.61 s." in _ended(*arguments)
-    assert {name: _files(copied)[name] for name in SAME_IN_EVERY_RUN} == {
-        name: before[name] for name in SAME_IN_EVERY_RUN
-    }
+    for name in ("particles.csv", "profile.csv"):
+        assert _files(copied)[name] == before[name]
     # At 0, 0.1, ... 0.6 s.
     assert len(read_pvd(copied / "frames" / "fill.pvd")) == 7
     pictures = {f"{stem}.png" for stem in ("0000.100s", "0000.400s", "fill")}

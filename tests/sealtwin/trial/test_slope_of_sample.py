@@ -30,6 +30,7 @@ def run(lab: Path, out: Path, table: str = "") -> tuple[str, ...]:
     return run_trial(load_trial(trial), lab, out, ("digitise", "simulate"), "cpu", QUIET).redone
 
 
+@pytest.mark.broad
 def test_a_changed_slope_redoes_the_fluid_and_an_unchanged_one_nothing(tmp_path):
     tiny_lab(tmp_path)
     out = tmp_path / "out"

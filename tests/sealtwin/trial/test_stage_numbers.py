@@ -55,7 +55,12 @@ def redone_in(run: Path, lab: Path) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize(
-    ("raised", "redone"), [("digitise", STAGES), ("simulate", ("simulate", "validate")), ("validate", ("validate",))]
+    ("raised", "redone"),
+    [
+        pytest.param("digitise", STAGES, marks=pytest.mark.broad),
+        pytest.param("simulate", ("simulate", "validate"), marks=pytest.mark.broad),
+        ("validate", ("validate",)),
+    ],
 )
 def test_a_raised_number_makes_its_stage_and_those_after_it_anew(run, lab, monkeypatch, raised, redone):
     assert redone_in(run, lab) == ()
@@ -104,14 +109,14 @@ def test_every_answer_on_a_run_of_another_version_says_so_once(run, tmp_path, mo
     places = {"RUN": run, "CELL": tmp_path / "cell.toml", "OUT": tmp_path / "out"}
     command = [*(str(places.get(word, word)) for word in words.split()), "--quiet"]
     own = NUMBERS[raised]
-    for number, told in ((own, 0), (999, 1)):
+    for number, times in ((own, 0), (999, 1)):
         monkeypatch.setitem(NUMBERS, raised, number)
         answers = [CliRunner().invoke(app, [*command, *more]) for more in ([], ["--json"])]
         assert [answer.exit_code for answer in answers] == [0, 0], answers[0].stderr
         sentence = f"{shown(run)}: computed by {raised} {own}, while this version has {raised} 999. 'sealtwin run TRIAL"
-        assert answers[0].stdout.count(sentence) == told
+        assert answers[0].stdout.count(sentence) == times
         others = json.loads(answers[1].stdout)["other_versions"]
-        assert [other.startswith(sentence) for other in others] == [True] * told
+        assert [other.startswith(sentence) for other in others] == [True] * times
 
 
 def test_extra_runs_of_another_solver_than_the_level_are_refused(run, monkeypatch):

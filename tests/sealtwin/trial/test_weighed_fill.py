@@ -40,18 +40,18 @@ def run(trial: Path, out: Path, *stages) -> tuple[str, ...]:
     return run_trial(load_trial(trial), trial.parent, out, stages or ("digitise",), "cpu", QUIET).redone
 
 
+@pytest.mark.broad
 def test_a_fill_makes_the_solid_and_travels_with_its_run(tmp_path):
     trial, out = lab_with(tmp_path), tmp_path / "out"
     assert run(trial, out) == ("digitise",)
     recorded = read_json(out / "solid.json")
-    weighed = recorded["weighed"]
+    weighed, volume_95_mm3 = recorded["weighed"], recorded["cavity_volume_95_mm3"]
     assert recorded["wall_angles_deg"] == pytest.approx([weighed["wall_angle_deg"]] * 2)
     assert recorded["depth_mm"] == pytest.approx(weighed["depth_mm"])
-    assert recorded["cavity_volume_95_mm3"][0] < recorded["cavity_volume_mm3"] < recorded["cavity_volume_95_mm3"][1]
+    assert volume_95_mm3[0] < recorded["cavity_volume_mm3"] < volume_95_mm3[1]
     assert record_files.read_solid(out).figures.weighed is not None
-    crack = present(load_trial(out / "trial.toml").crack, "crack")
-    assert crack.fill is not None
-    assert crack.fill.mass_g == (0.109, 0.174, 0.246)
+    fill = present(present(load_trial(out / "trial.toml").crack, "crack").fill, "fill")
+    assert fill.mass_g == (0.109, 0.174, 0.246)
     # Its content counts, not its name; and so does how well width and depth are known.
     (tmp_path / "fill.csv").rename(tmp_path / "renamed.csv")
     text = trial.read_text(encoding="utf-8").replace("fill.csv", "renamed.csv")

@@ -16,17 +16,12 @@ from sealtwin.trial.trial_file import Trial, load_trial, with_settings
 from sealtwin.trial.validate_stage import varied_settings
 from tests.studies import TRIAL, tiny_lab
 
-WEIGHED = """
-[path.weighed]
-mass_g = 0.11
-mass_sd_g = 0.0055
-density_kg_m3 = 1100
-density_sd_kg_m3 = 22
-"""
+WEIGHT = {"mass_g": 0.11, "mass_sd_g": 0.0055, "density_kg_m3": 1100.0, "density_sd_kg_m3": 22.0}
 TEXT = TRIAL.replace("volume_ml = 0.08\n", "").replace("[solver]", '[solver]\nmodel = "slot"')
 TEXT = (
     TEXT.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", 'viscosity_pa_s = 0.05\nfreeze_after_s = "never"')
-    + WEIGHED
+    + "\n[path.weighed]\n"
+    + "".join(f"{key} = {value:g}\n" for key, value in WEIGHT.items())
 )
 
 
@@ -49,26 +44,19 @@ def test_the_nozzle_gives_mass_over_density_with_the_doubt_of_both(tmp_path):
     assert varied_settings(other) != varied_settings(job.trial)
 
 
-WEIGHT = {"mass_g": 0.11, "mass_sd_g": 0.0055, "density_kg_m3": 1100.0, "density_sd_kg_m3": 22.0}
-
-
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "named"),
     [
         ("speed_mm_s = 20\n", "speed_mm_s = 20\nvolume_ml = 0.09\n", "volume_ml beside weighed"),
-        (
-            "[path.weighed]",
-            "[uncertainty]\nvolume_ml = 0.1\n\n[path.weighed]",
-            "uncertainty.volume_ml with path.weighed",
-        ),
+        ("[path.weighed]", "[uncertainty]\nvolume_ml = 0.1\n[path.weighed]", "uncertainty.volume_ml with path.weighed"),
         ("mass_sd_g = 0.0055\n", "", "path.weighed.mass_sd_g"),
         ("density_kg_m3 = 1100", "density_kg_m3 = 1.1", "path.weighed.density_kg_m3"),
     ],
 )
-def test_what_contradicts_it_is_refused_by_name(tmp_path, old, new, told):
+def test_what_contradicts_it_is_refused_by_name(tmp_path, old, new, named):
     assert old in TEXT
     (tmp_path / "trial.toml").write_text(TEXT.replace(old, new))
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=named):
         load_trial(tmp_path / "trial.toml")
 
 
