@@ -158,6 +158,7 @@ def test_a_run_records_what_was_set_and_goes_on_from_there(lab):
     assert (out / "inputs" / "other.csv").is_file()
 
 
+@pytest.mark.broad
 def test_a_viscosity_replaces_the_papers_as_in_a_study(lab):
     line = ("digitise", lab / "trial.toml", "--out", lab / "out", "--set", "fluid.viscosity_pa_s=0.5")
     assert sealtwin(*line).exit_code == 0
@@ -226,11 +227,6 @@ def _described(command):
     settings = [one for one in command.params if one.name in OPTIONS and one.help == OPTIONS[one.name].key]
     describe(command)
     return settings
-
-
-def test_help_shows_what_the_field_says():
-    shown = " ".join(sealtwin("digitise", "--help").stdout.replace("│", " ").split())
-    assert "Scale of a photo taken square to the face, in mm for each pixel. (photo.mm_per_px)" in shown
 
 
 def test_help_of_all_commands_loads_no_heavy_library():

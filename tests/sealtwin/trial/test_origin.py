@@ -24,12 +24,8 @@ def job(tmp_path) -> Job:
     run.mkdir()
     sheet = source / "inputs" / "readings.csv"
     sheet.write_bytes((FIXTURE / "caliper.csv").read_bytes())
-    file = {
-        "role": "readings",
-        "original": "P01 Messung.csv",
-        "kept_as": "inputs/readings.csv",
-        "sha256": sha256(sheet),
-    }
+    file = {"role": "readings", "original": "P01 Messung.csv", "kept_as": "inputs/readings.csv"}
+    file["sha256"] = sha256(sheet)
     record = {"ingested_utc": "2026", "source": "/home/a", "files": [file], "operator": "A. B.", "date": "1.3.2026"}
     (source / RECORD).write_text(json.dumps(record))
     trial = load_trial(FIXTURE / "trial.toml")
