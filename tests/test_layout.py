@@ -15,9 +15,7 @@ PACKAGES = ("sealtwin", "digitise", "simulate", "validate")
 
 @pytest.mark.parametrize("name", PACKAGES)
 def test_package_is_the_one_in_this_checkout_and_type_checkers_read_its_annotations(name):
-    found = importlib.import_module(name).__file__
-    assert found is not None
-    assert Path(found).parent == ROOT / name
+    assert Path(str(importlib.import_module(name).__file__)).parent == ROOT / name
     assert (ROOT / name / "py.typed").is_file()
 
 
@@ -30,6 +28,7 @@ def test_constraints_pin_every_dependency_and_no_address():
     assert all("==" in line and "/" not in line for line in lines)
 
 
+@pytest.mark.broad
 def test_files_and_names_that_the_guides_give_exist():
     """Paths and names in backquotes of CONTRIBUTING's table, the page of the method, and the packages' recipes."""
     recipes = "digitise/robots/__init__.py", "validate/readings/__init__.py"
