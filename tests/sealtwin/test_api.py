@@ -15,12 +15,10 @@ import numpy as np
 import pytest
 import trimesh
 from matplotlib import pyplot
-from PIL import Image
 
 import sealtwin as st
 from digitise.settings import CrackShape, NozzlePath, PhotoInput
 from sealtwin.core.errors import InputError
-from sealtwin.core.records import Outline
 from sealtwin.trial.starter_files import write_example_cell
 from sealtwin.trial.trial_file import load_trial
 from simulate.settings import SampleSlope
@@ -153,18 +151,6 @@ def result(way):
     _, crack, solid, _, run = way
     readings = st.read_readings(READINGS, crack, solid)
     return st.compare(st.measure_level(run, crack, solid), readings, crack, solid, gate_mm=50.0)
-
-
-def same_outline(first: Outline, second: Outline) -> bool:
-    names = ("centreline_mm", "left_wall_mm", "right_wall_mm", "outline_px")
-    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in names)
-
-
-@pytest.mark.broad
-def test_an_array_gives_what_its_file_gives(lab, way):
-    pixels = np.asarray(Image.open(lab / "crack.png").convert("RGB"))
-    photo = st.read_photo(pixels, mm_per_px=0.1)
-    assert same_outline(st.trace_crack(photo, np.array(ENDS_PX)), way[1])
 
 
 def test_a_mask_may_be_an_array(way):

@@ -75,12 +75,11 @@ def test_a_bad_photo_gets_one_sentence(trial, tmp_path, fault):
 
 
 @pytest.mark.parametrize("fault", ["all black", "without a crack"])
-def test_a_photo_without_a_crack_is_refused_with_a_given_scale_too(tmp_path, fault):
-    photo = tmp_path / "photo.png"
-    photo.write_bytes(BAD_PHOTOS[fault][0])
-    for ends in ((), ("--ends", "25,100", "475,105")):
-        out = tmp_path / "run"
-        refusal("digitise", photo, "--depth-mm", 16, "--mm-per-px", 0.1, *ends, "--out", out, "--quiet")
+@pytest.mark.parametrize("ends", [(), ("--ends", "25,100", "475,105")])
+def test_a_photo_without_a_crack_is_refused_with_a_given_scale_too(tmp_path, fault, ends):
+    (tmp_path / "photo.png").write_bytes(BAD_PHOTOS[fault][0])
+    options = ("--depth-mm", 16, "--mm-per-px", 0.1, *ends, "--out", tmp_path / "run", "--quiet")
+    refusal("digitise", tmp_path / "photo.png", *options)
 
 
 @pytest.mark.broad
@@ -99,34 +98,14 @@ def test_memory_stays_bounded_when_a_photo_is_a_bomb(tmp_path):
     assert int(answer.stderr.split()[-1]) < 700_000  # kB; the decoded photo alone is 1,600 MB
 
 
-BAD_SHEETS = {
-    "a missing column": ("s_mm,height\n0,-16\n", "height"),
-    "text in a number": ("s_mm,level_1_mm\n0,-16\n5,deep\n", "deep"),
-    "repeated stations": ("s_mm,level_1_mm\n0,-16\n0,-12\n", "line 3"),
-    "no rows": ("s_mm,level_1_mm\n", "no"),
-}
-
-
-@pytest.mark.parametrize(
-    "fault",
-    [name if name == "a missing column" else pytest.param(name, marks=pytest.mark.broad) for name in BAD_SHEETS],
-)
-def test_a_bad_sheet_gets_one_sentence_before_the_long_run(tmp_path, fault):
+def test_a_bad_sheet_gets_one_sentence_before_the_long_run(tmp_path):
     """Minutes of simulation must not pass before a typo in the sheet is found."""
     sheet = tiny_lab(tmp_path).with_name("readings.csv")
-    sheet.write_text(BAD_SHEETS[fault][0])
+    sheet.write_text("s_mm,height\n0,-16\n")
     sentence = refusal("run", tmp_path / "trial.toml", "--out", tmp_path / "run", "--quiet")
-    assert BAD_SHEETS[fault][1] in sentence
-    assert str(sheet) in sentence
+    assert f"{sheet}, line 1" in sentence
+    assert "height" in sentence
     assert not (tmp_path / "run" / "particles.csv").exists()
-
-
-def test_a_typo_in_a_key_is_refused_as_json_too(trial, tmp_path):
-    trial.write_text(trial.read_text().replace("depth_mm", "dept_mm"))
-    answer = sealtwin("run", trial, "--out", tmp_path / "run", "--json")
-    assert answer.exit_code == 3
-    error = json.loads(answer.stdout)
-    assert "did you mean 'depth_mm'" in error["error"]
 
 
 def test_an_absent_device_is_refused_and_never_replaced(tmp_path):
@@ -159,15 +138,6 @@ def test_another_photo_does_not_replace_a_result_without_a_word(tmp_path):
     options = ("--depth-mm", 16, "--mm-per-px", 0.1, "--ends", "40,145", "460,145", "--out", tmp_path / "run")
     assert sealtwin("digitise", photos[0], *options).exit_code == 0
     assert "crack.jpg" in refusal("digitise", photos[1], *options)
-
-
-@pytest.mark.broad
-def test_sealant_out_of_proportion_to_the_crack_is_said(tmp_path):
-    photo = write_png(tmp_path / "crack.png", with_crack(mortar(), [(40, 150), (460, 140)]))
-    crack = ("--depth-mm", 16, "--mm-per-px", 0.1, "--ends", "40,150", "460,140", "--set", "path.volume_ml=60")
-    answer = sealtwin("digitise", photo, *crack, "--out", tmp_path / "run")
-    assert answer.exit_code == 0
-    assert any("note:" in line and "60" in line and "ml" in line for line in answer.stderr.splitlines())
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from sealtwin.cli.answer import removed_options
 from sealtwin.cli.app import app
 from sealtwin.cli.options import OPTIONS, describe, settings_of
 from sealtwin.core.errors import present
-from sealtwin.core.settings import described, names_file, table_of
+from sealtwin.core.settings import described, table_of
 from sealtwin.trial.trial_file import Trial
 from tests.pages import leave_out_pages
 from tests.places import FIXTURE, ROOT
@@ -250,9 +250,3 @@ def test_the_page_of_old_options_lists_them_all():
     page = (ROOT / "docs" / "reference" / "from-0.2-to-1.0.md").read_text(encoding="utf-8")
     rows = {tuple(re.findall(r"`([^`]+)`", line)) for line in page.splitlines() if line.startswith("| `")}
     assert rows == {(name, option, now) for name, gone in REMOVED.items() for option, now in gone.items()}
-
-
-def test_settings_that_may_name_a_file_and_settings_that_do_not():
-    files = ["photo.mask", "mesh.path", "readings.file", "fluid.material", "path.plan", "crack.fill"]
-    others = ["photo.mm_per_px", "name", "phot.mask", "photo.markers", "photo.markers.size_mm"]
-    assert [name for name in files + others if names_file(Trial, name)] == files

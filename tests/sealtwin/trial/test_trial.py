@@ -2,7 +2,6 @@
 
 import os
 import re
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,6 @@ from sealtwin.core.errors import InputError, present
 from sealtwin.trial.starter_files import DEMO, TRIAL, place_paper_trial, write_starter
 from sealtwin.trial.trial_file import load_trial, sample_trial, seen_from, trial_text
 from tests.places import FIXTURE
-from validate.settings import Uncertainty
 
 ENDS = "ends_px = [[1, 2], [90, 2]]\n"
 
@@ -94,13 +92,6 @@ def test_a_file_that_is_no_trial_is_refused(tmp_path, content, named):
         load_trial(path)
 
 
-def test_a_trial_from_a_windows_editor_is_read(tmp_path):
-    path = tmp_path / "trial.toml"
-    path.write_bytes(b"\xef\xbb\xbf" + TRIAL.replace("\n", "\r\n").encode())
-    crack = present(load_trial(path).crack, "crack")
-    assert crack.depth_mm == 16.0
-
-
 def test_a_missing_trial_a_pipe_a_device_and_a_folder_are_refused(tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "zero.toml").symlink_to("/dev/zero")
@@ -134,25 +125,6 @@ def test_the_resolved_trial_reads_back_as_itself(tmp_path, name):
     path.write_text(trial_text(trial), encoding="utf-8")
     assert load_trial(path) == trial
     assert "\ndepth_mm = 16.0\n" in path.read_text(encoding="utf-8")
-
-
-def test_the_two_trials_of_the_fixture_differ_in_what_they_say_they_do_and_in_nothing_else():
-    """The tilt, the preset, and what holds the slope: the paper's way, and ours; which says how sure its inputs are."""
-    ours, papers = (tomllib.loads((FIXTURE / name).read_text()) for name in ("trial.toml", "trial-paper.toml"))
-    for trial, tilt, angle, preset in ((ours, "undercut", 4.84, "accurate"), (papers, "lean", 11.0, "paper")):
-        crack, solver = trial["crack"], trial["solver"]
-        assert (crack.pop("tilt"), crack.pop("wall_angle_deg"), solver.pop("preset")) == (tilt, angle, preset)
-    assert papers.pop("fluid") == {"U": 30.0, "D_cm": 0.3, "freeze_after_s": 2.58}
-    assert ours.pop("fluid") == {"U": 30.0, "D_cm": 0.3, "freeze_after_s": "never", "yield_stress_pa": 12.0}
-    assert ours["solver"].pop("settle_s") == 2.0
-    declared = Uncertainty.model_validate(ours.pop("uncertainty"))
-    assert len(declared.moved) == 6, "of seven that eight runs can tell, so that the scatter of runs shows too"
-    assert (declared.viscosity_percent, declared.yield_stress_pa) == (None, None), "read off the same readings"
-    for trial in (ours, papers):
-        for differing in ("name", "note", "gate"):
-            del trial[differing]
-        del trial["readings"]["fitted"]
-    assert ours == papers
 
 
 def test_the_trials_of_the_fixture_say_what_was_fitted_and_why_their_gate_is_what_it_is():
