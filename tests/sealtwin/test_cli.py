@@ -9,7 +9,6 @@ import struct
 import subprocess
 import sys
 import zlib
-from functools import cache
 from pathlib import Path
 
 import cv2
@@ -31,16 +30,14 @@ def trial(tmp_path):
     return tmp_path / "lab" / "trial.toml"
 
 
-@cache
-def _png_bomb(rows: int = 40_000) -> bytes:
-    """A greyscale PNG of 40,000 x 40,000 pixels in under 1 MB: decoded it is 1.6 GB, in colour 4.8 GB."""
+def _png_bomb() -> bytes:
+    """The begin of a greyscale PNG of 40,000 x 40,000 pixels: decoded it would be 1.6 GB, in colour 4.8 GB."""
 
     def chunk(kind, content):
         return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
-    header = struct.pack(">IIBBBBB", 40_000, 40_000, 8, 0, 0, 0, 0)
-    content = zlib.compress(bytes(40_001) * rows, 9)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", content) + chunk(b"IEND", b"")
+    header, row = struct.pack(">IIBBBBB", 40_000, 40_000, 8, 0, 0, 0, 0), zlib.compress(bytes(40_001))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", row) + chunk(b"IEND", b"")
 
 
 def _encoded(image):
@@ -52,7 +49,7 @@ BAD_PHOTOS = {
     "empty": (b"", "empty"),
     "truncated": ("truncated", "photo"),
     "a text file": (b"This is no photo.\n" * 100, "photo"),
-    "a bomb": (_png_bomb(1), "pixels"),
+    "a bomb": (_png_bomb(), "million pixels allowed"),
     "all black": (_encoded(np.zeros((200, 500, 3), np.uint8)), ""),
     "without a crack": (_encoded(np.full((200, 500, 3), 150, np.uint8)), ""),
 }
@@ -80,22 +77,6 @@ def test_a_photo_without_a_crack_is_refused_with_a_given_scale_too(tmp_path, fau
     (tmp_path / "photo.png").write_bytes(BAD_PHOTOS[fault][0])
     options = ("--depth-mm", 16, "--mm-per-px", 0.1, *ends, "--out", tmp_path / "run", "--quiet")
     refusal("digitise", tmp_path / "photo.png", *options)
-
-
-@pytest.mark.broad
-def test_memory_stays_bounded_when_a_photo_is_a_bomb(tmp_path):
-    (tmp_path / "bomb.png").write_bytes(_png_bomb(10_000))
-    # Not ru_maxrss: a child starts with its parent's, and pytest may have grown by then.
-    script = (
-        "import sys; from pathlib import Path; from sealtwin.cli.app import main\n"
-        "try: main()\n"
-        "finally: print(Path('/proc/self/status').read_text().split('VmHWM:')[1].split()[0], file=sys.stderr)"
-    )
-    photo, out = str(tmp_path / "bomb.png"), str(tmp_path / "run")
-    command = ["digitise", photo, "--depth-mm", "16", "--mm-per-px", "0.1", "--out", out]
-    answer = subprocess.run([sys.executable, "-c", script, *command], capture_output=True, text=True, check=False)
-    assert answer.returncode == 3, answer.stderr
-    assert int(answer.stderr.split()[-1]) < 700_000  # kB; the decoded photo alone is 1,600 MB
 
 
 def test_a_bad_sheet_gets_one_sentence_before_the_long_run(tmp_path):
