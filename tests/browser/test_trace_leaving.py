@@ -57,20 +57,6 @@ def test_what_a_trial_says_already_is_shown_and_saved_as_it_is(open_page, tmp_pa
     assert trial.read_bytes() == before
 
 
-def test_a_trial_that_changed_meanwhile_is_not_overwritten(open_page, tmp_path):
-    shutil.copytree(FIXTURE, tmp_path / "lab")
-    trial = tmp_path / "lab" / "trial.toml"
-    bench = open_page(trial)
-    bench.await_state("walls")
-    bench.page.click("#swap")
-    trial.write_text(trial.read_text() + "# mine\n")
-    bench.page.click("#save")
-    bench.until("document.getElementById('save-refused').innerText.includes('changed since')")
-    assert not bench.page.is_visible("#farewell")
-    assert bench.command.poll() is None
-    assert trial.read_text().endswith("# mine\n")
-
-
 def test_a_photo_needs_scale_and_depth_before_it_is_saved(open_page, shot, tmp_path):
     photo = Path(shutil.copy(shot.file, tmp_path))
     bench = open_page(photo)
