@@ -9,14 +9,13 @@ from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
 from sealtwin.study.extra_runs import vary
-from sealtwin.trial.job import STAGES, StageName, resume_job
+from sealtwin.trial.job import STAGES, StageName
 from sealtwin.trial.pipeline import FinishedStages, run_trial
 from sealtwin.trial.trial_file import load_trial
 from simulate.profile import measure_profile
 from tests.pages import leave_out_figures, leave_out_pdf
-from tests.studies import TRIAL, tiny_lab
+from tests.studies import TRIAL, job_in, tiny_lab
 
 QUIET = Progress()
 PASTE = TRIAL.replace("U = 30.0\nD_cm = 0.3\nfreeze_after_s = 0.2", 'viscosity_pa_s = 0.05\nfreeze_after_s = "never"')
@@ -56,7 +55,7 @@ def test_a_trial_takes_the_fast_model_and_its_report_says_so(tmp_path, monkeypat
     assert tables["Dispensed sealant, by place"]["over the sample's edge"] == "not computed by the fast model"
     assert any("fast model, without particles" in line for line in result_lines(finished.result, "validate"))
     assert run(tmp_path, fast).redone == ()
-    with open_folder(out, create=False) as folder, pytest.raises(InputError, match=r"\[uncertainty\] declares no"):
-        vary(resume_job(folder, "cpu", QUIET))
+    with job_in(out) as job, pytest.raises(InputError, match=r"\[uncertainty\] declares no"):
+        vary(job)
     assert run(tmp_path, PASTE, STAGES[:2]).redone == ("simulate",)
     assert "bed" not in read_json(out / "simulation.json")

@@ -12,22 +12,19 @@ from sealtwin.cli.app import app
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
 from sealtwin.study.extra_runs import _variants
 from sealtwin.study.moved_inputs import Base
 from sealtwin.study.study_folder import read_plan
-from sealtwin.study.sweep import SweepOptions, sweep
-from sealtwin.trial.job import resume_job
+from sealtwin.study.sweep import sweep
 from sealtwin.trial.pipeline import run_stages, run_trial
 from sealtwin.trial.trial_file import load_trial
 from simulate.material_curve import CoolingCurve, MaterialCurve
 from simulate.material_file import Material
 from tests.pages import leave_out_figures, leave_out_pdf
-from tests.studies import compute_here, tiny_lab
+from tests.studies import HERE, compute_here, job_in, tiny_lab
 
 QUIET = Progress()
 STAGES = ("digitise", "simulate")
-HERE = SweepOptions(device="cpu", jobs=0, batch=1)
 CURING = "age_s,viscosity_pa_s,yield_stress_pa\n0,0.05,0\n0.2,5,20\n"
 HOT = "temperature_c,viscosity_pa_s\n100,50\n200,0.05\n"
 MEASURED = """\
@@ -75,8 +72,8 @@ def test_a_table_travels_with_its_run_and_counts_by_what_it_says(tmp_path):
     trial.write_text(trial.read_text(encoding="utf-8").replace("curing.csv", "renamed.csv"), encoding="utf-8")
     assert run(trial, out) == ()
     (tmp_path / "renamed.csv").unlink()
-    with open_folder(out, create=False) as folder:
-        assert run_stages(resume_job(folder, "cpu", QUIET), ("simulate",)).redone == ()
+    with job_in(out) as job:
+        assert run_stages(job, ("simulate",)).redone == ()
     (tmp_path / "renamed.csv").write_text(CURING.replace("20\n", "21\n"), encoding="utf-8")
     assert run(trial, out) == ("simulate",)
 
@@ -122,8 +119,7 @@ def test_extra_runs_move_a_table_by_what_is_declared_and_keep_the_other_one(tmp_
     declared = "\n[uncertainty]\nviscosity_percent = 10.0\nyield_stress_pa = 2.0\n"
     trial.write_text(text + declared, encoding="utf-8")
     run(trial, out)
-    with open_folder(out, create=False) as folder:
-        job = resume_job(folder, "cpu", QUIET)
+    with job_in(out) as job:
         variants = _variants(Base.of(job), designed=True)
     curves = [(moved, each.fluid.curve, each.fluid.cooling) for moved, each, _ in variants if each.fluid is not None]
     assert len(curves) > 3

@@ -8,14 +8,13 @@ from typer.testing import CliRunner
 from sealtwin.cli.app import app
 from sealtwin.core.errors import present
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
-from sealtwin.trial.job import STAGES, resume_job
+from sealtwin.trial.job import STAGES
 from sealtwin.trial.pipeline import run_trial
 from sealtwin.trial.trial_file import load_trial
 from sealtwin.trial.validate_stage import readings_of
 from tests.evidence import make_evidence
 from tests.pages import leave_out_pages
-from tests.studies import tiny_lab
+from tests.studies import job_in, tiny_lab
 from validate.wording.comparison import readings_table
 
 SHEET = """s_mm,level_1_mm,level_2_mm,level_3_mm
@@ -55,8 +54,7 @@ def test_a_doubt_is_said_until_the_trial_answers_it(run):
 def test_readings_are_held_against_no_volume_that_nobody_said(run):
     """The default fills the cavity: how much was dispensed is then not known."""
     (run / "inputs" / "readings.csv").write_text("s_mm,level_1_mm\n0.5,-0.5\n4,-0.5\n8,-0.5\n13.5,-0.5\n")
-    with open_folder(run, create=False) as folder:
-        job = resume_job(folder, "cpu", Progress())
+    with job_in(run) as job:
         unsaid = job.trial.model_copy(update={"path": job.trial.path.model_copy(update={"volume_ml": "cavity"})})
         for one, doubted in ((job, True), (replace(job, trial=unsaid), False)):
             readings = present(readings_of(one), "readings")

@@ -12,13 +12,11 @@ from sealtwin.core import record_files
 from sealtwin.core.errors import InputError, present
 from sealtwin.core.files import read_json
 from sealtwin.core.progress import Progress
-from sealtwin.core.run_folder import open_folder
 from sealtwin.study.extra_runs import _variants
 from sealtwin.study.moved_inputs import Base
-from sealtwin.trial.job import resume_job
 from sealtwin.trial.pipeline import run_trial
 from sealtwin.trial.trial_file import load_trial
-from tests.studies import tiny_lab
+from tests.studies import job_in, tiny_lab
 
 QUIET = Progress()
 DECLARED = "\n[uncertainty]\nwidth_mm = 0.1\ndepth_mm = 0.3\n"
@@ -105,8 +103,7 @@ def test_the_extra_runs_move_width_angle_and_depth_together(tmp_path):
     text = trial.read_text(encoding="utf-8").replace("radius_mm = 0.45", "radius_mm = 0.36")
     trial.write_text(text, encoding="utf-8")
     run(trial, out, "digitise", "simulate")
-    with open_folder(out, create=False) as folder:
-        job = resume_job(folder, "cpu", QUIET)
+    with job_in(out) as job:
         base = Base.of(job)
         variants = _variants(base, designed=True)
     weighed = present(base.sample.solid.figures.weighed, "weighed")
