@@ -40,7 +40,9 @@ def test_files_and_names_that_the_guides_give_exist():
         places = ROOT, (ROOT / guide).parent, ROOT / "simulate" / "kernels"
         for name in files:
             assert any((place / name).exists() for place in places) or name == "__init__.py", f"{guide}: {name}"
-    files = [path for name in PACKAGES for path in (ROOT / name).rglob("*.py") if path.name != "__init__.py"]
+    # A recipe names tables of tests too.
+    folders = (*PACKAGES, "tests/validate/readings")
+    files = [path for name in folders for path in (ROOT / name).rglob("*.py") if path.name != "__init__.py"]
     sources = "\n".join(path.read_text(encoding="utf-8") for path in files)
     table = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("| what | where |")[1]
     table += "".join((ROOT / recipe).read_text(encoding="utf-8") for recipe in recipes)
