@@ -117,15 +117,9 @@ def lattice(low_mm: Floats, high_mm: Floats, spacing_mm: float, seed: int = 0) -
 def put_down(position_mm: Floats, frame_s: float, radius_mm: float) -> Schedule:
     """Particles that are all released at once, at rest."""
     count = len(position_mm)
-    return Schedule(
-        position_mm=position_mm,
-        velocity_mm_s=np.zeros_like(position_mm),
-        frame_of=np.zeros(count, dtype=np.int64),
-        released=np.array([count]),
-        frame_s=frame_s,
-        release=count,
-        dispensed_mm3=count * particle_volume(radius_mm),
-    )
+    frames, released = np.zeros(count, dtype=np.int64), np.array([count])
+    dispensed_mm3 = count * particle_volume(radius_mm)
+    return Schedule(position_mm, np.zeros_like(position_mm), frames, released, frame_s, count, dispensed_mm3)
 
 
 def engine_with(
