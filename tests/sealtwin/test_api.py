@@ -366,7 +366,7 @@ def test_a_fluid_neither_freezes_nor_needs_to_say_so_but_in_a_trial_file(lab, tm
     [
         ("Fluid(U=-1)", "Fluid: U = -1"),
         ("Fluid(viscosity_pa=1)", "Fluid: viscosity_pa: no such key"),
-        ("Fluid(1.0)", "Fluid: give settings by name, as U="),
+        ("Fluid(1.0)", "Fluid: give settings by name, as in U="),
         ("Fluid()", "Fluid: "),
         ("Solver(radius_mm=0)", "Solver: radius_mm = 0"),
         ("Nozzle(diameter_mm='2')", "Nozzle: diameter_mm = '2'"),
@@ -374,7 +374,7 @@ def test_a_fluid_neither_freezes_nor_needs_to_say_so_but_in_a_trial_file(lab, tm
         ("read_photo(photo.image)", "read_photo: no scale"),
         ("read_photo(photo.image, mm_per_px=0.1, ruler_px=ENDS_PX, ruler_mm=5)", "read_photo: mm_per_px"),
         ("read_photo(photo.image / 255, mm_per_px=0.1)", "photo: an array"),
-        ("read_photo(7, mm_per_px=0.1)", "photo: a int"),
+        ("read_photo(7, mm_per_px=0.1)", "photo: expected a file"),
         ("trace_crack(photo, [(1, 2)])", "trace_crack: ends_px"),
         ("trace_crack(photo, [(1, 2), (3, '4')])", "trace_crack: ends_px.1.1"),
         ("build_solid(crack, 900)", "build_solid: depth_mm = 900"),
