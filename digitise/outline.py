@@ -40,7 +40,7 @@ LEAST_FITTED_PX = 1.7  # Least width by a fit: 2 px, less the 15 % that such a f
 
 
 BY_DEFAULT = PhotoInput(file=Path("photo"), data="undeclared", mm_per_px=1.0)
-"""Settings of a photo with all defaults of how a crack is measured."""
+"""Photo settings in which everything about how a crack is measured has its default."""
 
 
 class Unconfirmed(str):
@@ -53,9 +53,9 @@ PROPOSAL = Unconfirmed("the crack was found automatically: look at overlay.png, 
 def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline:
     """Measure the crack along ``path``: between its walls or, if it is too thin for them, by a fit of its profile.
 
-    Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is
-    set, or the crack is too thin for the fit. Raises InputError as ``outline_by_walls``, and if a thin crack or the
-    ground next to it is hidden, or if walls were drawn for an outline without walls.
+    Only the settings on how a crack is measured are used. The outline is a path without walls if ``path_only`` is set,
+    or the crack is too thin for the fit. Raises InputError if ``outline_by_walls`` does, if a thin crack or the ground
+    next to it is hidden, or if walls were drawn for an outline without walls.
     """
     outline = _measured(photo, path, settings)
     if path.source not in CLICKED:
@@ -66,7 +66,7 @@ def trace_outline(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAU
 
 
 def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
-    """Return the outline of ``trace_outline`` without the check beyond its ends."""
+    """Return the outline for ``trace_outline``, which then checks the ground beyond its ends."""
     if settings.mean_width_mm is not None:
         shown = _measured(photo, path, settings.model_copy(update={"mean_width_mm": None}))
         if shown.width_source == "none" or shown.branches_kept:
@@ -78,7 +78,7 @@ def _measured(photo: Photo, path: CrackPath, settings: PhotoInput) -> Outline:
         return replace(moved, width_source="gauge", width_95_mm=None)
     width_mm = settings.width_stations_mm
     if settings.walls_px and (settings.path_only or width_mm is not None):
-        raise InputError(f"{photo.file}: photo.walls_px beside width_mm or path_only, which need no walls; give one.")
+        raise InputError(f"{photo.file}: photo.walls_px cannot be combined with width_mm or path_only: give one.")
     if settings.path_only or width_mm is not None:
         traced = _middle(photo, path, settings)
         return _along(photo, path, traced, "none") if width_mm is None else _gauged(photo, path, traced, width_mm)
@@ -220,7 +220,7 @@ def _gauged(photo: Photo, path: CrackPath, traced: Traced, width_mm: Floats) -> 
 
 
 def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> Outline | None:
-    """Trace the outline in a smaller copy of the photo and in its pixels; None if the walls are not found."""
+    """Trace the outline in a smaller copy of the photo; its pixels are the copy's. None if the walls are not found."""
     if path.width_px < 2 * GLANCE_WIDTH_PX or photo.drawn is not None:
         return None
     factor = 2 ** int(np.log2(path.width_px / GLANCE_WIDTH_PX))

@@ -1,4 +1,4 @@
-"""A photo with a scale, of one or two pictures. Pixels become millimetres only here."""
+"""A photo with a scale, made from one or two pictures. Only this module converts pixels to millimetres."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -34,8 +34,8 @@ CLICK_PX = 1.0  # Standard deviation of each coordinate of a click
 SHORTEST_RULER_PX = 50.0  # Shortest ruler: two clicks on it are uncertain by 3 % of every length
 TILT_COST = 0.0035  # Standard uncertainty for a camera held by hand: 3 degrees at 0.12 % each, on synthetic photos
 TILT_WARNING = (
-    "a ruler does not show tilt: with the camera 5 degrees off square, lengths are wrong by up to 3.5 %, with 10 by "
-    "7 %; markers or the face's corners show it"
+    "a ruler does not show tilt: if the camera is 5 degrees off square, lengths are wrong by up to 3.5 %, and by "
+    "7 % at 10 degrees; markers or the face's corners show it"
 )
 UNSURE = 0.01  # Least standard uncertainty of a scale with a warning; a crack's width is reported to twice that
 
@@ -79,7 +79,7 @@ class Photo(Pixels, Scale):
 
 
 def load_photo(settings: PhotoInput, folder: Path) -> Photo:
-    """Read the photo and find its scale; its path is in ``folder`` or absolute. Raises InputError if that fails."""
+    """Read the photo in ``folder``, unless its path is absolute, and find its scale. Raises InputError on failure."""
     photo = scaled(read_pixels(settings, folder), settings)
     return replace(photo, warnings=(*photo.warnings, *beside_markers(photo, settings)))
 
@@ -119,8 +119,8 @@ def pixels_of(
 ) -> Pixels:
     """Combine pictures in memory: brightness is that of the darker one at each pixel, colour that of the first.
 
-    ``second`` is lit from the other side, ``drawn`` the mask of the crack, (height, width). Raises InputError if a
-    picture is black, or both do not show the same scene.
+    ``second`` is lit from the other side, and ``drawn`` is the mask of the crack, (height, width). Raises InputError if
+    a picture is black, or if the second picture does not show the scene of the first.
     """
     brightness, warnings = _light(decoded.image, file), decoded.warnings
     if second is not None:
@@ -221,7 +221,7 @@ def _likeliest(shifts_px: Floats, tile: Map, other: Map) -> Floats:
 
 
 def _grain(tile: Map) -> Map:
-    """Return a tile without exposure and slow changes of light."""
+    """Return a tile in which the effects of exposure and of slow changes of light are removed."""
     root = cv2.GaussianBlur(np.sqrt(tile / np.mean(tile)), (0, 0), GRAIN_PX)
     return np.asarray(root - cv2.blur(root, (LIGHT_PX, LIGHT_PX)), dtype=np.float32)
 
@@ -237,7 +237,7 @@ def scale_by_ruler(ends_px: tuple[Pixel, Pixel], length_mm: float, size_px: tupl
     length_px = float(np.linalg.norm(points_px[1] - points_px[0]))
     if length_px < SHORTEST_RULER_PX:
         raise InputError(
-            f"{file}: the points of ruler_px are {length_px:.1f} px apart, need {SHORTEST_RULER_PX:g}: give two marks "
+            f"{file}: the points of ruler_px are {length_px:.1f} px apart, under {SHORTEST_RULER_PX:g}: give two marks "
             "of the ruler that are farther apart."
         )
     mm_per_px = length_mm / length_px

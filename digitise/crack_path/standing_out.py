@@ -1,4 +1,4 @@
-"""Refuse or doubt a path if the photo does not show a dark line between two equal grounds along it.
+"""Refuse or doubt a path if the photo does not show a dark line between two equally bright sides along it.
 
 Each check compares the light on a path with the light around it. The limits were set on 48 drawn photos and 63 real
 ones with masks: no path on a crack comes near them.
@@ -72,7 +72,7 @@ def unlike_length_px(photo: Photo, points_px: Floats, width_px: float) -> float:
 
 
 def unlike_sides(photo: Photo, path: CrackPath) -> list[str]:
-    """Return a warning if both sides differ by much of the line's darkness, as at a marking or an edge."""
+    """Return a warning if the two sides' difference in brightness is large compared with the darkness of the line."""
     beside_px, reach_px = (widths * path.width_px + more_px for widths, more_px in zip(SIDES, SIDES_PX, strict=True))
     _, own, left, right = _own_and_sides(photo, path, beside_px, reach_px)
     step = finite_median(np.fmin(left, right) - own)

@@ -28,7 +28,7 @@ DEEPEST = 16  # Deepest nesting of blocks that is searched
 
 
 class Drawing:
-    """A drawing. Its layers are read on demand; upper and lower case of their names are the same."""
+    """A drawing. Its layers are read on demand, and upper and lower case in their names are equal."""
 
     def __init__(self, file: Path, document: Any, unit: DrawnUnit, unit_source: str) -> None:
         self.file, self.unit_source = file, unit_source
@@ -185,12 +185,12 @@ class Drawing:
                     by_layer = self._in_block(name, ())
                     # A block's lines on layer 0 belong to the layer on which the block is inserted.
                     if count := by_layer[key] * (key != "0") + by_layer["0"] * (key == own):
-                        left_out[f'lines in the block "{name}", which is to be exploded'] += count
+                        left_out[f'lines in the block "{name}" (explode it)'] += count
         for layout in self._document.layouts:
             if layout.name != self._document.modelspace().name:
                 count = sum(_is_line(entity) and str(entity.dxf.get("layer", "0")).upper() == key for entity in layout)
                 if count:
-                    left_out[f'lines on the sheet "{layout.name}", which are to be in model space'] += count
+                    left_out[f'lines on the sheet "{layout.name}" (move them to model space)'] += count
 
     def _in_block(self, name: str, within: tuple[str, ...]) -> "Counter[str]":
         """Return the number of lines in a block and in the blocks inside it, by layer."""

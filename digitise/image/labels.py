@@ -17,7 +17,8 @@ CATEGORY = {"id": 1, "name": "crack", "supercategory": "crack"}
 def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
     """Return the pixels at least half covered by the crack, (height, width).
 
-    Raises InputError, with the ``name`` of the crack, if it is not from a photo of known size, or is a path alone.
+    Raises InputError, which names the crack ``name``, if the crack has no photo of known size, or is a path without
+    walls.
     """
     if outline.seen_in == "mesh" or outline.photo_size_px is None:
         raise InputError(f"{name}: this crack is not from a photo of known size; digitise a photo again for its mask.")
@@ -30,7 +31,7 @@ def mask_of(outline: Outline, name: str) -> NDArray[np.bool_]:
 
 
 def mask_png(outline: Outline, name: str) -> bytes:
-    """Return the mask as a PNG, white on black. Raises InputError as ``mask_of``."""
+    """Return the mask of ``mask_of`` as a PNG, white on black. Raises InputError if there is no mask."""
     encoded, png = cv2.imencode(".png", np.where(mask_of(outline, name), 255, 0).astype(np.uint8))
     if not encoded:
         raise RuntimeError("OpenCV could not encode a mask")

@@ -27,7 +27,8 @@ T_95 = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 """Student's factor of a 95 % interval for 1 to 10 degrees of freedom."""
 DOUBTFUL = 0.1  # Relative half-width of a flow's interval that gives a warning, as for all that is measured
 WORTHLESS = 0.5
-"""Half-width that is refused: the crack would get 50 to 150 % of its sealant, from a bare floor to an overflow."""
+"""Relative half-width of the flow's 95 % interval that is refused: the crack would get 50 to 150 % of its sealant, from
+a bare floor to an overflow."""
 ROUNDING = 1e-9  # Relative scatter of equal weighings
 ALIKE = 1e-6  # Relative difference of two numbers that are meant as equal
 
@@ -36,9 +37,10 @@ class Pump(Settings):
     """Weighings of a pump, and the sealant that was weighed."""
 
     file: Path
-    """CSV of asked_mm3_s, weighed_g, time_s and, if it was timed, delay_s; its path is relative to the cell file, or
-    absolute. They are the requested flow, the mass that a cup caught of steady flow in that time, and the time from the
-    request to the first sealant. Give two or more weighings of each of two or more flows."""
+    """CSV with the columns asked_mm3_s, weighed_g, time_s and, if it was timed, delay_s. Its path is absolute or
+    relative to the cell file. asked_mm3_s is the requested flow, weighed_g is the mass that a cup caught of steady flow
+    during time_s, and delay_s is the time from the request to the first sealant. Give two or more weighings of each of
+    two or more flows."""
     density_kg_m3: float = Field(ge=100, le=2e4)
     """Density of the sealant."""
     density_error_kg_m3: float = Field(default=0.0, ge=0, le=2e4)
@@ -47,7 +49,7 @@ class Pump(Settings):
 
 @dataclass(frozen=True)
 class PumpTable:
-    """Flow that a pump gives by the requested flow, linear between weighings."""
+    """Flow that a pump gives as a function of the requested flow, interpolated linearly between weighings."""
 
     name: str  # Of the file, for refusals
     asked_mm3_s: Floats  # (n,), increasing
@@ -71,7 +73,7 @@ class PumpTable:
         if len(flows) and (flows.min() < low * (1 - ALIKE) or flows.max() > high * (1 + ALIKE)):
             wrong = flows.min() if flows.min() < low * (1 - ALIKE) else flows.max()
             raise InputError(
-                f"{self.name}: the path wants {wrong:.4g} mm³/s, and the pump was weighed from {low:.4g} to "
+                f"{self.name}: the path needs {wrong:.4g} mm³/s, but the pump was weighed only from {low:.4g} to "
                 f"{high:.4g}: weigh it at that flow too, or digitise with another path.speed_mm_s or path.volume_ml."
             )
         return np.where(wanted_mm3_s > 0, np.interp(wanted_mm3_s, self.given_mm3_s, self.asked_mm3_s), 0.0)
@@ -81,7 +83,7 @@ class PumpTable:
         return float(np.interp(wanted_mm3_s, self.given_mm3_s, self.delay_s))
 
     def error_95(self, wanted_mm3_s: float) -> float:
-        """Return the relative half-width of the 95 % interval of the given flow, for a wanted flow."""
+        """Return the relative half-width of the 95 % interval of the flow that the pump gives for a wanted flow."""
         place = float(np.interp(wanted_mm3_s, self.given_mm3_s, np.arange(len(self.count))))
         low = min(int(place), len(self.count) - 2)
         share = place - low
@@ -94,8 +96,8 @@ class PumpTable:
     def doubts(self, wanted_mm3_s: Floats) -> tuple[float | None, tuple[str, ...]]:
         """Return the largest relative half-width of the wanted flows, and a warning if it is large.
 
-        None, with a warning, if weighings agree to the last digit and so show no scatter. Raises InputError if the flow
-        is too uncertain.
+        The half-width is None, with a warning, if weighings agree to the last digit and so show no scatter. Raises
+        InputError if the flow is too uncertain.
         """
         if self.scatter < ROUNDING:
             return None, (

@@ -84,7 +84,7 @@ class RobotPath:
         return value > allowed * (1 + rounding), f"{fault}; motion.{key} allows {allowed:g}. {remedy}"
 
     def level_flow_mm3_s(self, dispenser: str, remedy: str) -> float:
-        """Return the only flow besides 0. Raises InputError if there are more, since ``dispenser`` gives only one."""
+        """Return the path's only flow besides 0. Raises InputError if it has more: ``dispenser`` gives only one."""
         flow = self.trajectory.flow_mm3_s[:-1]
         flow = flow[flow > 0]
         if flow.max() > flow.min() * (1 + 10 * ROUNDING):
@@ -96,9 +96,10 @@ class RobotPath:
         return float(flow.mean())
 
     def plunger_mm(self, held_mm3: float = 0.0) -> Floats:
-        """Return the plunger's travel at each waypoint, (n,), without ``held_mm3``, given while the nozzle waits.
+        """Return the plunger's travel at each waypoint, (n,).
 
-        Raises InputError if it is too far or too fast.
+        It does not include the volume ``held_mm3``, which is given while the nozzle waits before the path. Raises
+        InputError if the plunger would move too far or too fast.
         """
         plunger = present(self.cell.plunger, "[plunger]")
         way_mm = np.concatenate([[0.0], np.cumsum(self.trajectory.given_mm3)]) / plunger.area_mm2
@@ -157,7 +158,7 @@ def _check_rows(trajectory: Trajectory) -> None:
 
 
 def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
-    """Return the limits of the motion along a path, by its ``trajectory`` over the sample."""
+    """Return the limits of the motion along a path. ``trajectory`` is the same path over the sample."""
     motion, limit = path.cell.motion, path.motion_limit
     count, height_mm = len(trajectory.t_s), trajectory.position_mm[:, 2].max()
     # Each of three pieces, crack and leads, may end with a short step.
@@ -217,12 +218,12 @@ def decimal(value: float, decimals: int) -> str:
 
 
 def points_text(path: RobotPath) -> str:
-    """Return one waypoint a line, x y z in mm of the robot, without a head."""
+    """Return one line for each waypoint, x y z in mm of the robot, without a header."""
     return "".join(" ".join(decimal(value, 4) for value in place) + "\n" for place in path.trajectory.position_mm)
 
 
 def table_text(path: RobotPath) -> str:
-    """Return the columns of trajectory.csv with the robot's x, y and z; each row applies until the next.
+    """Return the columns of trajectory.csv with the robot's x, y and z. A row applies until the next one.
 
     If a pump was weighed, the last column is the requested flow, ``asked_mm3_s``.
     """

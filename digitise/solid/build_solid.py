@@ -183,8 +183,8 @@ def _require_room(footprint: Footprint, shape: CrackShape) -> None:
     if max(left_deg, right_deg) == 0:
         remedy = f"no wall_angle_deg of {SMALLEST_DEG}° or more fits"
     raise InputError(
-        f'With tilt = "undercut", walls at {_angles(shape)} and {shape.deepest_mm:g} mm deep, {fault}; {remedy}, and '
-        'tilt = "lean" keeps the width.'
+        f'With tilt = "undercut" and walls at {_angles(shape)} and {shape.deepest_mm:g} mm deep, {fault}; {remedy}. '
+        'Or choose tilt = "lean", which keeps the width.'
     )
 
 

@@ -27,7 +27,7 @@ ROOM_MM = 10.0  # Margin of the floor around the block: a dam is 4 mm thick
 
 @dataclass(frozen=True)
 class CrackEnd:
-    """One end of the crack: a tip, or flat. A flat end is open at the block's side or cut by a wall across."""
+    """One end of the crack. It is a tip, or it is flat: open at the block's side, or cut by a wall across the crack."""
 
     number: int  # 0 at s = 0, 1 at the far end
     kind: EndKind

@@ -1,4 +1,4 @@
-"""Sections, volumes and widths of one outline under each tilt, by its offsets; the solid is checked against them."""
+"""Compute sections, volumes and widths of one outline under each tilt from its offsets, to check the solid."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -70,7 +70,7 @@ def _slopes_across(edges_mm: Floats, width_mm: float, shape: CrackShape) -> Floa
 
 
 def _among_stones_mm2(edges_mm: Floats, width_mm: float, depth_mm: float, whole_mm2: float, shape: CrackShape) -> float:
-    """Return the area of a section less its stones; ``edges_mm`` are their sides from the left wall, in pairs."""
+    """Return the area of a section less its stones. ``edges_mm`` are the stones' sides from the left wall, in pairs."""
     if shape.tilt == "funnel":
         edges_mm = np.concatenate([[0.0], edges_mm, [width_mm]])
     closing = _slopes_across(edges_mm, width_mm, shape).reshape(-1, 2).sum(axis=1)
@@ -141,7 +141,7 @@ def _stones(outline: Outline) -> dict[int, Floats]:
 
 
 class Slicer:
-    """Horizontal sections of the cavity at any depth, inside the block, cut ends closed."""
+    """Horizontal sections of the cavity at any depth, inside the block. Cut ends are closed."""
 
     def __init__(self, footprint: Footprint, shape: CrackShape) -> None:
         self._footprint = footprint
@@ -185,7 +185,7 @@ class Slicer:
 
 
 def meeting_share(slicer: Slicer, shape: CrackShape) -> float | None:
-    """Return the largest share of an undercut's move that keeps its parts apart below the face; None if all does.
+    """Return the largest share of an undercut's move that keeps its parts apart below the face; None if all of it does.
 
     Parts that meet leave a hanging stone, or a bridge over the crack. A spike that ends above the floor is neither.
     """

@@ -1,6 +1,7 @@
 """Block minus tilted cavity, as unions of wedges: every wall face has exactly the tilt's angle.
 
-Wedges, triangles swept along a wall, are united before they are subtracted: one after the other they leave fins.
+Wedges are triangles swept along a wall. They are united before they are subtracted, because subtracting one after the
+other leaves fins.
 """
 
 import numpy as np

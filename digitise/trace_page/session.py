@@ -70,7 +70,7 @@ class Hints(Settings):
         return cls(**{key: getattr(photo, key) for key in cls.model_fields if key in photo.model_fields_set})
 
     def said(self, keys: frozenset[str] | None = None) -> dict[str, Any]:
-        """Return the hints that were given, of ``keys`` or of all."""
+        """Return the hints that were given; with ``keys``, only those among them."""
         return self.model_dump(mode="json", exclude_none=True, include=None if keys is None else set(keys))
 
 
@@ -102,7 +102,10 @@ def rest_of(photo: PhotoInput) -> dict[str, Any]:
 
 
 def scale_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput | None:
-    """Return photo settings with the scale that markers or hints give, or None. Raises InputError for half a scale."""
+    """Return photo settings with the scale that markers or hints give; None if they give no scale.
+
+    Raises InputError for an incomplete scale.
+    """
     given = hints.said(SCALE_KEYS)
     if not rest.get("markers") and not given.keys() - {"scale_is"}:
         return None
@@ -188,9 +191,9 @@ class TraceSession:
         }
 
     def trace(self, hints: Hints, revision: float, until: Until) -> Iterator[Answer]:
-        """Yield scale, cracks without ends, path, walls of a smaller copy and walls; the last may be a refusal.
+        """Yield scale, cracks if no ends are given, path, walls of a smaller copy and walls. The last may be a refusal.
 
-        ``revision`` increases with each request; raises OutdatedError if there is a newer one.
+        ``revision`` increases with each request. Raises OutdatedError if there is a newer one.
         """
         self._newest = max(self._newest, revision)
         self._check_newest(revision)

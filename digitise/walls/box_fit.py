@@ -75,7 +75,7 @@ class _Shape:
 def fit_box(light: Floats, ground: Floats, places_px: Floats, width_px: float) -> BoxFit:
     """Fit windows of light across a crack about ``width_px`` wide, (windows, places).
 
-    ``ground``, (n, places), is windows next to the crack, which show the noise.
+    ``ground``, (n, places), are windows next to the crack, which show the noise.
     """
     shapes, weights = list[_Shape](), list[Floats]()
     likely = 1 / (1 + np.exp((1 - DARKNESS - MODEL.inner_light) / MODEL.fade))

@@ -42,7 +42,7 @@ class FoundSideCrack:
 
 @dataclass(frozen=True)
 class SideCracks:
-    """All side cracks of a path, and the levels and the region that gave them."""
+    """All side cracks of a path, and the levels and the region in which they were found."""
 
     lines: tuple[FoundSideCrack, ...]
     levels: Contrast
@@ -121,8 +121,8 @@ def with_branches(
             warnings.append(f"{_count([line_mm])} is left out: the photo does not show where it leaves the crack")
         elif width_px < least_width_px:
             warnings.append(
-                f"{_count([line_mm])} is left out: it is {width_px:.1f} px wide; need {least_width_px:g} px to measure "
-                "its width"
+                f"{_count([line_mm])} is left out: it is {width_px:.1f} px wide; {least_width_px:g} px are needed to "
+                "measure its width"
             )
         else:
             measured.append((line_mm, rings_mm))

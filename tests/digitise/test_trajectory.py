@@ -218,7 +218,7 @@ TOO_LONG = {"spacing_mm": 0.0105, "lead_in_mm": 500.0, "lead_out_mm": 500.0}
             80.0,
             {"volume_ml": "cavity", "fill": 3.0},
             4e5,
-            r"400 ml, which fill = 3 makes 1200 ml, more than the 1000",
+            r"400 ml \(1200 ml with fill = 3\), more than the 1000",
         ),
     ],
 )

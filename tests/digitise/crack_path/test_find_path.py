@@ -123,7 +123,7 @@ def test_a_number_takes_the_crack_of_that_rank(tmp_path):
         path = find_path(photo, None, crack=number)
         assert path.source == "choice"
         assert distance_to(path.points_px, crack.line_px).max() < 6
-    with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 found: 1\. .*; 2\. "):
+    with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 were found: 1\. .*; 2\. "):
         find_path(photo, None, crack=3)
 
 

@@ -141,7 +141,7 @@ LOW = {"spel": ON_Z, "tip_deg": 0.0, "reach": {"low_mm": (-800.0, -800.0, -10.0)
             {"spel": {"motion": "move"}},
             r"an output that is on or off gives one flow or none, .* let an axis press the plunger",
         ),
-        ({"speed_mm_s": 0.05}, {}, r"SpeedS takes 0\.1 mm/s or more, and the path has 0\.05"),
+        ({"speed_mm_s": 0.05}, {}, r"SpeedS takes 0\.1 mm/s or more, but the path has 0\.05"),
         ({}, {"spel": {"first_point": 940}}, r"needs 65 points from P940 on; P999 is the last"),
         # The plunger's axis.
         ({}, LOW, r"SPEL\+ program, .* 25\.3 mm out of the reach box, to .* -35\.3\) mm"),

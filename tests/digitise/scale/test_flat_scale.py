@@ -70,7 +70,7 @@ def test_a_short_ruler_says_how_little_it_tells():
 @pytest.mark.parametrize(
     ("ends_px", "refused"),
     [
-        (((0.0, 0.0), (30.0, 0.0)), r"30\.0 px apart, need 50"),
+        (((0.0, 0.0), (30.0, 0.0)), r"30\.0 px apart, under 50"),
         (((-20.0, 10.0), (500.0, 10.0)), "a point outside the photo of 2000 x 1000 px"),
     ],
 )

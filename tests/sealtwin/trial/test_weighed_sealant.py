@@ -55,7 +55,7 @@ WEIGHT = {"mass_g": 0.11, "mass_sd_g": 0.0055, "density_kg_m3": 1100.0, "density
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("speed_mm_s = 20\n", "speed_mm_s = 20\nvolume_ml = 0.09\n", "volume_ml beside weighed"),
+        ("speed_mm_s = 20\n", "speed_mm_s = 20\nvolume_ml = 0.09\n", "volume_ml cannot be combined with weighed"),
         (
             "[path.weighed]",
             "[uncertainty]\nvolume_ml = 0.1\n\n[path.weighed]",
