@@ -44,7 +44,7 @@ class Filled:
     level_mm: Floats  # Surface in the middle of the crack, relative to the face, at the middles of the cells
     dispensed_mm3: float
     in_flight_mm3: float
-    """Dispensed, but not yet landed when the run ends."""
+    """Volume that is dispensed but has not landed when the run ends."""
     steps: int
     newton_steps: int
 
@@ -115,7 +115,7 @@ def fill(
 
 
 def _times_s(trajectory: Trajectory, settle_s: float, steps: int) -> Floats:
-    """Return the ends of the time steps: equal while sealant flows, growing while the bed settles."""
+    """Return the ends of the time steps, which are equal while sealant flows and grow while the bed settles."""
     begin_s, end_s = trajectory.t_s[trajectory.giving][[0, -1]]
     times_s = np.linspace(begin_s, end_s, steps + 1)
     left_s = trajectory.t_s[-1] + settle_s - end_s
