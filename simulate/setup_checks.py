@@ -343,7 +343,7 @@ def check_outlet(
     raise InputError(
         f"nozzle.diameter_mm is {diameter_mm:g}, path.trim_mm lets sealant flow from s = {begins_mm:g} to "
         f"{ends_mm:g} mm and path.nozzle_height_mm is {trajectory.position_mm[:, 2].min():g}: together they release "
-        f"sealant inside the solid, such as a dam at an open end, or nearer than {barrier.clearance / CM:.2f} mm to it; "
+        f"sealant in the solid, such as a dam at an open end, or nearer to it than {barrier.clearance / CM:.2f} mm; "
         f"first at s = {s_mm[0]:.1f} mm, ({x:.1f}, {y:.1f}, {z:.1f}) mm. Allowed is {allowed}."
     )
 

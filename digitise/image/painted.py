@@ -65,11 +65,11 @@ def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
 def _refuse_pale(path: Path, shown: NDArray[np.uint8], colours: NDArray[np.uint8], kind: str) -> None:
     """Raise InputError for a mask without paint."""
     brightest = int(shown.max())
-    fault = f"{path}: the mask paints nothing: paint has a {kind} of {PAINTED} to 255, the mask at most {brightest}"
+    fault = f"{path}: the mask paints nothing: its largest {kind} is {brightest} of 255, and paint needs {PAINTED}"
     if brightest > 0 and kind == "brightness":
         red, green, blue = colours[int(np.argmax(shown.ravel()))].tolist()
         if not red == green == blue:
-            fault += f", its brightest colour ({red}, {green}, {blue})"
+            fault += f"; its brightest colour is ({red}, {green}, {blue})"
         fault += ". Does the mask contain object or class numbers from a labelling program?"
     else:
         fault += "."

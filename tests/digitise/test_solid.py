@@ -312,7 +312,7 @@ BOW_TIE = with_ring(SHORT, np.array([[0.0, -1.5], [20.0, 1.5], [20.0, -1.5], [0.
         (oblique_slot(W), {"depth_mm": 500.0}, r"The tilt moves the walls 97\.2 mm sideways .* check depth_mm"),
         (oblique_slot(W), {"depth_mm": 500.0, "tilt": "flare"}, r"The tilt moves the walls 97\.2 mm sideways"),
         (with_ring(straight_slot(), np.zeros((2, 2))), {}, "2 points"),
-        (with_ring(straight_slot(), np.full((4, 2), np.nan)), {}, "needs 3 or more, and finite numbers"),
+        (with_ring(straight_slot(), np.full((4, 2), np.nan)), {}, "give 3 or more, and only finite numbers"),
         (arc_slot(10.0, 359.0, 3.0, CLOSED), {}, "no side to lean to"),
     ],
 )

@@ -182,7 +182,7 @@ def test_a_measured_paste_gives_its_numbers_and_their_uncertainty_to_the_run(tmp
         ('material = "material.toml"\nU = 5.0', "leave out U"),
         (
             'material = "material.toml"\nviscosity_pa_s = 1.0',
-            "has a viscosity, and fluid.viscosity_pa_s is 1 beside it",
+            "has a viscosity, but fluid.viscosity_pa_s is 1",
         ),
         ('material = "nowhere.toml"', "nowhere.toml: no such file. 'sealtwin material"),
     ],
