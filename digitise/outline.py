@@ -154,21 +154,21 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
     traced, fit = trace_thin(copy, narrow)
     if fit.mean_px < LEAST_FITTED_PX:
         thin = (
-            f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin for a width of its own: this is "
-            "its path, without walls or solid; move the camera closer, or measure the width and give width_mm"
+            f"the crack is about {factor * max(fit.mean_px, 0):.1f} px wide, too thin to measure its width: the result "
+            "is its path, without walls or solid; move the camera closer, or measure the width and give width_mm"
         )
         return _along(photo, path, traced, "none", remarks=(thin,))
     low_mm, mean_mm, high_mm = (px * copy.mm_per_px for px in (fit.interval_px[0], fit.mean_px, fit.interval_px[1]))
     if low_mm <= 0:
         raise InputError(
             f"{photo.file}: the photo shows no width of this line: by a fit of its blurred profile it is {mean_mm:.3g} "
-            f"mm wide, with 95 % from {low_mm:.3g} to {high_mm:.3g} mm, and no crack is 0 mm wide. It is not clearly "
+            f"mm wide (95 %: {low_mm:.3g} to {high_mm:.3g} mm), which includes 0. The line is not clearly "
             "darker than the ground beside it: give ends_px on a dark crack, its width in width_mm, or path_only."
         )
     why = "too thin" if factor * fit.mean_px < MIN_WIDTH_PX else "too blurred"
     remark = (
         f"the crack is {factor * fit.mean_px:.1f} px wide, {why} for walls of its own: its width is a fit of its "
-        f"blurred profile, {mean_mm:.3g} mm on average, with 95 % from {low_mm:.3g} to {high_mm:.3g} mm; side cracks "
+        f"blurred profile, {mean_mm:.3g} mm on average (95 %: {low_mm:.3g} to {high_mm:.3g} mm); side cracks "
         "and islands are not searched for"
     )
     return _along(photo, path, traced, "fit", (low_mm, high_mm), (remark, *_judged_band(copy, narrow, traced, fit)))
@@ -189,8 +189,8 @@ def _judged_band(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> 
         return []
     return [
         f"the fitted width is {fit.mean_px * photo.mm_per_px:.3g} mm, but the photo is dark over about "
-        f"{dark_mm:.2g} mm across the crack, as by debris in it or a broken edge: the interval does not cover that. "
-        "Look at overlay.png, and paint the crack in photo.mask, or give width_mm"
+        f"{dark_mm:.2g} mm across the crack, perhaps by debris in it or a broken edge: the interval does not cover "
+        "that. Look at overlay.png, and paint the crack in photo.mask, or give width_mm"
     ]
 
 

@@ -170,7 +170,7 @@ def darker_of_both(light: Map, second: Map, file: Path) -> tuple[Map, tuple[str,
     if moved_px > MOST_MOVED_PX or apart_px > MOST_APART_PX:
         raise InputError(
             f"{file}: the camera has moved by {moved_px + apart_px:.1f} px since the first photo; at most "
-            f"{MOST_MOVED_PX:g} can be corrected. Take both from a tripod, by remote release or timer."
+            f"{MOST_MOVED_PX:g} can be corrected. Take both from a tripod, with a remote release or a timer."
         )
     aligned = second * np.float32(np.median(light[::4, ::4]) / np.median(second[::4, ::4]))
     warnings: list[str] = []

@@ -418,5 +418,8 @@ class NozzlePath(Settings):
                 'or "cavity" to fill the crack up to its face'
             )
         if self.fill != 1:
-            raise ValueError(f'fill is {self.fill:g} beside volume_ml = {self.volume_ml:g}: fill needs "cavity"')
+            raise ValueError(
+                f'fill = {self.fill:g} with volume_ml = {self.volume_ml:g}: fill applies only to volume_ml = "cavity". '
+                'Remove fill, or set volume_ml = "cavity"'
+            )
         return self

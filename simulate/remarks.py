@@ -62,9 +62,9 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
     width_mm = outline.mean_width_mm
     if stress_pa > (stands_pa := standing_stress_pa(fluid.density_kg_m3, width_mm)):
         yield (
-            f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: {stress_pa:g} Pa hold paste up between walls "
-            f"{width_mm:.3g} mm apart, where its own weight overcomes {stands_pa:.2g} Pa: what the jet does not push "
-            "down bridges the crack, over a hollow."
+            f"fluid.{'curve' if fluid.curve else 'yield_stress_pa'}: {stress_pa:g} Pa support paste between walls "
+            f"{width_mm:.3g} mm apart, where its weight overcomes only {stands_pa:.2g} Pa: paste that the jet does "
+            "not push down bridges the crack, over a hollow."
         )
         return
     stands_s = _stands_s(fluid, stands_pa, lasts_s)
@@ -75,18 +75,18 @@ def remarks_on(fluid: Fluid, outline: Outline, solid: Solid, solver: Solver, sch
         if moves_mm < FED * width_mm or (fluid.D_cm is None and sinks_mm < SUNK * solid.depth_mm):
             yield (
                 f"fluid.{'curve' if fluid.curve else 'structuration_pa_per_s'}: from an age of {stands_s:.2g} s paste "
-                f"stands between walls {width_mm:.3g} mm apart, where its own weight overcomes {stands_pa:.2g} Pa. The "
-                f"pour ends when the first paste is {pours_s:.3g} s old: what comes later heaps up on paste that "
+                f"stands between walls {width_mm:.3g} mm apart, where its weight overcomes only {stands_pa:.2g} Pa. "
+                f"The pour ends when the first paste is {pours_s:.3g} s old: later paste heaps up on the paste that "
                 "stands, over hollows."
             )
             return
     # With a D_cm walls drag less than no slip; with the paper's U, which has one, particles move before viscosity acts.
     if fluid.D_cm is None and viscosity_pa_s and sinks_mm < SUNK * solid.depth_mm:
         yield (
-            f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm apart it sinks by its "
-            f"own weight at {sinks_mm_s.max():.2g} mm/s at most, {sinks_mm:.2g} mm in the {lasts_s:.3g} s of this run. "
-            f"The crack is {solid.depth_mm:.3g} mm deep: what the jet does not push down heaps up over hollows. A "
-            "longer solver.settle_s lets it sink further."
+            f"fluid.{given[0] if given else 'curve is thick'}: between walls {width_mm:.3g} mm apart the sealant sinks "
+            f"by its own weight at {sinks_mm_s.max():.2g} mm/s at most, {sinks_mm:.2g} mm in the {lasts_s:.3g} s of "
+            f"this run. The crack is {solid.depth_mm:.3g} mm deep: sealant that the jet does not push down heaps up "
+            "over hollows. A longer solver.settle_s lets it sink farther."
         )
 
 

@@ -56,7 +56,7 @@ class PathLimits:
 LIMITS = PathLimits()
 TAKEN = (
     "was taken for the surroundings of the sample. If it is the crack, paint it in photo.mask; or give photo.roi_px, a "
-    "region that the dark crosses, and whose border it does not follow"
+    "region whose border the dark area crosses but does not follow"
 )
 
 
@@ -255,9 +255,9 @@ class PathSearch:
             if spur_px > limit_px:
                 x, y = self.points_px[number + 1]
                 raise InputError(
-                    f"{self.photo.file}: behind the via point ({x:g}, {y:g}) the path comes back {spur_px:.0f} px on "
-                    "itself: the point is off the way to the next one. Give via_px in the crack's order, and none on a "
-                    "branch."
+                    f"{self.photo.file}: after the via point ({x:g}, {y:g}) the path runs back {spur_px:.0f} px along "
+                    "itself: the point is not on the way to the next one. Give via_px in the crack's order, and none "
+                    "on a branch."
                 )
             cells = np.concatenate([cells[: back + 1], leg[forth + 1 :]])
         return cells

@@ -1,4 +1,4 @@
-"""A drawn crack as a mesh: the sample's block less the crack, with upright walls and a level floor."""
+"""Make a mesh of a drawn crack: the sample's block less the crack, with upright walls and a level floor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Lines of a drawing; those that meet end to end, as segments of CAD programs do, are joined into one."""
+"""Lines of a drawing. Lines that meet end to end, such as the segments of CAD programs, are joined into one."""
 
 from collections import deque
 from collections.abc import Sequence

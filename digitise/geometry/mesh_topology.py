@@ -32,7 +32,7 @@ class EqualRows:
 
     @property
     def count(self) -> Integers:
-        """Rows in each group."""
+        """Number of rows in each group."""
         return np.diff(np.append(self.begins, len(self.order)))
 
     @property

@@ -109,7 +109,7 @@ class Spel(Settings):
     axis_gives: Literal["+", "-"] = "-"
     """Direction of the axis, + or -, that presses the plunger: down, for the paper's z."""
     hand: Literal["right", "left"] = "right"
-    """Posture of the arm; the elbow of a SCARA is on the other side."""
+    """Posture of the arm. The elbow of a SCARA is on the opposite side."""
     u_deg: Angle = 0.0
     """Angle of the tool about the vertical. It is constant along the path, because a nozzle is round."""
     vw_deg: tuple[Angle, Angle] | None = None
@@ -264,8 +264,8 @@ def fit_frame(sample_mm: Floats, robot_mm: Floats, *, limit_mm: float, up: float
     spread_mm = np.linalg.svd(sample_mm - sample_mm.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(sample_mm))
     if spread_mm < THINNEST_MM:
         raise InputError(
-            f"{where}: the taught points are within {spread_mm:.2g} mm of a line, which leaves the face's tilt about "
-            f"it open; they must spread by at least {THINNEST_MM:g} mm (RMS) to its sides. Teach a point far from the "
+            f"{where}: the taught points are within {spread_mm:.2g} mm of a line, so the face's tilt about it is "
+            f"unknown; they must spread by at least {THINNEST_MM:g} mm (RMS) to its sides. Teach a point far from the "
             "others, such as a corner of the face."
         )
     middle, robot_middle = taught.mean(axis=0), robot_mm.mean(axis=0)

@@ -136,7 +136,7 @@ def read_pump(pump: Pump, folder: Path) -> PumpTable:
     times = float(np.median(given / flows))
     if not 1 / MISTYPED < times < MISTYPED:
         raise InputError(
-            f"{path}: by its weighings the pump gives {times:.3g} times the requested flow, and no pump is "
+            f"{path}: according to its weighings the pump gives {times:.3g} times the requested flow, and no pump is "
             f"off by a factor of {MISTYPED:g}. Check the units: asked_mm3_s in mm³/s, weighed_g in g, time_s in "
             "seconds and not minutes, density_kg_m3 of the cell's pump in kg/m³."
         )

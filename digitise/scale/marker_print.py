@@ -1,4 +1,4 @@
-"""A frame of markers to print, to cut out and to lay level with a sample's face; and its table for the trial file."""
+"""Draw a frame of markers to print, cut out and lay level with a sample's face, and its table for the trial file."""
 
 from dataclasses import dataclass
 from io import BytesIO
@@ -163,7 +163,7 @@ def board_around(face_mm: tuple[float, float], size_mm: float, dictionary: str, 
     if apart_mm < needed_mm:
         raise InputError(
             f"{count} markers of {size_mm:g} mm around a face of {width:g} x {height:g} mm would be {apart_mm:.1f} mm "
-            f"apart; with white between they need {needed_mm:.1f}. Give a smaller --size-mm, or --count 4."
+            f"apart; with white between them they need {needed_mm:.1f}. Give a smaller --size-mm, or --count 4."
         )
     places = [(x, y) for y in rows for x in columns if (x, y) != (width / 2, height / 2)]
     markers = tuple(Marker(id=number, x_mm=x, y_mm=y) for number, (x, y) in enumerate(places))

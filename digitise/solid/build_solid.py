@@ -1,4 +1,4 @@
-"""The sample as a watertight solid: a block less the crack's cavity, from the outline and a measured depth."""
+"""Build the sample as a watertight solid: a block less the crack's cavity, from the outline and a measured depth."""
 
 from dataclasses import replace
 
@@ -112,7 +112,7 @@ def with_weighed(solid: Solid, weighed: WeighedCavity) -> Solid:
 
 
 def _doubt_of_volume(outline: Outline, shape: CrackShape, cavity_mm3: float) -> Span | None:
-    """Return the cavity's volume at both ends of the width's interval; each wall moves as a whole, at any tilt."""
+    """Return the cavity's volume at both ends of the width's interval. Each wall moves as a whole, at any tilt."""
     if outline.width_95_mm is None:
         return None
     area_mm2 = float(np.trapezoid(shape.depth_at_mm(outline.s_mm), outline.s_mm))

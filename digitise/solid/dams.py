@@ -1,4 +1,4 @@
-"""Dams at open ends, like the paper's tape; a check that the cavity leaves the block only there; labels of faces."""
+"""Make dams at open ends, like the paper's tape. Check that the cavity leaves the block only there. Label faces."""
 
 from dataclasses import dataclass
 

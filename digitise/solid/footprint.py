@@ -1,4 +1,4 @@
-"""Plan view of the crack and its block, one clean region extended past its flat ends; and a floor of changing depth."""
+"""Plan view of the crack and its block: one clean region extended past its flat ends, and a floor of changing depth."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -272,7 +272,7 @@ def lay_floor(centreline_mm: Floats, shape: CrackShape, reach_mm: float, box_mm:
 
 
 def _stations(centreline_mm: Floats, shape: CrackShape) -> tuple[Floats, Floats]:
-    """Return arc lengths, those of the table included, and the smoothed centreline there, (n,) and (n, 2)."""
+    """Return arc lengths, (n,), including those of the table, and the smoothed centreline at them, (n, 2)."""
     s_mm = arc_length(centreline_mm)
     even_mm = np.linspace(0.0, s_mm[-1], max(2, 1 + round(s_mm[-1] / STATION_MM)))
     smooth_mm = smoothed(at_arc_length(centreline_mm, s_mm, even_mm), SMOOTHED_STATIONS)
@@ -286,7 +286,7 @@ def _stations(centreline_mm: Floats, shape: CrackShape) -> tuple[Floats, Floats]
 
 
 def _to_left(line_mm: Floats, own_mm: Floats) -> Floats:
-    """Return unit vectors square to the line, (n, 2); the bend continues at its ends."""
+    """Return unit vectors square to the line, (n, 2). The bend of the line continues at its ends."""
     x, y = np.gradient(line_mm, own_mm, axis=0, edge_order=2 if len(line_mm) > 2 else 1).T
     return np.column_stack([-y, x]) / np.hypot(x, y)[:, None]
 

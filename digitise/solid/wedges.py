@@ -25,7 +25,7 @@ def wall_shifts_mm(shape: CrackShape) -> tuple[float, float]:
 
 
 def tilted_walls(footprint: Footprint, shape: CrackShape) -> list[Stretch]:
-    """Return the walls that have an angle: those of a flare from its floor up, others from the mouth down."""
+    """Return the walls that have an angle. Those of a flare rise from its floor, others go down from the mouth."""
     left_mm, right_mm = wall_shifts_mm(shape)
     outward = -1.0 if shape.tilt == "funnel" else 1.0
     stretches = []

@@ -160,10 +160,13 @@ class _Scaled(NamedTuple):
 
 
 class TraceSession:
-    """Traces one photo, for any thread; of simultaneous requests only the newest is finished."""
+    """Traces one photo. Any thread may call it; of simultaneous requests only the newest is finished."""
 
     def __init__(self, settings: PhotoInput, folder: Path, hints: Hints) -> None:
-        """Read the photo; ``hints``, not those in ``settings``, are the first. Raises InputError for a bad photo."""
+        """Read the photo. Raises InputError for a bad photo.
+
+        ``hints`` are the first hints, instead of those in ``settings``.
+        """
         self._rest, self.hints = rest_of(settings), hints
         pixels = read_pixels(settings, folder)
         # Messages on the page name the photo without its folder.

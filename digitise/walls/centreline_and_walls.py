@@ -144,7 +144,7 @@ def _judged_ends(photo: Photo, patch: Patch, path: CrackPath, walls: Walls) -> E
 
 
 def _carried_on(photo: Photo, line_mm: Floats, ends: Ends, width_mm: float, spacing_mm: float) -> Floats:
-    """Return the line extended to its tips and past its ends; at an open end its part near the edge is replaced."""
+    """Return the line extended to its tips and past its ends. At an open end, its part near the edge is replaced."""
     first, last = 0, len(line_mm) - 1
     if photo.face_mm is not None:
         rim_mm = LIMITS.clear * width_mm + 2 * EDGE_PX * photo.mm_per_px

@@ -81,7 +81,7 @@ class Canvas:
         cv2.putText(self.picture, text, _whole(base), FONT, size, colour, pen, cv2.LINE_AA)
 
     def text_size(self, text: str) -> Floats:
-        """Width and height; a little more than OpenCV's, which leave out the last letter's overhang."""
+        """Width and height. They are a little more than OpenCV's, which leave out the last letter's overhang."""
         (width, height), _ = cv2.getTextSize(text, FONT, 0.4 * self.unit, 1)
         return np.array([1.04 * width, height])
 

@@ -53,7 +53,7 @@ def edge_crossing(line_mm: Floats, face_mm: Box, at_start: bool) -> Crossing | N
 
 
 def rays_across(line_mm: Floats, width_mm: float, crossings: Crossings) -> Floats:
-    """Return rays to the left of a line, (n, 2), that reach 1 mm square to it; at open ends they follow the edge."""
+    """Return rays to the left of a line, (n, 2), that reach 1 mm square to it. At open ends they follow the edge."""
     s_mm, along, normal = arc_length(line_mm), tangents(line_mm), left_normals(line_mm)
     shear, turned = np.zeros((2, len(line_mm)))
     for crossing in crossings:

@@ -1,4 +1,4 @@
-"""Width, depth and wall angle of a cavity from a liquid weighed into it; the photo and a gauge give the priors.
+"""Fit width, depth and wall angle of a cavity to a liquid weighed into it. The photo and a gauge give the priors.
 
 The volume below a level is that of straight walls between the traced outline and the floor. The unknowns are the mean
 width w of the traced outline, the loss c of width for each millimetre down (c = 2 tan of a wall's angle, negative if
@@ -151,7 +151,7 @@ def _require_likeness(walls: _Walls, fill: WeighedFill) -> None:
     poured_mm3 = float(fill.volume_mm3[-1])
     if not upright_mm3 / LIMITS.unlike < poured_mm3 < LIMITS.unlike * upright_mm3:
         raise InputError(
-            f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, and upright walls hold "
+            f"crack.fill: the last level is reached with {poured_mm3 / 1e3:.3g} ml, and upright walls contain "
             f"{upright_mm3 / 1e3:.3g} ml there: check that masses are in grams and of the liquid alone, the density, "
             "depth_mm and the photo's scale."
         )
@@ -198,7 +198,7 @@ def _in_proportion(walls: _Walls, outline: Outline, shape: CrackShape, about: Fl
 def _fit(
     walls: _Walls, fill: WeighedFill, prior_sd: Floats, about: Floats, free: Booleans, opposed: float = LIMITS.opposed
 ) -> _Fit:
-    """Fit the ``free`` unknowns; the walls ``about`` give the area of the liquid's surface."""
+    """Fit the ``free`` unknowns. The walls ``about`` give the area of the liquid's surface."""
     width_mm = float(walls.width_mm @ walls.along_mm / walls.along_mm.sum())
     capillary_mm = capillary_length_mm(fill.surface_tension_n_m, fill.density_kg_m3)
     lifted_mm = mean_level_mm(fill.levels_mm, width_mm, capillary_mm) - fill.levels_mm

@@ -60,7 +60,7 @@ class Domain(NamedTuple):
 
 
 def substeps_for(settings: Solver, fluid: Rheology, frame_s: float) -> int:
-    """Return the user's number of substeps or, without one, as many as keep the fall in each short.
+    """Return the user's number of substeps. By default, it is enough for a short fall in each substep.
 
     Raises InputError if the user's number is smaller and the pressure has two levels.
     """

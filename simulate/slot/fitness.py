@@ -49,7 +49,8 @@ LIMITS = {
         "{} mm are allowed.",
     ),
 }
-"""Limits of the numbers that depend on settings, by name in ``Fitness``; the report's live page uses them too."""
+"""Limits of the numbers that depend on settings. Keys are fields of ``Fitness``. The report's live page uses them too.
+"""
 MOST_MISFIT = 0.05
 """Largest difference between the areas below a level of a mesh's sections and of trapezoids, and between the volumes of
 the sections and of the crack, as shares. At a depth of 10 mm levels are then wrong by half a millimetre."""
