@@ -148,18 +148,18 @@ class PhotoInput(Settings):
     lens: Literal["auto", "none"] = "auto"
     """Lens model: auto fits one radial term if the markers show distortion, none assumes no distortion."""
     camera_distance_mm: float | None = Field(default=None, gt=10, le=20_000)
-    """Distance from lens to face, for the error of markers above or below the face. Lenses do not focus below 10 mm,
-    and a crack is not visible from above 20 m."""
+    """Distance from lens to face. It is needed to estimate the error of markers above or below the face. Lenses do not
+    focus below 10 mm, and a crack is not visible from above 20 m."""
     ruler_px: tuple[Pixel, Pixel] | None = None
     """Two points on a ruler in the plane of the face, each as column and row. The camera is assumed to be square to it.
     """
     ruler_mm: float | None = Field(default=None, gt=1, le=5000)
     """Distance between the two points ruler_px."""
     face_mm: tuple[FaceSide, FaceSide] | None = None
-    """Width and height of the sample's face; its lower left corner is the origin. Without markers it gives the scale,
-    with markers only the edge of the sample."""
+    """Width and height of the sample's face, whose lower left corner is the origin. Without markers they give the
+    scale; with markers they give only the edge of the sample."""
     face_corners_px: tuple[Pixel, Pixel, Pixel, Pixel] | None = None
-    """Corners of the face: lower left, lower right, upper right, upper left. Searched for by default."""
+    """Corners of the face: lower left, lower right, upper right, upper left. By default they are searched for."""
     mm_per_px: float | None = Field(default=None, gt=FINEST_MM_PER_PX, le=COARSEST_MM_PER_PX)
     """Scale of a photo taken square to the face, in mm for each pixel."""
     scale_is: Literal["measured", "assumed"] = "measured"
@@ -305,7 +305,7 @@ class MeshInput(Settings):
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     """Axis of the file that points out of the cracked face."""
     path: Path | None = None
-    """File of a centreline: a text line for each point, with x and y in mm, in the mesh's frame turned upright. By
+    """File of a centreline: one line of text for each point, with x and y in mm, in the mesh's frame turned upright. By
     default the centreline is found in a section just below the face."""
     base_mm: float | None = Field(default=None, gt=0.1, le=1000)
     """Depth below the face of a flat underside with upright sides, which closes a scan that is open below."""
@@ -314,7 +314,7 @@ class MeshInput(Settings):
 
 
 class Dispensed(Settings):
-    """The table [path.weighed]: the dispensed sealant, by the cartridge's weight before and after."""
+    """The table [path.weighed]: the dispensed sealant, from the cartridge's weight before and after."""
 
     mass_g: float = Field(gt=0, le=1e4)
     """Mass of the cartridge before less its mass after."""
@@ -345,9 +345,9 @@ class NozzlePath(Settings):
     weighed: Dispensed | None = None
     """Weighed sealant. It replaces volume_ml and its uncertainty."""
     flow: Literal["constant", "cross_section"] = "constant"
-    """Flow along the path: equal for every mm, or in proportion to the cavity's cross-section."""
+    """Flow along the path: equal for every millimetre, or proportional to the cavity's cross-section."""
     reverse: bool = False
-    """Start at the crack's second end; s is still measured from the first."""
+    """Start at the crack's second end. s is still measured from the first end."""
     trim_mm: OneOrSeveral[Trim, tuple[Trim, Trim]] = 10.0
     """Distance between the ends of the crack and those of the path: one number, or two, the one at s = 0 first. The
     paper has 10."""

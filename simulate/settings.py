@@ -64,9 +64,8 @@ class Fluid(Settings):
     7.23 ms at a radius of 0.4 mm, U = 1 is 1.07e-6 m2/s, about water. Without a yield stress, particles move before U
     acts, so a large U does not make them viscous."""
     D_cm: float | None = Field(default=None, ge=0, le=1e3)
-    """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given; with any other
-    viscosity the fluid sticks to the walls.
-    """
+    """Weight of the walls' drag in Eq. 5, for a whole frame. Default: the paper's 0.3 if U is given. With any other
+    viscosity the default is that the fluid sticks to the walls."""
     viscosity_pa_s: float | None = Field(default=None, ge=0, le=1e4)
     """Dynamic viscosity, in place of U. Particles move with the velocity after viscosity has acted. With U and without
     a yield stress they move before viscosity acts, as in the paper (decision 0155)."""
@@ -289,9 +288,8 @@ class Solver(Settings):
     takes a tenth of a second, for screening within its domain, which the report describes. It does not model jet or
     overspill."""
     preset: Literal["accurate", "paper"] = "accurate"
-    """accurate keeps the dispensed volume. paper uses the constants of the paper's solver, which lose a fifth to a
-    quarter of it. The paper's bed is fitted by accurate in flared walls, and by paper in leaning walls.
-    """
+    """accurate: keeps the dispensed volume. paper: uses the constants of the paper's solver, which lose a fifth to a
+    quarter of it. The paper's bed is fitted by accurate in flared walls, and by paper in leaning walls."""
     radius_mm: Annotated[float, Field(gt=0, le=10)] | Literal["auto"] = 0.4
     """Radius of a particle. 0.4 gives four particles across a crack of 3.1 mm, as in the paper, and "auto" gives four
     across this crack. Half the radius takes about ten times as long."""

@@ -280,7 +280,7 @@ def _in_substeps(solver: Solver, frame_s: float, substeps: int) -> str:
 
 
 def _or_more(substeps: float) -> str:
-    """Return a proposal of at least so many substeps; "" if a frame cannot have as many."""
+    """Return a proposal of a least number of substeps; "" if a frame cannot have as many."""
     least = math.ceil(substeps)
     return f", or solver.substeps of at least {least}" if least <= MOST_SUBSTEPS else ""
 

@@ -28,7 +28,7 @@ MOST_PARTICLES = 60_000  # Largest number of particles of a slump: about four mi
 
 @dataclass(frozen=True)
 class Slump:
-    """A slump in particles: radius over time, from the lifting of the cone on."""
+    """A slump in particles: radius over time, from the moment at which the cone is lifted."""
 
     stress_pa: float
     volume_mm3: float
@@ -51,7 +51,7 @@ WALL_ROOM = 1.25  # Half side of the plate over the radius of the flat heap
 
 
 def radius_of_particles_mm(cone: Cone, stress_pa: float, density_kg_m3: float) -> float:
-    """Return the radius of particles for a slump: as coarse as its heap and its cone allow.
+    """Return the radius of particles for a slump. It is as large as the height of the heap and the cone allow.
 
     Raises InputError if that needs too many particles.
     """
@@ -110,7 +110,7 @@ MOST_SLUMPS = 8
 
 @dataclass
 class SlumpCurve:
-    """Radius at rest by yield stress, for cones of one shape, computed on demand.
+    """Radius at rest as a function of yield stress, for cones of one shape, computed on demand.
 
     Slumps of one shape are similar in R / V^(1/3) and tau / (rho g V^(1/3)), and serve for a cone a little larger or
     heavier too. Their stresses are powers of ``STEP``; ``radii`` may be filled from a file.
@@ -153,8 +153,9 @@ class SlumpCurve:
     def stress_pa(self, volume_mm3: Floats, radius_mm: Floats, density_kg_m3: Floats) -> Floats:
         """Return the yield stress of heaps at rest, (n,), each with its own volume, radius and density.
 
-        It is that of the closed form times the ratio of slumps to it, a straight line through three slumps: the ratio
-        changes by few percent from one to the next, and radii with such coarse particles are off by one percent.
+        It is that of the closed form, times the ratio of slumps to the closed form. The ratio is a straight line
+        through three slumps: it changes by a few percent from one to the next, and radii with such coarse particles are
+        off by one percent.
         """
         length_mm = np.cbrt(volume_mm3)
         reach = radius_mm / length_mm

@@ -129,7 +129,7 @@ class Moments(Watcher):
         self._next_s = math.inf
 
     def begin(self, injection: Injection) -> None:
-        """Skip the moments before a resumed run's present frame, but not that frame's own."""
+        """Skip the moments before the present frame of a resumed run. The moment of that frame is not skipped."""
         self._next_s = next(self._times_s, math.inf)
         while self._due(injection) < injection.done:
             self._next_s = next(self._times_s, math.inf)

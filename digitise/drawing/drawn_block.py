@@ -111,7 +111,7 @@ def _region(drawing: Drawing, ring_mm: Floats, islands_mm: Sequence[Floats] = ()
 
 
 def _require_long(drawing: Drawing, crack_mm: Floats) -> None:
-    """Raise InputError for a crack that is too short, as in a wrong unit."""
+    """Raise InputError for a crack that is too short. A wrong unit may be the cause."""
     if np.ptp(crack_mm, axis=0).max() < LEAST_CRACK_MM:
         what = f"the crack is {drawing.size(crack_mm)}; at least {LEAST_CRACK_MM:g} mm"
         raise _of_another_unit(drawing, what, crack_mm)

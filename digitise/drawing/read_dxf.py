@@ -212,9 +212,9 @@ class Drawing:
 
 
 def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
-    """Open a drawing; a ``given`` unit replaces the drawing's own.
+    """Open a drawing. A ``given`` unit replaces the drawing's own.
 
-    Raises InputError if the file is missing, too large or no DXF, or if the unit is neither stated nor given.
+    Raises InputError if the file is missing, too large or not a DXF, or if the unit is neither stated nor given.
     """
     if not path.is_file():
         raise InputError(f"{path}: no such drawing.")
@@ -237,7 +237,7 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
 
 
 def _unit(path: Path, given: DrawnUnit | None, number: int, system: Any) -> tuple[DrawnUnit, str]:
-    """Return the unit and its source."""
+    """Return the unit of the drawing, and the source of the unit."""
     stated = STATED.get(number)
     unit = stated or ("no unit" if number == 0 else f"unit {number} of $INSUNITS, which is not accepted")
     if given is not None:

@@ -91,7 +91,7 @@ def normals(corners: Floats) -> Floats:
 
 
 def intersecting_faces(vertices_mm: Floats, faces: Integers) -> Integers:
-    """Return pairs of faces that cross along a segment, (n, 2); coplanar overlap is not searched for."""
+    """Return pairs of faces that cross along a segment, (n, 2). Coplanar overlap is not searched for."""
     triangles = vertices_mm[faces]
     planes = _planes(triangles)
     crossing = [

@@ -67,7 +67,7 @@ def coco_of(labelled: Sequence[tuple[str, Outline]]) -> dict[str, Any]:
 
 
 def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
-    """Return COCO's uncompressed code: lengths of runs down the columns, the first one outside the mask."""
+    """Return COCO's uncompressed code: lengths of runs down the columns. The first run is outside the mask."""
     flat = mask.ravel(order="F")
     changes = np.flatnonzero(np.diff(flat)) + 1
     counts = np.diff(np.concatenate([[0], changes, [len(flat)]])).tolist()

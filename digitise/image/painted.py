@@ -29,8 +29,8 @@ def take_mask(painted: NDArray[np.generic], size_px: tuple[int, int], name: str)
 def read_mask(path: Path, size_px: tuple[int, int]) -> NDArray[np.bool_]:
     """Read a painted mask, (height, width): the opaque pixels if opacity varies, else the bright ones.
 
-    Raises InputError for another size than ``size_px``, the photo's width and height, for more than two values, or for
-    a mask without a crack.
+    Raises InputError if the size is not ``size_px``, the photo's width and height, if there are more than two values,
+    or if the mask paints no crack.
     """
     with opened(path, MASK) as picture:
         ImageOps.exif_transpose(picture, in_place=True)

@@ -105,8 +105,8 @@ class ImportedSample:
 def import_sample(settings: MeshInput, folder: Path) -> ImportedSample:
     """Read, repair and level the mesh, find the crack in its face, and trace it in a top view.
 
-    Coordinates are mm, z = 0 on the face, its lower left corner the origin. Raises InputError if the file cannot be
-    read, encloses no block, or does not show exactly one crack.
+    Coordinates are mm. z = 0 is the face, and the origin is its lower left corner. Raises InputError if the file cannot
+    be read, encloses no block, or does not show exactly one crack.
     """
     path, facts = folder / settings.file, list[str]()
     try:

@@ -29,7 +29,7 @@ from sealtwin.core.solid_figures import EndKind
 
 @dataclass(frozen=True)
 class LineLimits:
-    """Limits of the line along a mouth; lengths are in widths of the crack if they have no unit.
+    """Limits of the line along a mouth. Lengths without a unit are in widths of the crack.
 
     Each line states what its value rests on. Steps and smoothing set how closely the line follows the walls. The other
     fields decide what is a front, a side crack or a fork, and which mouths are refused.

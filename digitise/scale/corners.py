@@ -30,7 +30,10 @@ def fit_line_to_most(points: Floats, least: float) -> tuple[Floats, Floats]:
 
 
 def _miss_of_most(points: Floats) -> Floats:
-    """Return distances from a line whose slope is the median between points half its length apart (Theil, Sen)."""
+    """Return the distances of points from a line, whose slope is the median between points half its length apart.
+
+    The method is that of Theil and Sen.
+    """
     (centre, direction), aside = fit_line(points)
     along = (points - centre) @ direction
     half = len(points) // 2

@@ -187,8 +187,8 @@ def find_pose(
 ) -> tuple[float | None, float | None]:
     """Find the camera's distance from the middle of the face, mm, and the tilt of its axis to the normal, degrees.
 
-    They follow from the measured distance, the camera's own focal length, or else perspective (Zhang 2000). If the
-    photo does not show them well enough, the tilt is None and the distance the measured one.
+    They follow from the measured distance, from the camera's own focal length, or else from perspective (Zhang 2000).
+    If the photo does not show them well enough, the tilt is None, and the distance is the measured one.
     """
 
     def read(view: View) -> Floats:

@@ -58,7 +58,7 @@ class CrackEnd:
 
     @property
     def to_left(self) -> Floats:
-        """Unit vector to the left of growing s."""
+        """Unit vector to the left of the direction in which s grows."""
         onward = self.outward if self.number else -self.outward
         return np.array([-onward[1], onward[0]])
 
@@ -213,7 +213,7 @@ def _on_side(end: CrackEnd, ring_mm: Floats, block_mm: Box, width_mm: float) -> 
 
 
 def _stopper(end: CrackEnd, reach_mm: float, spread_mm: float) -> CrossSection:
-    """Return the ground beyond a cut end that contains all of its tilted run-out."""
+    """Return the ground beyond a cut end. It contains all of the end's tilted run-out."""
     # The run-out of an oblique cut drifts sideways.
     drift_mm = reach_mm * float(np.linalg.norm(end.run_out))
     side = (drift_mm + reach_mm) * end.across
@@ -292,7 +292,7 @@ def _to_left(line_mm: Floats, own_mm: Floats) -> Floats:
 
 
 def _around(places_mm: Floats, box_mm: Box) -> Floats:
-    """Return four corners around the places and the box with its dams, since their corners need a depth too."""
+    """Return four corners around the places and the box with its dams. The corners of dams need a depth too."""
     low = np.minimum(places_mm.min(axis=0), box_mm[:2]) - ROOM_MM
     high = np.maximum(places_mm.max(axis=0), box_mm[2:]) + ROOM_MM
     return np.array([low, (high[0], low[1]), high, (low[0], high[1])])

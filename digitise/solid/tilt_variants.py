@@ -64,7 +64,7 @@ def _slopes(shape: CrackShape) -> tuple[float, float]:
 
 
 def _slopes_across(edges_mm: Floats, width_mm: float, shape: CrackShape) -> Floats:
-    """Return the slopes of walls at ``edges_mm`` from the left wall; the centreline is half way across."""
+    """Return the slopes of walls at distances ``edges_mm`` from the left wall. The centreline is half way across."""
     left, right = _slopes(shape)
     return np.where(edges_mm < width_mm / 2, left, right)
 

@@ -268,7 +268,7 @@ class TraceSession:
 
 
 def _scale_answer(with_scale: _Scaled, by_edges: bool) -> Answer:
-    """Describe the scale; ``corners_px`` are the face's if its edges gave them, so that they can be adjusted."""
+    """Describe the scale. ``corners_px`` are the face's if its edges gave them; the user can then adjust them."""
     photo = with_scale.photo
     refused = with_scale.refused and _for_page(True, with_scale.refused)
     answer: Answer = {"refused": refused, "markers_px": [_rounded(corners) for corners in photo.markers_px]}
@@ -325,7 +325,7 @@ def _walls_answer(photo: Photo, outline: Outline, in_mm: bool) -> Answer:
 
 
 def _for_page(in_mm: bool, sentence: str) -> str:
-    """Name the page's controls in place of settings, and px in place of mm if there is no scale."""
+    """Replace the settings in a sentence by the page's controls, and mm by px if there is no scale."""
     if not in_mm:
         sentence = re.sub(r"\bmm\b", "px", sentence)
     return re.sub(r"\b(?:photo\.)?([a-z]+(?:_[a-z]+)+|overlay\.png)\b", lambda it: CONTROLS.get(it[1], it[0]), sentence)

@@ -64,7 +64,7 @@ def _with_walls_across(
 
 
 def _lips(sides: SideCracks, share: NDArray[np.floating], line_px: Floats, half_px: float) -> Floats | None:
-    """Return both places at which a side crack's rim becomes the main crack's wall, (2, 2); None if not clear."""
+    """Return both places at which a side crack's rim becomes the main crack's wall, (2, 2); None if unclear."""
     width_px, inward_px = sides.width_px, line_px[::-1]
     back = round(min(STARTS * half_px + ALONG * width_px, 0.6 * len(inward_px)))
     start_px = inward_px[-1 - back]

@@ -34,7 +34,7 @@ def raise_and_height_mm(width_mm: float, capillary_mm: float) -> tuple[float, fl
         return 2 * capillary_mm**2 / width_mm, capillary_mm * float(np.sqrt(2))
 
     def profile(curvature: float) -> tuple[Floats, Floats]:
-        """Return heights and lengths across of the pieces of half the surface, (k,) each."""
+        """Return the heights of the pieces of half the surface, and their lengths across the crack, (k,) each."""
         # phi = k l sinh(t): the same pieces suit a half circle and an edge far from a flat middle.
         scale = curvature * capillary_mm
         end = np.arcsinh(np.pi / 2 / scale)

@@ -112,7 +112,7 @@ def sum_correction(
 
 @wp.func
 def gauss(squared: float, support: float):
-    """exp(-r^2/h^2), cut off at h: the weight as printed in the paper, for its U and D."""
+    """Return exp(-r^2/h^2), cut off at h. It is the weight as printed in the paper, for its U and D."""
     if squared >= support * support:
         return 0.0
     return wp.exp(-squared / (support * support))
@@ -241,7 +241,7 @@ def sum_printed(
     viscosity: float,
     support: float,
 ):
-    """Sum of U m/rho_j W_v of Eq. 5 times the difference of velocities, and of the weight itself.
+    """Sum U m/rho_j W_v of Eq. 5 times the difference of velocities, and this weight itself.
 
     Two different viscosities are replaced by their harmonic mean.
     """

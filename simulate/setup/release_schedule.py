@@ -177,7 +177,7 @@ class ParticleCounts(NamedTuple):
 
 
 def course_of(schedule: Schedule, fluid: Fluid, settle_s: float) -> ParticleCounts:
-    """Return the numbers of a run. Particles freeze in the order in which they were released."""
+    """Return the numbers of particles of a run. Particles freeze in the order in which they were released."""
     settling = math.ceil(settle_s / schedule.frame_s - ROUNDING)
     out = np.pad(schedule.released, (0, settling), mode="edge")
     ages = frames_to_freeze(fluid, schedule.frame_s)

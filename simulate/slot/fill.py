@@ -212,12 +212,12 @@ class _Bed:
         self.height_mm = sections.height_mm(self.area_mm2)
 
     def _push(self, height_mm: Floats) -> Floats:
-        """Return the push at the faces towards larger s, in Pa/mm."""
+        """Return the push at the faces in Pa/mm, positive towards larger s."""
         level_mm = self._sections.bottom_mm + height_mm
         return self._pull - self._weight / self._sections.step_mm * (level_mm[1:] - level_mm[:-1])
 
     def _flow(self, through: Conduits, height_mm: Floats) -> tuple[Floats, Floats]:
-        """Return the flow through the faces towards larger s, and its derivative with the push."""
+        """Return the flow through the faces, positive towards larger s, and its derivative with respect to the push."""
         return through.flow_mm3_s(self._push(height_mm))
 
     def _faces(self, height_mm: Floats) -> Conduits:
@@ -227,7 +227,7 @@ class _Bed:
 
 
 def _net(flow: Floats) -> Floats:
-    """Return the outflow of each cell less its inflow."""
+    """Return the outflow of each cell minus its inflow."""
     net = np.empty(len(flow) + 1)
     net[0], net[1:-1], net[-1] = flow[0], flow[1:] - flow[:-1], -flow[-1]
     return net

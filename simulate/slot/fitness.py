@@ -170,7 +170,10 @@ def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: He
 
 
 def _held(sections: Trapezoids, fill: float, held_mm: float) -> tuple[float, float]:
-    """Return the slope and the mound of paste with ``held_mm`` = tau / rho g in sections filled to a share."""
+    """Return the slope that walls support and the height of the mound, in sections filled to a share.
+
+    ``held_mm`` is tau / rho g of the paste.
+    """
     area_mm2 = fill * sections.full_mm2
     height_mm = sections.height_mm(area_mm2)
     slope = held_mm / sections.holding_mm(area_mm2, sections.wetted_mm(height_mm))
