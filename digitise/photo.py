@@ -256,7 +256,7 @@ def given_scale(mm_per_px: float, assumed: bool, size_px: tuple[int, int]) -> Sc
         view=View(np.array([[mm_per_px, 0, 0], [0, -mm_per_px, mm_per_px * (size_px[1] - 1)], [0, 0, 1.0]])),
         mm_per_px=mm_per_px,
         scale_source=f"given: {mm_per_px:g} mm/px{' (assumed)' if assumed else ''}",
-        warnings=("the scale is assumed: every length has its error",) if assumed else (),
+        warnings=("the scale is assumed: every length has the error of the scale",) if assumed else (),
     )
 
 
@@ -274,8 +274,8 @@ def find_scale(pixels: Pixels, settings: PhotoInput) -> Scale:
         scale = given_scale(mm_per_px, settings.scale_is == "assumed", pixels.size_px)
     if not FINEST_MM_PER_PX <= scale.mm_per_px <= COARSEST_MM_PER_PX:
         raise InputError(
-            f"{pixels.file}: by its {scale.scale_source}, a pixel of the photo is {scale.mm_per_px:.2g} mm, outside "
-            f"{FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm. Correct the lengths and pixels that give the scale."
+            f"{pixels.file}: by its {scale.scale_source}, a pixel of the photo is {scale.mm_per_px:.2g} mm, "
+            f"outside {FINEST_MM_PER_PX:g} to {COARSEST_MM_PER_PX:g} mm. Correct the lengths and pixels that give the scale."
         )
     if scale.scale_uncertainty is None or scale.scale_uncertainty < UNSURE:
         return scale

@@ -215,8 +215,8 @@ def _edge(light: Map, rough: Rough, inside: NDArray[np.bool_], file: Path) -> Fl
         measured &= np.abs(filled - usual) < max(2.0, 0.03 * rough_px)
     if measured.mean() < least:
         raise InputError(
-            f"{file}: the paste's edge is seen on {measured.mean():.0%} of its circumference; {least:.0%} are needed. "
-            "Keep it between the markers, away from them, without shadows or smears at its edge."
+            f"{file}: the paste's edge is visible on only {measured.mean():.0%} of its circumference; {least:.0%} are "
+            "needed. Keep it between the markers, away from them, without shadows or smears at its edge."
         )
     radius = np.interp(number, number[measured], radius[measured], period=RAYS)
     return begins + radius[:, None] * rays

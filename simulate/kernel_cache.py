@@ -14,7 +14,7 @@ from sealtwin.core.errors import InputError
 
 NEEDED_BYTES = 20_000_000
 """Disk space that must be free: ten times the largest compiled module. LLVM ends the process if a disk is full."""
-REMEDY = "Set WARP_CACHE_PATH to a folder with {needed:.0f} MB to spare that can be written."
+REMEDY = "Set WARP_CACHE_PATH to a writable folder with at least {needed:.0f} MB free."
 
 
 @contextmanager

@@ -104,8 +104,8 @@ class CrackSearch:
             )
         if number is None and len(rivals := [one for one in ranked if one.score > RUNNER_UP * ranked[0].score]) > 1:
             raise RivalCracksError(
-                f"{photo.file}: {len(rivals)} cracks compete, best first, with their share of the best one's score: "
-                f"{self._listed()}; choose one by its number, such as {CHOICE}, or give ends_px.",
+                f"{photo.file}: {len(rivals)} cracks compete (best first, with the score as a share of the best "
+                f"one's): {self._listed()}; choose one by its number, such as {CHOICE}, or give ends_px.",
                 ranked,
             )
         if number is not None and number > len(ranked):
@@ -127,7 +127,7 @@ class CrackSearch:
         if unlike_px > max(EDGE_WIDTHS * path.width_px, EDGE_SHARE * float(arc_length(path.points_px)[-1])):
             warnings.append(
                 f"along {unlike_px * photo.mm_per_px:.0f} mm of the found line, one side is far brighter than the "
-                "other, as at the edge of the sample, where the nozzle must not go: look at overlay.png, and give "
+                "other. If it is the edge of the sample, the nozzle must not go there: look at overlay.png, and give "
                 "ends_px or face_mm"
             )
         elif number is None:

@@ -217,7 +217,7 @@ class PathSearch:
         clearness = float(np.median(self.support()[along]))
         if clearness < LIMITS.least_support:
             fault = (
-                f"is clearer than plain ground by {clearness:.1f} of its spread (a crack by at least "
+                f"is clearer than plain ground by {clearness:.1f} standard deviations (a crack by at least "
                 f"{LIMITS.least_support:g})"
                 if clearness > 0
                 else "is not darker than lines on plain ground are"

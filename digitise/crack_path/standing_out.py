@@ -80,7 +80,7 @@ def unlike_sides(photo: Photo, path: CrackPath) -> list[str]:
     if not difference > MOST_UNLIKE * max(step, 0.0):
         return []
     return [
-        f"the two sides of the found line differ by {difference / max(step, 1e-3):.0%} of its darkness, "
+        f"the two sides of the found line differ in brightness by {difference / max(step, 1e-3):.0%} of its darkness, "
         "as at the edge of a marking, a patch or a joint: look at overlay.png, and give ends_px if the "
         "crack is elsewhere"
     ]

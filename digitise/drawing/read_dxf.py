@@ -231,7 +231,8 @@ def open_drawing(path: Path, given: DrawnUnit | None) -> Drawing:
         raise
     except Exception as fault:  # ezdxf raises many types of errors for a damaged drawing.
         raise InputError(
-            f"{path}: no readable DXF ({str(fault) or type(fault).__name__:.80}). Save it again as DXF R2010 or newer."
+            f"{path}: not a readable DXF ({str(fault) or type(fault).__name__:.80}). Save it again as DXF R2010 or "
+            "newer."
         ) from fault
     return drawing
 

@@ -186,7 +186,7 @@ def _check_size(name: Path | str, width: int, height: int) -> None:
     if width * height > MAX_PIXELS:
         raise InputError(f"{name}: {width} x {height} pixels, {TOO_LARGE}")
     if min(width, height) < MIN_SIDE_PX:
-        raise InputError(f"{name}: {width} x {height} pixels; each side needs {MIN_SIDE_PX} or more.")
+        raise InputError(f"{name}: {width} x {height} pixels; each side must have at least {MIN_SIDE_PX}.")
 
 
 def _require_square(path: Path, photo: Image.Image) -> None:

@@ -226,7 +226,9 @@ def read_path(path: Path) -> Floats:
             f"{path}: no such path file; mesh.path is relative to its trial file. Correct it, or remove it."
         )
     if path.stat().st_size > LIMITS.largest_bytes:
-        raise InputError(f"{path}: larger than {LIMITS.largest_bytes / 1e6:g} MB; a path has some hundred lines.")
+        raise InputError(
+            f"{path}: larger than {LIMITS.largest_bytes / 1e6:g} MB; a path needs only some hundred lines."
+        )
     try:
         lines = read_text(path, LIMITS.largest_bytes).splitlines()
     except UnicodeDecodeError:

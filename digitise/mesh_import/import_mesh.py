@@ -223,7 +223,9 @@ def _notes_on_place(plane: FacePlane, block: Block, placed: Floats) -> list[str]
             "opens there, check up, the axis that points out of the cracked face"
         )
     if block.trimmed_mm > 0:
-        notes.append(f"up to {block.trimmed_mm:.2f} mm outside the block's sides were cut off: dams, edges, roughness")
+        notes.append(
+            f"material up to {block.trimmed_mm:.2f} mm outside the block's sides was cut off: dams, edges, roughness"
+        )
     return notes
 
 

@@ -228,8 +228,8 @@ def close_holes(surface: RepairedSurface, openings: Openings) -> RepairedSurface
     if small > MOST_OPEN * edges or small != sum(map(len, openings.holes)):
         place = mesh_topology.near(surface.vertices_mm[unclosed[0, 0]])
         raise InputError(
-            f"Mesh is not watertight: {small} of {edges} edges are open, first {place}; up to {MOST_OPEN:.0%} in whole "
-            "rings are closed. Close the holes in the program that made it."
+            f"Mesh is not watertight: {small} of {edges} edges are open, first {place}; only up to {MOST_OPEN:.0%} in "
+            "whole rings are closed. Close the holes in the program that made it."
         )
     filled = _filled(surface, openings.holes, f"holes closed, of {small} open edges")
     return _filled(filled, openings.underside, "missing underside closed")

@@ -107,12 +107,12 @@ class PumpTable:
         flows = wanted_mm3_s[wanted_mm3_s > 0]
         half = max(self.error_95(float(flows.min())), self.error_95(float(flows.max())))
         scatter = (
-            f"{self.name}: one weighing is {self.scatter:.0%} off its mean (standard deviation), so that the path's "
-            f"flow is known to {half:.0%} (95 %)"
+            f"{self.name}: weighings of one flow scatter by {self.scatter:.0%} (standard deviation), so that the "
+            f"path's flow is known to {half:.0%} (95 %)"
         )
         if half > WORTHLESS:
             raise InputError(
-                f"{scatter}; {WORTHLESS:.0%} are allowed. Weigh more often, for longer, or repair the pump."
+                f"{scatter}; at most {WORTHLESS:.0%} is allowed. Weigh more often, for longer, or repair the pump."
             )
         return half, (f"{scatter}: weigh more often or for longer",) if half > DOUBTFUL else ()
 

@@ -133,7 +133,7 @@ def place_path(trajectory: Trajectory, cell: RobotCell, cell_file: str, pump: Pu
         first_mm3_s = float(trajectory.flow_mm3_s[trajectory.giving.start])
         hold_s = pump.delay_at(first_mm3_s)
         if hold_s > 0 and cell.spel is not None and cell.spel.dispenser != "output":
-            delay = f"the pump's delay of {hold_s:.2g} s is not in a SPEL+ program whose axis presses the plunger"
+            delay = f"a SPEL+ program whose axis presses the plunger cannot wait for the pump's delay of {hold_s:.2g} s"
             warnings = (*warnings, f"{delay}; digitise with a path.lead_in_mm, and start the plunger by hand")
         placed = replace(placed, flow_mm3_s=pump.asked_for(trajectory.flow_mm3_s))
         warnings = (*warnings, *pump.doubts(trajectory.flow_mm3_s)[1])
@@ -179,7 +179,7 @@ def _motion_limits(path: RobotPath, trajectory: Trajectory) -> list[Limit]:
         (
             motion.safe_height_mm <= height_mm,
             f"motion.safe_height_mm is {motion.safe_height_mm:g}, and the path itself runs {height_mm:g} mm above the "
-            "face. Give a greater one.",
+            "face. Give a larger motion.safe_height_mm.",
         ),
         limit("largest_speed_mm_s", fastest_mm_s, f"the path runs at {fastest_mm_s:g} mm/s", f"{slower}.", ROUNDING),
         limit("largest_speed_mm_s", approach_mm_s, approach, "Give a lower one."),

@@ -148,13 +148,13 @@ def check_level(
     side = "below" if grown > 0 else "above"
     cause = f"markers {side} the face"
     if distance_mm is not None:
-        cause = f"markers {abs(grown) * distance_mm:.1f} mm {side} the face, {distance_mm:.0f} mm from the camera,"
+        cause = f"markers {abs(grown) * distance_mm:.1f} mm {side} the face, at {distance_mm:.0f} mm from the camera"
     if abs(grown) > LIMITS.most:
         raise InputError(
-            f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} cause "
-            "that."
+            f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} "
+            "would cause this."
         )
-    return grown, (f"{comparison}, {abs(grown):.1%} off, as {cause} would be",)
+    return grown, (f"{comparison}, {abs(grown):.1%} off: {cause} would cause this",)
 
 
 def _rule(distance_mm: float | None, unmeasured: bool) -> str:
@@ -220,8 +220,9 @@ def find_markers(image: NDArray[np.uint8], brightness: Map, board: MarkerBoard, 
     clear = {number: quad for number, quad in refined.items() if quad is not None}
     if len(clear) < LIMITS.min_markers:
         raise InputError(
-            f"{file}: found {len(clear)} of {len(expected)} markers of {board.dictionary}, need {LIMITS.min_markers} "
-            f"(missing {_listed(expected - set(clear))}). Take a sharp photo that shows them, with white around each."
+            f"{file}: found {len(clear)} of {len(expected)} markers of {board.dictionary}; {LIMITS.min_markers} are "
+            f"needed (missing {_listed(expected - set(clear))}). Take a sharp photo that shows them, with white "
+            "around each."
         )
     return clear
 

@@ -216,8 +216,9 @@ def _require_agreement(cavity_mm3: float, variants: TiltVariants, footprint: Foo
         integral_mm3 = cavity_volume_mm3(footprint, shape, FINER)
     if abs(cavity_mm3 / integral_mm3 - 1) > CAVITY_TOLERANCE:
         raise InputError(
-            f"The mesh's cavity holds {cavity_mm3:.6g} mm³, the sections of its outline {integral_mm3:.6g} mm³: they "
-            f"may differ by {CAVITY_TOLERANCE:.1%}. Reduce floor_thickness_mm and margin_mm, or choose another tilt."
+            f"The mesh's cavity holds {cavity_mm3:.6g} mm³, but the sections of its outline {integral_mm3:.6g} mm³: "
+            f"they may differ by at most {CAVITY_TOLERANCE:.1%}. Reduce floor_thickness_mm and margin_mm, or choose "
+            "another tilt."
         )
 
 
@@ -229,8 +230,8 @@ def _tilt_warnings(outline: Outline, footprint: Footprint, shape: CrackShape, va
     steepest_deg = np.degrees(np.arctan(outline.mean_width_mm / (2 * shape.deepest_mm)))
     return [
         f"At {_angles(shape)} the walls meet above the requested depth {depth_mm} along "
-        f"{closing.share_above_floor:.0%} of the crack, at {closing.mean:.1f} mm on average over all of it; volume "
-        f"{variants.volume_mm3['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
+        f"{closing.share_above_floor:.0%} of the crack, at {closing.mean:.1f} mm on average over all of it. The volume "
+        f"is {variants.volume_mm3['funnel'] / 1000:.2f} ml. Reduce the angle below {steepest_deg:.1f}°, choose "
         'tilt = "flare" or "lean", or accept the V.'
     ]
 

@@ -149,7 +149,7 @@ def tilted_out(spread_mm: float) -> InputError:
     """Return the refusal of a crack that leaves the sample by its tilt, not by its trace."""
     return InputError(
         f"The tilt moves the walls {spread_mm:.1f} mm sideways over the depth, which takes the crack to within "
-        f"{CLEARANCE_MM} mm of the block's side or through it, where no open end is. {REDUCE_ANGLE}, check "
+        f"{CLEARANCE_MM} mm of the block's side, or through it, at a place without an open end. {REDUCE_ANGLE}, check "
         'depth_mm, or choose tilt = "vertical".'
     )
 

@@ -32,8 +32,8 @@ JOINED = 0.9  # Least share of a joined side crack's line in the outline; others
 FOUND: dict[PathSource, str] = {
     "ends": "between the given ends",
     "via": "between the given ends, by the given points",
-    "automatic": "AUTOMATIC, look whether it is right",
-    "choice": "by its number among those found",
+    "automatic": "AUTOMATIC: check that it is right",
+    "choice": "chosen by its number",
     "mask": "as painted",
     "mesh": "along the mouth in the mesh",
     "line": "along the given line",

@@ -80,7 +80,7 @@ class WeighedFill(Settings):
 
     def _column(self, values: tuple[float, ...] | None) -> Floats:
         if values is None:
-            raise ValueError("the fill is a file that is not read yet; see loaded")
+            raise ValueError("the fill is a file that is not read yet; call loaded first")
         return np.array(values)
 
 

@@ -105,7 +105,7 @@ def test_a_wide_crack_is_one_and_not_its_two_walls(tmp_path):
 
 def test_rivals_are_offered_best_first_and_no_more_than_a_few(tmp_path):
     lines = [(wave(60 + 95 * number), width_px) for number, width_px in enumerate((5, 8, 6, 7, 5, 6, 5))]
-    says = r"5 cracks compete, best first, .*: 1\. \(.* px, 100%; 2\. .*; 5\. .*ends_px"
+    says = r"5 cracks compete \(best first, .*: 1\. \(.* px, 100%; 2\. .*; 5\. .*ends_px"
     with pytest.raises(RivalCracksError, match=says) as asked:
         find_path(photo_of_lines(tmp_path, lines), None)
     scores = [crack.score for crack in asked.value.cracks]

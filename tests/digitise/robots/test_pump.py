@@ -61,7 +61,7 @@ def test_a_pump_that_scatters_earns_a_warning_with_the_figure(tmp_path, off, war
     path = place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, off))
     said = [warning for warning in path.warnings if warning.startswith("pump.csv:")]
     # Two to either side of each of two flows: s = sqrt(2) off, two degrees of freedom, two of each.
-    assert [f"{np.sqrt(2) * off:.0%} off its mean" in one and f"known to {4.303 * off:.0%}" in one for one in said] == (
+    assert [f"scatter by {np.sqrt(2) * off:.0%}" in one and f"known to {4.303 * off:.0%}" in one for one in said] == (
         [True] * warned
     )
 
@@ -74,7 +74,9 @@ def test_equal_weighings_show_no_interval(tmp_path):
 
 
 def test_a_pump_that_scatters_by_half_of_its_flow_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"pump\.csv: one weighing is 35% off .* known to 108% \(95 %\); 50% are"):
+    with pytest.raises(
+        InputError, match=r"pump\.csv: weighings of one flow scatter by 35% .* known to 108% \(95 %\); at most 50% is"
+    ):
         place_path(trajectory(), cell(), "cell.toml", scattered(tmp_path, 0.25))
 
 

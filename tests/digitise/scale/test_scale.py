@@ -79,7 +79,7 @@ def with_marker_2_moved(specimen: Specimen) -> dict:
 @pytest.mark.parametrize(
     ("paint", "changes", "says"),
     [
-        (cover, lambda _: {}, r"found 3 of 8 .* need 4 \(missing 3, 4, 5, 6, 7\)"),
+        (cover, lambda _: {}, r"found 3 of 8 .* 4 are needed \(missing 3, 4, 5, 6, 7\)"),
         (paste, lambda _: {}, "marker 0 is in the photo more than once"),
         (None, with_marker_2_moved, r"photo\.jpg: markers misfit by 0\.\d+ mm .* marker 2"),
         (None, lambda _: {"face_mm": (900.0, 40.0)}, "face_mm is outside the photo"),
