@@ -146,7 +146,7 @@ def _along(
 
 
 def _fitted(photo: Photo, path: CrackPath) -> Outline:
-    """Return the outline of a thin crack with a fitted width, or without walls below ``LEAST_FITTED_PX``."""
+    """Return the outline of a thin crack with a fitted width. Below ``LEAST_FITTED_PX`` it has no walls."""
     # An enlarged photo shows no more than the smaller one that it was made from.
     factor = max(1, int(path.width_px / MIN_WIDTH_PX))
     copy = photo if factor == 1 else smaller(photo, factor)
@@ -175,7 +175,7 @@ def _fitted(photo: Photo, path: CrackPath) -> Outline:
 
 
 def _judged_band(photo: Photo, path: CrackPath, traced: Traced, fit: BoxFit) -> list[str]:
-    """Return a warning if the dark band is far wider than the fit; raise InputError if a line is painted down it."""
+    """Return a warning if the dark band is far wider than the fit. Raises InputError if the mask is a line in it."""
     dark_px = band_px(photo, photo.to_px(traced.line_mm), fit.mean_px)
     dark_mm = dark_px * photo.mm_per_px
     if path.source == "mask" and is_wider(dark_px, path.width_px):
@@ -233,7 +233,7 @@ def glance(photo: Photo, path: CrackPath, settings: PhotoInput = BY_DEFAULT) -> 
 
 
 def smaller(photo: Photo, factor: int) -> Photo:
-    """Return the photo with brightness and view in pixels ``factor`` times as large; its colours do not change."""
+    """Return the photo with brightness and view in pixels ``factor`` times as wide. Its colours do not change."""
     offset = (factor - 1) / 2
     to_photo_px = np.array([[factor, 0, offset], [0, factor, offset], [0, 0, 1.0]])
     lens = photo.view.lens

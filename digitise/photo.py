@@ -70,7 +70,7 @@ class Photo(Pixels, Scale):
 
     @cached_property
     def face_ring_px(self) -> Floats | None:
-        """Edge of the face as a ring of points from the lower left corner; a lens bends it."""
+        """Edge of the face as a ring of points from the lower left corner. A lens bends it."""
         if self.face_mm is None:
             return None
         start = rectangle(self.face_mm)[:, None]
@@ -151,7 +151,7 @@ def darker_of_both(light: Map, second: Map, file: Path) -> tuple[Map, tuple[str,
     """Align the second photo, and return the darker light at each pixel and warnings.
 
     The photos are lit from opposite sides, so that each wall is dark in one of them. Raises InputError, which names the
-    second one's ``file``, if both do not show the same scene.
+    second one's ``file``, if the two photos do not show the same scene.
     """
     if second.shape != light.shape:
         raise InputError(

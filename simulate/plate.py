@@ -112,7 +112,7 @@ class PastePlate:
         return float(self._place_mm[:, 2].max()) + self.depth_mm + self._half_mm
 
     def edge_mm(self, beyond: float) -> float:
-        """Radius that holds all but a share ``beyond`` of the particles, plus half a spacing."""
+        """Radius that contains all but a share ``beyond`` of the particles, plus half a spacing."""
         return float(np.quantile(np.hypot(*self._place_mm[:, :2].T), 1 - beyond)) + self._half_mm
 
     @property

@@ -127,7 +127,7 @@ def _with_evidence(lines: NDArray[np.bool_], clear: Map) -> NDArray[np.bool_]:
 
 
 def _main_line(cells: Integers, worth: Floats, half_width: Floats) -> Integers:
-    """Return the line through a piece's skeleton with the largest sum of worth."""
+    """Return the line through a piece's skeleton that has the largest sum of ``worth``."""
     own = worth[tuple(cells.T)]
     walk, _ = medial_axis.longest_walk(medial_axis.strongest_tree(medial_axis.linked(cells, own), own), 0)
     strong = np.flatnonzero(own[walk] >= LIMITS.fading * np.median(own[walk]))

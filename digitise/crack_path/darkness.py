@@ -61,7 +61,10 @@ class DarkMap:
         return (np.asarray(points_work, dtype=float) + 0.5) / self.scale - 0.5 + self.offset_px
 
     def window(self, left: int, top: int, right: int, bottom: int) -> "DarkMap":
-        """Return the part of the map from column ``left`` and row ``top`` up to ``right`` and ``bottom``, excluded."""
+        """Return the part of the map from column ``left`` and row ``top`` up to ``right`` and ``bottom``.
+
+        The last two are not included.
+        """
         part = np.s_[top:bottom, left:right]
         offset_px = (self.offset_px[0] + left / self.scale, self.offset_px[1] + top / self.scale)
         maps = {name: getattr(self, name)[part] for name in ("light", "dark", "even", "ridge", "allowed", "around")}

@@ -29,7 +29,7 @@ GROUND = 75  # Percentile of the light across a stretch taken for the ground's
 
 
 def require_dark(photo: Photo, path: CrackPath) -> None:
-    """Raise InputError if a path is not darker than its darker side and runs along something far brighter."""
+    """Raise InputError if a path is not darker than its darker side, and something far brighter runs along it."""
     width_px = path.width_px
     light, own, left, right = _own_and_sides(photo, path, width_px / 2 + NEAR_PX + 1, FAR[0] * width_px + FAR[1])
     ratio = finite_median(own / np.fmax(np.fmin(left, right), 1e-6))

@@ -80,7 +80,7 @@ def off_centre(to_rim: Floats, usual: float) -> Floats:
 
 
 def cheapest(cost: Floats, start: Integers, end: Integers, margin: int) -> Integers:
-    """Rows and columns, (n, 2), of the cheapest path. It stays within ``margin`` cells of the box of both ends."""
+    """Rows and columns, (n, 2), of the cheapest path. It stays within ``margin`` cells of the box around both ends."""
     low = np.maximum(np.minimum(start, end) - margin, 0)
     high = np.maximum(start, end) + margin + 1
     near = cost[low[0] : high[0], low[1] : high[1]]

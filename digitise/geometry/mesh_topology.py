@@ -27,7 +27,7 @@ class EqualRows:
 
     @property
     def first(self) -> Integers:
-        """First row of each group."""
+        """Index of the first row of each group."""
         return self.order[self.begins]
 
     @property
@@ -37,7 +37,7 @@ class EqualRows:
 
     @property
     def group(self) -> Integers:
-        """Number of each row's group, (n,)."""
+        """Number of the group of each row, (n,)."""
         group = np.empty_like(self.order)
         group[self.order] = np.repeat(np.arange(len(self.begins)), self.count)
         return group

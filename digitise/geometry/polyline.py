@@ -23,7 +23,7 @@ def at_arc_length(values: Floats, s: Floats, stations: Floats) -> Floats:
 
 
 def smoothed(values: Floats, sigma: float, returns: int = 1) -> Floats:
-    """Smooth along the first axis, sigma in samples; add the smoothed residual ``returns`` times (Tukey)."""
+    """Smooth along the first axis, ``sigma`` in samples, and add the smoothed residual ``returns`` times (Tukey)."""
     smooth = _blurred(values, sigma)
     for _ in range(returns):
         smooth = smooth + _blurred(values - smooth, sigma)
@@ -118,7 +118,7 @@ def _cross(a: Floats, b: Floats, c: Floats, d: Floats) -> bool:
 
 
 def meeting(first: tuple[Floats, Floats] | Floats, second: tuple[Floats, Floats] | Floats) -> Floats:
-    """Return the intersection of two lines, each a point and a direction."""
+    """Return the intersection of two lines. A line is a point and a direction."""
     (p, u), (q, v) = first, second
     return p + np.linalg.solve(np.column_stack([u, -v]), q - p)[0] * u
 

@@ -75,7 +75,7 @@ def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
 
 
 def _islands_px(outline: Outline) -> list[Floats]:
-    """Return the islands in px, by the homography that the outline's points give."""
+    """Return the islands in px. The homography follows from the outline's points in mm and in px."""
     if not outline.islands_mm:
         return []
     view, _ = cv2.findHomography(outline.outline_mm, outline.outline_px)

@@ -29,7 +29,7 @@ class MouthEnd:
 
 
 def end_before(ring_mm: Floats, path_mm: Floats, width_mm: float, face_mm: Box, whole: bool) -> MouthEnd:
-    """Return the end of the crack before the first point of a path; ``whole`` paths lead to the crack's own ends."""
+    """Return the end of the crack before the first point of a path. A ``whole`` path leads to the crack's own ends."""
     leaf_mm = path_mm[0]
     sharp = False
     if whole:

@@ -60,7 +60,7 @@ LIMITS = LineLimits()
 
 @dataclass(frozen=True)
 class MouthLine:
-    """Stations along the crack; (n, 2) each."""
+    """Centreline and both walls at stations along the crack, (n, 2) each."""
 
     centreline_mm: Floats
     left_mm: Floats

@@ -26,18 +26,19 @@ class Taught(Settings):
     """One point on the face, in the sample's frame and in the robot's."""
 
     sample_mm: tuple[OnFace, OnFace]
-    """x and y as in outline.json: x right and y up in the photo. With face_mm its lower left corner is [0, 0]."""
+    """x and y as in outline.json: x right and y up in the photo. If face_mm is given, the face's lower left corner is
+    [0, 0]."""
     robot_mm: tuple[InCell, InCell, InCell]
-    """Coordinates on the pendant with the nozzle's tip on that point."""
+    """Coordinates that the pendant shows if the nozzle's tip is on that point."""
 
 
 class Reach(Settings):
     """Box in the robot's frame that the nozzle's tip must not leave."""
 
     low_mm: tuple[InCell, InCell, InCell]
-    """Least x, y and z."""
+    """Smallest x, y and z of the box."""
     high_mm: tuple[InCell, InCell, InCell]
-    """Largest x, y and z."""
+    """Largest x, y and z of the box."""
 
     @model_validator(mode="after")
     def _a_box(self) -> Self:
@@ -60,8 +61,8 @@ class Motion(Settings):
     """Height of the tip above the face before and after the path. The default is five times that of the dams at open
     ends."""
     largest_tilt_deg: float = Field(default=5.0, gt=0, le=30)
-    """Largest angle between nozzle and the face's normal: at 5 degrees, 3 mm above the face, the jet meets it 0.26 mm
-    off the path."""
+    """Largest angle between the nozzle and the face's normal. At 5 degrees, from 3 mm above the face, the jet meets the
+    face 0.26 mm off the path."""
     most_waypoints: int = Field(default=SPEL_POINTS - 2, ge=3, le=100_000)
     """Number of waypoints that the controller can store. An Epson point file can have a thousand, two of which are
     above the path's ends."""
@@ -107,7 +108,7 @@ class Spel(Settings):
     axis_start_mm: InCell | None = None
     """Coordinate of the axis z, s or t at which the plunger is ready to give sealant."""
     axis_gives: Literal["+", "-"] = "-"
-    """Direction of the axis, + or -, that presses the plunger: down, for the paper's z."""
+    """Direction of the axis, + or -, that presses the plunger. With the paper's z axis it is down."""
     hand: Literal["right", "left"] = "right"
     """Posture of the arm. The elbow of a SCARA is on the opposite side."""
     u_deg: Angle = 0.0
@@ -117,7 +118,7 @@ class Spel(Settings):
     tool: int = Field(default=0, ge=0, le=15)
     """Number of the tool whose tip is the nozzle's tip; 0 is the bare flange."""
     local: int = Field(default=0, ge=0, le=15)
-    """Number of the local frame that robot_mm was read in; 0 is the robot's own."""
+    """Number of the local frame in which robot_mm was read; 0 is the robot's own frame."""
     first_point: int = Field(default=0, ge=0, lt=SPEL_POINTS)
     """Number of the first point that the program uses. Points of its robot from this number on are overwritten."""
 
@@ -147,10 +148,10 @@ class Urscript(Settings):
     """Settings of an arm of Universal Robots."""
 
     blend_mm: float = Field(default=0.4, gt=0.01, le=20)
-    """Radius of the blend at each waypoint: less than half the spacing, which is 1 mm by default. Without a blend the
-    arm would stop at each."""
+    """Radius of the blend at each waypoint. It must be less than half the spacing, which is 1 mm by default. Without a
+    blend the arm would stop at each waypoint."""
     dispenser: Literal["analog", "digital"]
-    """analog: a standard analog output in proportion to the flow; digital: a standard output on and off."""
+    """analog: a standard analog output, proportional to the flow. digital: a standard output that is on or off."""
     port: int = Field(ge=0, le=7)
     """Number of the output: analog 0 or 1, digital 0 to 7."""
     full_flow_mm3_s: float | None = Field(default=None, gt=1e-3, le=1e6)
@@ -159,7 +160,8 @@ class Urscript(Settings):
     """Angle of the tool about the nozzle, measured from the robot's x axis. It keeps a camera or a cable at the tool's
     side clear."""
     rotation_vector_rad: tuple[Angle, Angle, Angle] | None = None
-    """Tool orientation in place of tool_turn_deg: rx, ry, rz on the pendant with the nozzle square to the face."""
+    """Tool orientation, used instead of tool_turn_deg. Give rx, ry and rz as the pendant shows them with the nozzle
+    square to the face."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

@@ -63,11 +63,11 @@ class PumpTable:
 
     @property
     def range_mm3_s(self) -> tuple[float, float]:
-        """Least and largest flow that was weighed."""
+        """Smallest and largest flow that was weighed."""
         return float(self.given_mm3_s[0]), float(self.given_mm3_s[-1])
 
     def asked_for(self, wanted_mm3_s: Floats) -> Floats:
-        """Return the request for each flow; 0 for 0. Raises InputError outside the weighed range."""
+        """Return the request for each flow. It is 0 for a flow of 0. Raises InputError outside the weighed range."""
         flows = wanted_mm3_s[wanted_mm3_s > 0]
         low, high = self.range_mm3_s
         if len(flows) and (flows.min() < low * (1 - ALIKE) or flows.max() > high * (1 + ALIKE)):

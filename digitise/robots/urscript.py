@@ -16,7 +16,7 @@ JOINT_SPEED_RAD_S, JOINT_ACCELERATION_RAD_S2 = 0.5, 0.7  # Half of URScript's de
 
 
 def urscript_text(path: RobotPath) -> str:
-    """Return the program, movep along the path. Raises InputError if a limit is exceeded, or blends would overlap."""
+    """Return the program, which uses movep. Raises InputError if a limit is exceeded, or if blends would overlap."""
     settings = present(path.cell.urscript, "[urscript]")
     over_mm, turn = path.over_mm, _tool(path.frame, settings)
     path.require(

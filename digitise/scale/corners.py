@@ -62,7 +62,10 @@ def light_across(
 
 
 def quadrilateral(lines: list[Floats]) -> Floats:
-    """Return the corners of four sides, each a point and a direction; corner i is where side i begins, (4, 2)."""
+    """Return the corners of a quadrilateral, (4, 2), from its sides. Corner i is the one at which side i begins.
+
+    A side is a point and a direction.
+    """
     return np.array([meeting(lines[side - 1], lines[side]) for side in range(4)])
 
 

@@ -205,7 +205,7 @@ def _matched(region: CrossSection, within: CrossSection) -> bool:
 
 
 def largest_share(fails: Callable[[float], bool]) -> float | None:
-    """Return the largest share of the walls' move that does not fail, to 1/8192; None if all of the move does not."""
+    """Return the largest share of the walls' move that does not fail, to 1/8192. None if all of it does not fail."""
     if not fails(1.0):
         return None
     low = next((level for level in range(LEVELS - 1, 0, -1) if not fails(level / LEVELS)), 0)
@@ -237,7 +237,7 @@ def cavity_volume_mm3(footprint: Footprint, shape: CrackShape, finer: int = 1) -
 
 @dataclass(frozen=True)
 class TiltVariants:
-    """Widths for the chosen tilt, and volumes for all tilts at its angle; fields of ``SolidFigures``."""
+    """Widths for the chosen tilt, and volumes for all tilts at its angle. They are fields of ``SolidFigures``."""
 
     photo_width_mm: float
     mouth_width_mm: float

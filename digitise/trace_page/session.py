@@ -119,7 +119,7 @@ def path_settings(rest: dict[str, Any], hints: Hints) -> PhotoInput:
 
 
 class Pyramid:
-    """A photo in tiles at halving sizes, so that a browser fetches only what it shows; the last level is one tile."""
+    """A photo in tiles at halving sizes, so that a browser fetches only what it shows. The last level is one tile."""
 
     def __init__(self, image: Pixels) -> None:
         self._levels = [image]

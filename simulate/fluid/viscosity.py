@@ -139,7 +139,7 @@ class Viscosity:
         return lambda rows: launch(parts, rows / parts)
 
     def solve_implicit(self, rows: int) -> None:
-        """Backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run is solved.
+        """Solve backward Euler on Eq. 5, (I + A) v_new = v, by conjugate gradients, until every run is solved.
 
         The device decides on further iterations, so that a recorded solve takes as many as it needs.
         """

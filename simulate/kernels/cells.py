@@ -44,7 +44,7 @@ def cells_per_run(cells: CellArrays):
 
 @wp.func
 def cell_along(x: float, corner: float, size: float, count: int):
-    """Cell index along an axis. Points outside the grid belong to border cells, so that neighbours are adjacent."""
+    """Return the cell index along an axis. Points outside the grid belong to border cells: neighbours are adjacent."""
     return wp.clamp(int(wp.floor((x - corner) / size)), 0, count - 1)
 
 

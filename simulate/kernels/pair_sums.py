@@ -143,7 +143,7 @@ def distance_weight(squared: float, support: float):
 
 @wp.func
 def near(squared: float, support: float):
-    """(1 - r^2/h^2)^3: the weight of a pair in the viscosity."""
+    """Return (1 - r^2/h^2)^3, the weight of a pair in the viscosity."""
     rest = wp.max(1.0 - squared / (support * support), 0.0)
     return rest * rest * rest
 

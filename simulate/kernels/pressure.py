@@ -92,7 +92,10 @@ def predict(
     clearance: float,
     solid: Distance,
 ):
-    """V + (g - eta v) dt, x* = x + v dt, as walls allow (Eq. 4; Algorithm 1, line 2), and the carried-over pressure."""
+    """Compute v + (g - eta v) dt and x* = x + v dt, as walls allow (Eq. 4; Algorithm 1, line 2).
+
+    The multiplier starts at the share of the last substep's that pressure carries over.
+    """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         x = xyz(particles.position[i])
@@ -151,7 +154,7 @@ def shift(
 
 @run_kernel
 def update_velocity(rows: Span, particles: Particles, step_s: float):
-    """V = (x - x0) / dt, and a guess of it after viscosity: the last two substeps' velocities, extrapolated."""
+    """Compute v = (x - x0) / dt, and a guess of v after viscosity, extrapolated from the last two substeps."""
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
         # Read before the guess takes its memory.
@@ -171,11 +174,11 @@ def move_as_solved(
     clearance: float,
     solid: Distance,
 ):
-    """X = x0 + v dt with the velocity after viscosity.
+    """Move to x = x0 + v dt with the velocity after viscosity.
 
-    Eq. 5 changes velocities after positions have moved by v + g dt: without this a bank at rest slides in each substep,
-    and liquid of any viscosity falls at g dt (decision 0155). A thick fluid also reverses pressure's displacement of a
-    few particles; if that displacement corrected much compression, it is kept.
+    Eq. 5 changes velocities after positions have moved by v + g dt. Without this move, a bank at rest slides in each
+    substep, and liquid of any viscosity falls at g dt (decision 0155). A thick fluid also reverses pressure's
+    displacement of a few particles. If that displacement corrected much compression, it is kept.
     """
     for row in range(rows.begin + wp.tid(), end_of(rows, particles), rows.step):
         i = particles.mover[row]
@@ -262,7 +265,7 @@ def pressure_kernels(loops: ModuleType, module: Any, two_level: Any) -> Pressure
         row: int,
         here: wp.vec4,
     ):
-        """rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
+        """Compute rho_i = sum_j m W_poly6 + sum_k psi_k W_poly6, and its gradients by the spiky kernel."""
         h = kernel.support
         near = neighbours
         sums = sum_density(position, near.fluid, near.fluid_at[row], near.fluid_count[row], here, h)

@@ -59,7 +59,7 @@ class Filled:
 
     @property
     def mass_error(self) -> float:
-        """Error of the bed's volume, over the dispensed volume."""
+        """Error of the bed's volume, divided by the dispensed volume."""
         return abs(self.bed_mm3 + self.in_flight_mm3 - self.dispensed_mm3) / self.dispensed_mm3
 
 

@@ -143,7 +143,7 @@ class Fitness:
 
 
 def fitness_of(solid: Solid, outline: Outline, trajectory: Trajectory, paste: HerschelBulkley) -> Fitness:
-    """Return the numbers of a case without its level: means along the crack, with all cells filled to one share."""
+    """Return the numbers of a case, except its level. They are means, with all cells filled to one share."""
     sections = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
     sections_mm3 = float(sections.full_mm2.sum()) * sections.step_mm
     fill = trajectory.dispensed_mm3 / sections_mm3

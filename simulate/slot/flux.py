@@ -24,7 +24,7 @@ class HerschelBulkley:
     consistency_pa_s_n: float
     flow_index: float = 1.0
     friction: float = 0.0
-    """Share of the pressure that resists shear, as between grains; 0 for paste."""
+    """Share of the pressure that resists shear, as it does between grains. It is 0 for paste."""
 
     @property
     def weight_pa_mm(self) -> float:

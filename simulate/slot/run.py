@@ -1,4 +1,4 @@
-"""A run of the fast model with the settings of a trial, recorded as a run of particles is."""
+"""Run the fast model with the settings of a trial, and record the run as a run of particles is recorded."""
 
 import time
 from collections.abc import Callable
@@ -169,7 +169,7 @@ def _changes(
 
 
 def unknown(fluid: Fluid, outline: Outline) -> tuple[str, ...]:
-    """Return sentences on the parts of a case that this model does not have."""
+    """Return sentences on the parts of a case that this model does not include."""
     sentences = []
     if fluid.D_cm is not None:
         sentences.append(f"fluid.D_cm = {fluid.D_cm:g} is a drag on particles; here the paste sticks to the walls.")
