@@ -328,13 +328,13 @@ class Solver(Settings):
         if self.pressure == "two-level":
             if self.preset == "paper":
                 raise ValueError(
-                    'pressure is "two-level", which preset "paper", the solver of the paper, does not have: take '
+                    'pressure = "two-level" cannot be combined with preset = "paper", the paper\'s solver: give '
                     'preset = "accurate", or pressure = "local"'
                 )
             if self.iterations is not None and self.iterations < LEAST_TWO_LEVEL_ITERATIONS:
                 raise ValueError(
                     f'iterations is {self.iterations}: with pressure = "two-level" fewer than '
-                    f"{LEAST_TWO_LEVEL_ITERATIONS} make the fluid boil; give more, or leave it out"
+                    f"{LEAST_TWO_LEVEL_ITERATIONS} make the fluid boil; give more, or leave iterations out"
                 )
         return self
 

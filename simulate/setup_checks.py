@@ -96,8 +96,8 @@ def check_fit(
     calibrated_mm = fluid.material.radius_mm if isinstance(fluid.material, Material) else None
     if calibrated_mm is not None and abs(radius_mm - calibrated_mm) > ROUNDING_MM:
         raise InputError(
-            f"solver.radius_mm is {radius_mm:g}, and fluid.material was calibrated at {calibrated_mm:g}: at one "
-            f"viscosity levels shift by half a millimetre between such radii. Give {calibrated_mm:g}, or calibrate "
+            f"solver.radius_mm is {radius_mm:g}, and fluid.material was calibrated at {calibrated_mm:g}: with one "
+            f"viscosity, levels differ by half a millimetre between such radii. Give {calibrated_mm:g}, or calibrate "
             "again."
         )
     fall_s = math.sqrt(2 * solid.depth_mm / (9810 * -slope.down[2]))
@@ -218,7 +218,7 @@ def _check_passes(fluid: Fluid, solver: Solver, paste: Rheology, frame_s: float,
         allowed = f"Give at most {_rounded_down(value * spare / part)}, or" if spare > 0 else "Give"
     raise InputError(
         f'{cause}: with solver.viscosity_solve = "explicit" paste that comes to rest takes {passes:.3g} passes a '
-        f"substep {_in_substeps(solver, frame_s, substeps)}, and {MOST_PASSES} are allowed. {allowed} "
+        f"substep {_in_substeps(solver, frame_s, substeps)}, but at most {MOST_PASSES} are allowed. {allowed} "
         'solver.viscosity_solve = "implicit".'
     )
 
@@ -307,8 +307,8 @@ def domain_of(solid: Solid, outline: Outline, trajectory: Trajectory, radius_mm:
         x, y, z = nozzle_mm[np.abs(nozzle_mm).max(axis=1).argmax()]
         raise InputError(
             f"trajectory: it goes as far as ({x:g}, {y:g}, {z:g}) mm; with solver.radius_mm = {radius_mm:g} the box "
-            f"around it and the crack has {cells:.3g} cells for the neighbour search; {CELLS_AT_MOST} are allowed. "
-            "Bring the nozzle nearer to the crack (path.nozzle_height_mm), or take a larger radius."
+            f"around it and the crack has {cells:.3g} cells for the neighbour search; at most {CELLS_AT_MOST} are "
+            "allowed. Bring the nozzle nearer to the crack (path.nozzle_height_mm), or take a larger radius."
         )
     return Domain(low_mm * CM, high_mm * CM)
 
