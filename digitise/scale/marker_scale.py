@@ -148,7 +148,7 @@ def check_level(
     side = "below" if grown > 0 else "above"
     cause = f"markers {side} the face"
     if distance_mm is not None:
-        cause = f"markers {abs(grown) * distance_mm:.1f} mm {side} the face, at {distance_mm:.0f} mm from the camera"
+        cause = f"markers {abs(grown) * distance_mm:.1f} mm {side} the face, {distance_mm:.0f} mm from the camera,"
     if abs(grown) > LIMITS.most:
         raise InputError(
             f"{file}: {comparison}. Correct face_mm or size_mm, or lay the markers level with the face: {cause} "
