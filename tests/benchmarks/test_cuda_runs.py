@@ -12,7 +12,7 @@ def test_a_device_that_is_not_here_is_one_sentence_and_the_commands_code(capsys)
     assert left.value.code == 3
     told = capsys.readouterr()
     assert told.out == ""
-    assert told.err.startswith("device cuda:7 is not here; allowed are auto and cpu")
+    assert told.err.startswith("device cuda:7 is not on this machine; give auto or one of cpu")
     assert told.err.count("\n") == 1
 
 

@@ -53,7 +53,7 @@ def bent() -> tuple[tuple[float, float], ...]:
         ({"radius_mm": 5.0}, r"the paste is 3\d px in half its width; at least 40"),
         ({"straight_mm": 4.0}, r"the bead is 20\.\d mm long and 1\d\.\d wide, .* 1\.4 times"),
         ({"edge_mm": bent()}, "not straight and even: .* by 1[0-9]% of its length"),
-        ({"middle_mm": (20.0, 30.0)}, "edge is seen on"),
+        ({"middle_mm": (20.0, 30.0)}, "edge is visible on only"),
     ],
 )
 def test_what_is_no_straight_bead_is_refused(tmp_path, changes, says):

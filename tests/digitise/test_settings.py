@@ -65,13 +65,13 @@ def test_what_a_bench_does_have_is_taken():
 def test_a_share_of_the_cavity_beside_a_volume_is_refused():
     """One of the two would be ignored."""
     assert NozzlePath(fill=0.8).fill == 0.8
-    with pytest.raises(InputError, match=r"fill is 0\.8 beside volume_ml = 4\.8"):
+    with pytest.raises(InputError, match=r"fill = 0\.8 with volume_ml = 4\.8"):
         NozzlePath(volume_ml=4.8, fill=0.8)
 
 
 @pytest.mark.parametrize("beside", [{"path_only": True}, {"branches": "keep"}])
 def test_only_a_main_crack_between_walls_is_given_a_mean_width(beside):
-    with pytest.raises(ValidationError, match="mean_width_mm beside"):
+    with pytest.raises(ValidationError, match="mean_width_mm cannot be combined with"):
         PhotoInput.model_validate(
             {**PHOTO, "file": Path("photo.jpg"), "mm_per_px": 0.1, "mean_width_mm": 3.0, **beside}
         )

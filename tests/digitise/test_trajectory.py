@@ -194,7 +194,7 @@ TOO_LONG = {"spacing_mm": 0.0105, "lead_in_mm": 500.0, "lead_out_mm": 500.0}
         (1100.0, {"spacing_mm": 0.0105}, 0.0, "more than 100000 waypoints"),
         # volume_ml has a limit of 1000; "cavity" must not be a way round it.
         (80.0, {"volume_ml": "cavity"}, 3.1e7, r"the cavity holds 31000 ml, more than the 1000 ml"),
-        (80.0, {"volume_ml": "cavity", "fill": 3.0}, 4e5, r"400 ml, which fill = 3 makes 1200 ml, more than the 1000"),
+        (80.0, {"volume_ml": "cavity", "fill": 3.0}, 4e5, r"400 ml \(1200 ml with fill = 3\), more than the 1000"),
     ],
 )
 def test_impossible_paths_are_refused_in_a_sentence(length_mm, changes, cavity_mm3, says):

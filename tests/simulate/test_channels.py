@@ -52,9 +52,9 @@ def remarks_of(settle_s: float = 2.0, **fluid) -> tuple[str, ...]:
     return injection_of(settle_s, **fluid).remarks_on(0)
 
 
-SINKS = "between walls 3.1 mm apart it sinks by its own weight at"
+SINKS = "between walls 3.1 mm apart the sealant sinks by its own weight at"
 LEVELS = "without a yield stress particles move before"
-HOLDS = "hold paste up between walls 3.1 mm apart"
+HOLDS = "support paste between walls 3.1 mm apart"
 STANDS = {"age_s": [0.0, 9.0], "viscosity_pa_s": [1.0, 1.0], "yield_stress_pa": [20.0, 20.0]}
 THICK, THINS = ({"age_s": [0.0, 0.1], "viscosity_pa_s": [100.0, last]} for last in (100.0, 0.5))
 
@@ -123,7 +123,7 @@ def test_sealant_that_sinks_in_time_slips_or_yields_has_no_remark(fluid):
 
 @pytest.mark.parametrize("law", [{"viscosity_pa_s": 1.0}, {"U": 30.0}, {"viscosity_pa_s": 1.0, "D_cm": 0.3}])
 def test_paste_just_weaker_than_its_weight_is_not_said_to_stand(law):
-    assert not any("hold paste up" in remark for remark in remarks_of(**law, yield_stress_pa=15.1))
+    assert not any("support paste" in remark for remark in remarks_of(**law, yield_stress_pa=15.1))
 
 
 @pytest.mark.parametrize(

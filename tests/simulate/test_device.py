@@ -26,7 +26,7 @@ def test_auto_takes_a_gpu_where_there_is_one_and_the_cpu_elsewhere():
 
 
 def test_an_absent_device_is_an_error_and_no_fallback():
-    with pytest.raises(InputError, match=r"cuda:7 is not here; allowed are auto and cpu"):
+    with pytest.raises(InputError, match=r"cuda:7 is not on this machine; give auto or one of cpu"):
         choose_device("cuda:7")
 
 

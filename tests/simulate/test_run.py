@@ -222,7 +222,7 @@ LEAST_MM = math.ceil(1000 * (2000.0 / 20_000 / particle_volume(1.0)) ** (1 / 3))
     ("radius_mm", "most", "says"),
     [
         # A larger radius was once the advice for "auto", and for the larger one that it does not fit.
-        ("auto", 800, "needs more particles.*No radius does: at most 0.775"),
+        ("auto", 800, "needs more particles.*No radius is possible: at most 0.775"),
         ("auto", 2_000, "needs more particles.*Take 0.767"),
         (0.01, 20_000, rf"radius_mm is 0.01: .*Allowed is {LEAST_MM:.3f} to 0.775"),
         (LEAST_MM - 0.001, 20_000, rf"radius_mm is {LEAST_MM - 0.001:g}: .*Allowed is {LEAST_MM:.3f} to 0.775"),

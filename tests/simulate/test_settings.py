@@ -17,10 +17,10 @@ from simulate.setup_checks import rheology_of
         ({"U": "30"}, "U"),
         ({"U": 1.0, "yield_stress_pa": 12.0, "yield_stress_most_pa": 5.0}, "yield_stress_most_pa is 5, .* which is 12"),
         # A flow index goes with a consistency and nothing else.
-        ({"viscosity_pa_s": 0.5, "flow_index": 0.5}, "index is 0.5 and viscosity_pa_s 0.5: give consistency_pa_s_n"),
-        ({"U": 30.0, "flow_index": 0.5}, "flow_index is 0.5 and U 30"),
+        ({"viscosity_pa_s": 0.5, "flow_index": 0.5}, "index is 0.5 and viscosity_pa_s is 0.5: give consistency_pa_s_n"),
+        ({"U": 30.0, "flow_index": 0.5}, "flow_index is 0.5 and U is 30"),
         ({"flow_index": 0.5}, "flow_index is 0.5: give consistency_pa_s_n"),
-        ({"consistency_pa_s_n": 2.0}, "consistency_pa_s_n is 2 and flow_index 1: give viscosity_pa_s"),
+        ({"consistency_pa_s_n": 2.0}, "consistency_pa_s_n is 2 and flow_index is 1: give viscosity_pa_s"),
         ({"consistency_pa_s_n": 2.0, "flow_index": 2.5}, "flow_index"),
     ],
 )

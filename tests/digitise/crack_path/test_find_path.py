@@ -95,7 +95,7 @@ def test_a_wide_crack_is_one_and_not_its_two_walls(tmp_path):
 @pytest.mark.broad
 def test_rivals_are_offered_best_first_and_no_more_than_a_few(tmp_path):
     lines = [(wave(60 + 95 * number), width_px) for number, width_px in enumerate((5, 8, 6, 7, 5, 6, 5))]
-    says = r"5 cracks compete, best first, .*: 1\. \(.* px, 100%; 2\. .*; 5\. .*ends_px"
+    says = r"5 cracks compete \(best first, .*: 1\. \(.* px, 100%; 2\. .*; 5\. .*ends_px"
     with pytest.raises(RivalCracksError, match=says) as asked:
         find_path(photo_of_lines(tmp_path, lines), None)
     scores = [crack.score for crack in asked.value.cracks]
@@ -113,5 +113,5 @@ def test_a_number_takes_the_crack_of_that_rank(tmp_path):
         path = find_path(photo, None, crack=number)
         assert path.source == "choice"
         assert distance_to(path.points_px, crack.line_px).max() < 6
-    with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 found: 1\. .*; 2\. "):
+    with pytest.raises(InputError, match=r"photo\.crack = 3, but only 2 were found: 1\. .*; 2\. "):
         find_path(photo, None, crack=3)

@@ -63,9 +63,9 @@ def test_an_island_at_a_wall_is_a_notch():
 
 
 def test_islands_that_fill_the_crack_are_refused():
-    with pytest.raises(InputError, match="besides its islands: this is not a crack"):
+    with pytest.raises(InputError, match="outside its islands: this is not a crack"):
         lay_out(with_islands(stone(10.0, 0.0, 30.0)), VERTICAL, 0.0)
-    with pytest.raises(InputError, match="finite numbers in its islands too"):
+    with pytest.raises(InputError, match="only finite numbers, also in its islands"):
         lay_out(with_islands(np.full((4, 2), np.nan)), VERTICAL, 0.0)
 
 

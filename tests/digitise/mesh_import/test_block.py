@@ -130,7 +130,7 @@ def test_rough_sides_are_cut_to_where_material_stands_all_along():
     ids=["core", "pyramid on its tip"],
 )
 def test_what_has_no_four_upright_sides_is_no_block(body):
-    with pytest.raises(InputError, match="no block with four upright sides"):
+    with pytest.raises(InputError, match="not a block with four upright sides"):
         cut_block(body.translate((0.0, 0.0, -30.0)), BELOW_MM)
 
 

@@ -97,7 +97,7 @@ def test_x_and_y_are_read_however_they_are_parted(tmp_path, text):
         (b"1 2\n3\n", "line 2: .*'3'"),
         (b"x_inch,y_inch\n1,2\n", "line 1: .*'x_inch y_inch'"),
         (b"1 nan\n", "line 1: .*'1 nan'"),
-        (b"\xff\xfe1 2\n", "no text"),
+        (b"\xff\xfe1 2\n", "not a text file"),
         (b"1 2\n" * 1_300_000, "larger than 5 MB"),
     ],
 )

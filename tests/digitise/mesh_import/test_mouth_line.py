@@ -93,8 +93,8 @@ def test_a_part_of_a_crack_is_cut_square_to_it():
 @pytest.mark.parametrize(
     ("mouth", "between_mm", "says"),
     [
-        (CrossSection.square((12.0, 8.0)), None, r"no crack: it is about 12\.\d mm long and 7\.9 mm wide"),
-        (CrossSection.circle(6.0, 64), None, r"no crack: it is about 12\.\d mm long and 12\.\d mm wide"),
+        (CrossSection.square((12.0, 8.0)), None, r"not a crack: it is about 12\.\d mm long and 7\.9 mm wide"),
+        (CrossSection.circle(6.0, 64), None, r"not a crack: it is about 12\.\d mm long and 12\.\d mm wide"),
         (strip(zigzag(100.0), 3.0), zigzag(100.0)[[0, 2]], "do not face each other along one line"),
     ],
     ids=["square", "disc", "path that ends in a bend"],

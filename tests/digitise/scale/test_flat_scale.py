@@ -61,7 +61,7 @@ def test_the_uncertainty_of_a_ruler_is_honest():
 @pytest.mark.parametrize(
     ("ends_px", "refused"),
     [
-        (((0.0, 0.0), (30.0, 0.0)), r"30\.0 px apart, need 50"),
+        (((0.0, 0.0), (30.0, 0.0)), r"30\.0 px apart, under 50"),
         (((-20.0, 10.0), (500.0, 10.0)), "a point outside the photo of 2000 x 1000 px"),
     ],
 )

@@ -79,7 +79,7 @@ def with_marker_2_moved(specimen: Specimen) -> dict:
 @pytest.mark.parametrize(
     ("paint", "changes", "says"),
     [
-        (cover, lambda _: {}, r"found 3 of 8 .* need 4 \(missing 3, 4, 5, 6, 7\)"),
+        (cover, lambda _: {}, r"found 3 of 8 .* 4 are needed \(missing 3, 4, 5, 6, 7\)"),
         (paste, lambda _: {}, "marker 0 is in the photo more than once"),
         (None, with_marker_2_moved, r"photo\.jpg: markers misfit by 0\.\d+ mm .* marker 2"),
         (None, lambda _: {"face_mm": (900.0, 40.0)}, "face_mm is outside the photo"),
@@ -132,8 +132,8 @@ def second_at(x_px: float):
         # In another order they would mirror the crack.
         (lambda corners_px: corners_px[::-1], r"photo\.jpg: face_corners_px \(\d"),
         # That start elsewhere squeeze the crack: lengths of this face come out wrong by three, and no figure tells.
-        (lambda corners_px: np.roll(corners_px, 1, axis=0), r"0\.5\d times as wide as high, that of face_mm 1\.75"),
-        (lambda corners_px: np.roll(corners_px, 3, axis=0), r"0\.5\d times as wide as high, that of face_mm 1\.75"),
+        (lambda corners_px: np.roll(corners_px, 1, axis=0), r"0\.5\d times as wide as high, but that of face_mm 1\.75"),
+        (lambda corners_px: np.roll(corners_px, 3, axis=0), r"0\.5\d times as wide as high, but that of face_mm 1\.75"),
         (second_at(9e5), r"face_corners_px has .* px outside the photo of"),
         (second_at(-5000.0), r"face_corners_px has .* px outside the photo of"),
         # On four neighbouring pixels.
@@ -160,7 +160,7 @@ def test_corners_seen_from_far_aside_are_taken(specimen, tmp_path):
 
 def test_a_face_of_another_shape_is_refused(tmp_path):
     make_specimen(2, BARE).write(tmp_path)
-    with pytest.raises(InputError, match=r"(3\.9|4\.0)\d times as wide as high, that of face_mm 2\.00"):
+    with pytest.raises(InputError, match=r"(3\.9|4\.0)\d times as wide as high, but that of face_mm 2\.00"):
         load_photo(PhotoInput(file=Path("photo.jpg"), data="synthetic", face_mm=(80, 40)), tmp_path)
 
 

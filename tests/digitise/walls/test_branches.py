@@ -116,7 +116,7 @@ def test_of_a_wide_and_a_narrow_side_crack_the_narrow_one_is_left_out_and_it_is_
         outline = trace_outline(photo, path, how_traced(branches=branches))
         (narrow,) = [warning for warning in outline.warnings if "to measure" in warning]
         assert narrow.startswith("1 side crack (12 mm) is left out: it is ")
-        assert narrow.endswith("px wide; need 8 px to measure its width")
+        assert narrow.endswith("px wide; 8 px are needed to measure its width")
         others = [warning for warning in outline.warnings if warning != narrow]
         assert len(others) == (branches == "drop")
         assert all(warning.endswith('is left out; branches = "keep" keeps it') for warning in others)

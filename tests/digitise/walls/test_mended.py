@@ -93,7 +93,7 @@ def test_walls_are_drawn_where_there_are_walls_only(tmp_path):
     path = find_path(photo, ((60.0, 151.0), (440.0, 151.0)))
     line = [(200.0, 140.0), (260.0, 140.0)]
     for beside in ({"path_only": True}, {"width_mm": np.array([[0.0, 1.0], [40.0, 1.0]])}):
-        with pytest.raises(InputError, match="walls_px beside"):
+        with pytest.raises(InputError, match="walls_px cannot be combined with"):
             trace_outline(photo, path, how_traced(walls_px=[line], **beside))
     thin = evenly_scaled(write_png(tmp_path / "thin.png", with_crack(mortar(), [(50, 150), (450, 150)], width_px=4)))
     with pytest.raises(InputError, match="too thin for walls"):

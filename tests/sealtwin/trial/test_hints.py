@@ -158,7 +158,7 @@ def test_a_file_that_somebody_else_changed_is_not_overwritten(tmp_path):
     [
         (Hints(ends_px=ENDS), "no scale"),
         (Hints(ends_px=ENDS, mm_per_px=9.0), "photo.mm_per_px"),
-        (Hints(mm_per_px=0.1, via_px=((1.0, 2.0),)), "via_px without ends_px"),
+        (Hints(mm_per_px=0.1, via_px=((1.0, 2.0),)), "via_px is given without ends_px"),
     ],
 )
 def test_what_would_be_no_trial_is_not_written(tmp_path, hints, named):

@@ -147,7 +147,7 @@ def test_the_front_door_takes_a_file_or_columns(tmp_path, monkeypatch):
     assert by_file.position_mm.tobytes() == by_columns.position_mm.tobytes()
     with pytest.raises(InputError, match=r"none\.csv: no such file"):
         st.inject(crack, solid, path, st.Fluid(curve="none.csv"), solver=solver)
-    with pytest.raises(InputError, match="U beside curve"):
+    with pytest.raises(InputError, match="curve already gives U"):
         st.Fluid(curve=columns, U=3)
 
 
@@ -178,9 +178,9 @@ def test_a_measured_paste_gives_its_numbers_and_their_uncertainty_to_the_run(tmp
 @pytest.mark.parametrize(
     ("fluid", "named"),
     [
-        ('"material.toml"\nyield_stress_pa = 5.0', "yield_stress_pa beside material"),
-        ('"material.toml"\nU = 5.0', "U beside material"),
-        ('"material.toml"\nviscosity_pa_s = 1.0', "has a viscosity, and fluid.viscosity_pa_s is 1"),
+        ('"material.toml"\nyield_stress_pa = 5.0', "leave out yield_stress_pa"),
+        ('"material.toml"\nU = 5.0', "leave out U"),
+        ('"material.toml"\nviscosity_pa_s = 1.0', "has a viscosity, but fluid.viscosity_pa_s is 1"),
         ('"nowhere.toml"', "nowhere.toml: no such file"),
     ],
 )

@@ -42,7 +42,7 @@ def _trial(tmp_path, *changes):
         ('freeze_after_s = "never"', "freeze_after_s = 0.0", ["fluid: freeze_after_s is 0.0", "never"]),
         ('preset = "accurate"', 'preset = "exact"', ["solver.preset = 'exact'", "paper"]),
         ("mm_per_px = 0.1 ", "# mm_per_px = 0.1 ", ["photo", "no scale"]),
-        ("mm_per_px = 0.1 ", "mm_per_px = 0.1\nface_mm = [160.0, 40.0] #", ["one scale, not two"]),
+        ("mm_per_px = 0.1 ", "mm_per_px = 0.1\nface_mm = [160.0, 40.0] #", ["give one scale"]),
         ("[nozzle]", "[nozzel]", ["nozzel", "did you mean 'nozzle'"]),
         ("[nozzle]", "[sample]\ncrossfal_deg = 1\n[nozzle]", ["sample.crossfal_deg", "did you mean 'crossfall_deg'"]),
         ("[nozzle]", "[sample]\ncrossfall_deg = 50\n[nozzle]", ["sample.crossfall_deg = 50", "45"]),

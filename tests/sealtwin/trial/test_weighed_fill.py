@@ -84,7 +84,7 @@ def test_a_bad_row_ends_the_command_with_3_and_is_named(tmp_path, fill, place):
 @pytest.mark.parametrize(
     ("crack", "more", "key"),
     [
-        ('fill = "fill.csv"\nwall_angle_deg = 5.5', DECLARED, "wall_angle_deg beside fill"),
+        ('fill = "fill.csv"\nwall_angle_deg = 5.5', DECLARED, "wall_angle_deg cannot be combined with fill"),
         ('fill = "fill.csv"', f"{DECLARED}wall_angle_deg = 1.0\n", "uncertainty.wall_angle_deg with crack.fill"),
         ("[crack.fill]\nmass_g = [1.0]", DECLARED, "give file"),
         ('[crack.fill]\nfile = "fill.csv"\nmass_g = [1.0]', DECLARED, "mass_g and file"),

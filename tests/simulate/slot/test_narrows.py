@@ -89,7 +89,7 @@ def test_a_bar_along_all_of_a_slot_holds_what_two_gaps_of_half_the_width_do():
 def test_what_holds_back_more_than_sections_have_is_unfit_and_its_place_is_named(crack, place_mm):
     """All of them were fit."""
     fitness = judged(crack())
-    assert any("hold a step" in why or "close the crack" in why for why in fitness.of_the_crack)
+    assert any("support a step" in why or "close the crack" in why for why in fitness.of_the_crack)
     if place_mm is not None:
         assert fitness.narrowest_mm == pytest.approx(place_mm, abs=2.0)
         assert f"s = {fitness.narrowest_mm:.1f} mm" in str(fitness.unfit)
@@ -135,5 +135,5 @@ def test_a_cavity_that_goes_on_under_the_face_is_unfit():
 
 def test_the_stress_that_it_is_fit_with_is_fit():
     crack = slot_with(stone(2.4, 2.4))
-    assert "hold a step" in str((fitness := judged(crack, stress_pa=12.0)).unfit)
+    assert "support a step" in str((fitness := judged(crack, stress_pa=12.0)).unfit)
     assert judged(crack, stress_pa=fitness.most_pa).unfit == ()

@@ -157,6 +157,6 @@ def test_the_fast_model_fills_a_sample_that_does_not_lie_level():
 def test_a_fill_alone_is_advised_and_one_of_a_study_is_not():
     """A dozen fills more for each of hundreds of runs would be read by nobody."""
     alone, each = ([*run.unfit] for run, _ in one_of_each(stiff(11.0), 1.6))
-    assert alone[-1].startswith("Inside its domain with: ")
+    assert alone[-1].startswith("The case is inside the domain with: ")
     assert each == alone[:-1]
     assert each
