@@ -109,8 +109,8 @@ def right(figures: Figures, values: float | Sequence[float], within: float, *wor
     def check(ended: Ended) -> bool:
         if ended.code != 0 or not ended.says(words):
             return False
-        seen, expected = np.atleast_1d(figures(ended)), np.atleast_1d(values)
-        return seen.shape == expected.shape and bool(np.all(np.abs(seen - expected) <= within))
+        values_seen, expected = np.atleast_1d(figures(ended)), np.atleast_1d(values)
+        return values_seen.shape == expected.shape and bool(np.all(np.abs(values_seen - expected) <= within))
 
     return check
 
@@ -138,14 +138,14 @@ def settings(key: str, *samples: str) -> Figures:
     """A setting of the trials that 'sealtwin ingest' wrote, NaN for a sample without one."""
 
     def look(ended: Ended) -> Sequence[float]:
-        found = []
+        figures = []
         for sample in samples:
             (trial,) = sorted((ended.out / "lab").glob(f"{sample}*/trial.toml")) or [None]
             table = {} if trial is None else tomllib.loads(trial.read_text(encoding="utf-8"))
             for part in key.split("."):
                 table = table.get(part, {})
-            found.append(float(table) if isinstance(table, int | float) else float("nan"))
-        return found
+            figures.append(float(table) if isinstance(table, int | float) else float("nan"))
+        return figures
 
     return look
 
