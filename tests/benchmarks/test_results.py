@@ -37,6 +37,7 @@ def run(*names):
     return left.value.code
 
 
+@pytest.mark.broad
 def test_what_ran_on_this_very_code_is_not_run_again(benchmarks, monkeypatch):
     monkeypatch.setattr(results, "code_sha256", lambda *_: "one")
     assert run("good") == 1, "a target is missed"
@@ -48,6 +49,7 @@ def test_what_ran_on_this_very_code_is_not_run_again(benchmarks, monkeypatch):
     assert json.loads((benchmarks / "results.json").read_text())["good"]["before"] == {"kept | width": 1.5, "slow": 3.0}
 
 
+@pytest.mark.broad
 def test_a_benchmark_without_a_table_has_no_result(benchmarks, capsys):
     assert run() == 1
     results = json.loads((benchmarks / "results.json").read_text())
