@@ -3,8 +3,8 @@
     python -m benchmarks.mutants OLD FOLDER [--count 200] [--seed REVISION]
 
 Both suites run against the packages of HEAD, each in a worktree below FOLDER, which stays as it was made. A mutant is
-a place of an operator in a module, the same in both. It meets the tests whose coverage contexts include its line,
-quickest first, until one fails. The same command goes on where it was stopped.
+a place of an operator in a module, the same in both. It meets the quickest ``MOST_TESTS`` whose coverage contexts
+include its line, until one fails. The same command goes on where it was stopped.
 """
 
 import json
@@ -36,7 +36,8 @@ OPERATORS = (
 )
 """Operators of cosmic-ray that leave a module importable."""
 RUN_BY_CI = "not slow and not gpu and not browser"
-MOST_S = 600.0  # Time of one mutant's tests; a mutant that loops for ever counts as killed
+MOST_TESTS = 150  # Of a mutant: a line that everything runs has thousands, and each survivor would take minutes
+MOST_S = 200.0  # Time of one mutant's tests; a mutant that loops for ever counts as killed
 LOST_AT_MOST = 0.01  # Share of the old suite's kills
 
 
@@ -108,7 +109,7 @@ class Suite:
         line = dict(mutants_of(self.folder, mutant.module)).get(mutant)
         lines = self.contexts.contexts_by_lineno(str(self.folder / mutant.module))
         names = {context.split("|")[0] for context in lines.get(line, ())}
-        return sorted(names & self.seconds.keys(), key=self.seconds.__getitem__)
+        return sorted(names & self.seconds.keys(), key=self.seconds.__getitem__)[:MOST_TESTS]
 
     def kills(self, mutant: Mutant) -> bool:
         tests = self.tests_of(mutant)

@@ -107,7 +107,7 @@ def test_a_sheet_whose_header_is_unknown_holds_its_sample_back(shared, tmp_path)
     ingested = ingest(shared, tmp_path / "lab", QUIET)
     assert fates(ingested) == {"P01": "new", "P02": "failed"}
     (fault,) = ingested.faults
-    question = "caliper.xlsx, sheet 'P02', row 2: no column of readings beside 'Ort [mm]' in A 'Ort [mm]' (1), B 'Fül"
+    question = "caliper.xlsx, sheet 'P02', row 2: no column of readings besides 'Ort [mm]' in A 'Ort [mm]' (1), B 'Fül"
     assert question in fault.sentence
     first, second = ([cover[1], ("wo", header), *rows] for header in ("level_mm", "Füllung [mm]"))
     _workbook(shared / "caliper.xlsx", {"Sheet": cover, "P01": first, "P02": second})
