@@ -210,7 +210,7 @@ FAULTS = (
     ),
     Planted(
         "a date that is read two ways",
-        r"P01\.toml: date = '03/05/2026' is no unambiguous date",
+        r"P01\.toml: date = '03/05/2026' is not an unambiguous date",
         _edit("P01.toml", "2026-05-03", '"03/05/2026"'),
     ),
     Planted(

@@ -312,7 +312,7 @@ def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
 
 
 def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
-    """Return the calibrated material; None for a curve or a paste that thins with shear, which such a file lacks."""
+    """Return the calibrated material; None for a curve or a shear-thinning paste, which its file cannot describe."""
     fluid, best = twin.trial.fluid, settings_at(result.frees, result.best)
     if fluid is None or fluid.curve is not None or fluid.consistency_pa_s_n is not None:
         return None

@@ -45,7 +45,7 @@ class Twin:
         progress: Progress,
         settings: Mapping[str, Any] | None = None,
     ) -> None:
-        """Digitise the crack and read the sheet. Raises InputError if a sweep would, or without readings."""
+        """Digitise the crack and read the sheet. Raises InputError as a sweep does, and without readings."""
         from validate.metrics.volumes import mouth_widths_mm
         from validate.readings.read_readings import read_readings
         from validate.uncertainty.reading_errors import budget_of

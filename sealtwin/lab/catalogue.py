@@ -62,7 +62,7 @@ class SourceFile(Result):
     """A lab's folder in catalogue.json."""
 
     decisions: list[tuple[str, str, Role, str, dict[str, str]]]
-    """The user's decisions: file, part, role, sample, and the other cells of the row."""
+    """The user's decisions. Each has the file, part, role and sample of a row, and the other cells of the row."""
     faults: list[tuple[str, str]]
 
 
@@ -73,7 +73,7 @@ class CatalogueFile(Result):
 
     version: Literal[3]
     pairing: str
-    """Hash of the pairing file as ingest wrote it last: another hash means that it was edited."""
+    """Hash of the pairing file as the last ingest wrote it. If the file has another hash, the user has edited it."""
     uses: dict[str, list[str]]
     """Names of studies and calibrations that used readings for choosing settings, by the hash of the readings."""
     checked: dict[str, tuple[str, list[str]]]

@@ -307,7 +307,7 @@ class _Reader:
         return words is None or any(word not in NEUTRAL for word in words)
 
     def _words(self, text: str) -> list[str] | None:
-        """Return the words of a text without the sample's name; None if it has a sign of a bound or doubt, as < or ?"""
+        """Return the words of a text without the sample's name; None if it has a sign of a bound or doubt, like <."""
         if OTHER_MARKS.search(text):
             return None
         return self.of_sample.sub(" ", normal(text)).split()

@@ -37,7 +37,7 @@ sets are dropped."""
 
 CALLED: dict[str, Any] = WORDS["notes"]
 UNITS: dict[str, dict[str, float]] = CALLED["units"]
-"""Factors that convert other units to the unit at the end of a setting's name, by this unit and the other one."""
+"""Factors that convert a number to the unit at the end of a setting's name. Keys: this unit, then the number's unit."""
 OF_SETTINGS = ("mm_per_px", "mm_s", "pa_s", "kg_m3", "pa")  # Units that only settings have
 PER = frozenset(CALLED["per"].split())
 NEUTRAL = frozenset(CALLED["sentences"]["neutral"].split())  # Words that do not change a number, as "ca."
@@ -52,7 +52,7 @@ GERMAN_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 
 
 def normal(text: str) -> str:
-    """Return a text without case, accents, hyphens and double blanks, to compare spellings."""
+    """Return a text without case, accents, hyphens and double blanks, so that spellings can be compared."""
     return " ".join(NOTHING_BUT_WORDS.sub(" ", plain_letters(text)).split())
 
 
@@ -122,7 +122,7 @@ def meaning_of(word: str, name: str, own: Mapping[str, str]) -> WordMeaning | No
 
 
 def key_of_unit(value: str, unit: str) -> str | None:
-    """Return the setting in whose unit an unknown word or its value is given; None unless only settings have it."""
+    """Return the setting with the unit of an unknown word or of its value; None unless only settings have this unit."""
     units = _units_of(value, unit)
     return next(
         (one.key for one in SETTINGS.values() if one.unit in OF_SETTINGS and units & UNITS[one.unit].keys()), None
@@ -200,7 +200,7 @@ def _read_setting(text: str, *, exact: bool) -> Any:
 
 
 def read_date(value: object) -> str:
-    """Return a date in ISO 8601. It may be given so or as 31.12.2026. Raises ValueError for anything else."""
+    """Return a date in ISO 8601. ``value`` has this form or one such as 31.12.2026; otherwise raises ValueError."""
     text = value.isoformat() if isinstance(value, date) else str(value).strip()
     if german := GERMAN_DATE.fullmatch(text):
         day, month, year = german.groups()

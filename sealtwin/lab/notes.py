@@ -310,7 +310,7 @@ class _NoteReader:
 
 
 def _own(key: str, value: Any) -> Any:
-    """Return the value of a key. Checks only the keys that a trial does not have. Raises ValueError."""
+    """Return the value of a key. Raises ValueError if a key that only notes have has an invalid value."""
     if key == note_words.DATE:
         return note_words.read_date(value)
     if key == note_words.NAME and not (isinstance(value, str) and value.strip() and plain(value) == value):

@@ -1,4 +1,4 @@
-"""Pairing of files with samples by name and by the user's corrections. Doubtful cases become questions."""
+"""Pair files with samples by their names and by the user's corrections. Doubtful cases become questions."""
 
 import re
 import unicodedata

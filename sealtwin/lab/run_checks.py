@@ -76,7 +76,7 @@ def check_runs(
 
 
 class _Forgotten(Progress):
-    """Progress of trials in a temporary folder. Its texts name the lab's files, and no picture in that folder."""
+    """Progress of trials in a temporary folder. Its texts name the lab's files, but no pictures, which are deleted."""
 
     def __init__(self, shown: Progress, scratch: Path, tried: Mapping[str, SampleOutcome]) -> None:
         self._shown, self._scratch = shown, scratch

@@ -48,7 +48,7 @@ class SampleOutcome:
     revision: int | None = None
 
     def ask(self, sentences: Iterable[str]) -> None:
-        """Add each sentence as a question for the pairing file, about the file that it begins with or the photo."""
+        """Add each sentence to the questions about the file that it begins with, otherwise to those about the photo."""
         sample = self.sample
         for sentence in sentences:
             named = (file for file in sample.files.values() if sentence.startswith(str(file)))

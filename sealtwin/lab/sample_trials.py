@@ -292,7 +292,7 @@ def _require_same(outcome: SampleOutcome, key: str, named: Any, name: str, place
 
 
 def _weigh(folder: Path, outcome: SampleOutcome, settings: dict[str, Any]) -> None:
-    """Replace the name of the fill's sheet in ``settings`` by the sheet's content. Settings of the liquid stay."""
+    """Replace the name of the fill's sheet in ``settings`` by the sheet's content. Keep the liquid's settings."""
     file = outcome.sample.files.get("fill")
     given = settings.pop(FILL, {})
     table = dict(given) if isinstance(given, Mapping) else {"file": given}

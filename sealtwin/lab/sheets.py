@@ -47,7 +47,10 @@ def text_of(path: Path) -> str:
 
 
 def _is_fill(grid: SheetGrid) -> bool:
-    """Return True if a sheet is a fill, with a column of masses, at most one other of numbers, and none of stations."""
+    """Return True if a sheet is a fill.
+
+    A fill has a column of masses, at most one other column of numbers, and no column of stations.
+    """
     header = find_header(grid.rows, grid.merged, Columns())
     roles = {at: column.role for at, name in header.names.items() if (column := meaning(name)) is not None}
     body = grid.rows[header.first + header.count :]

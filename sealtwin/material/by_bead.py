@@ -167,7 +167,7 @@ def footprint_of(bead: BeadOutline) -> PasteArea:
 
 
 def material_of_bead(photo: PhotoInput, laid: LaidBead, day: date, note: Callable[[str], None]) -> MeasuredPaste:
-    """Measure a bead in a photo; return paste and pump. Raises InputError if the photo does not show them."""
+    """Measure a bead in a photo, and return the paste and the pump's flow. Raises InputError if it shows neither."""
     if (start := laid.start_mm) is not None and photo.face_mm is not None:
         for name, place, side in zip("xy", start, photo.face_mm, strict=True):
             if not 0 <= place <= side:

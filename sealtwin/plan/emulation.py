@@ -107,7 +107,7 @@ def emulate(
 
 
 def _sensed(pour: SteeredPour, passes: TwoPasses, faults: Faults, random: np.random.Generator) -> LevelFrame | None:
-    """Return the sensor's level behind the nozzle, without the part near it; None if the sensor covers no station."""
+    """Return the sensor's level behind the nozzle, except within ``blind_mm`` of it; None if it covers no station."""
     level, t_s = pour.level(), pour.t_s
     s_mm = np.arange(SEEN_EVERY_MM / 2, level.s_mm[-1], SEEN_EVERY_MM)
     at_mm, start_mm = np.interp(t_s, passes.motion.t_s, passes.motion.s_mm), passes.motion.s_mm[0]

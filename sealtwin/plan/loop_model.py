@@ -47,7 +47,7 @@ class LoopConstants:
     cells: int = 40  # Number of cells of the fast model along the crack
     steps: int = 150  # Number of time steps of the fast model
     first_margin_mm: float = 0.8
-    """Depth below the face at which the first pass aims, since nothing removes excess sealant."""
+    """Depth below the face of the level at which the first pass aims. It is above 0: nothing removes excess sealant."""
     top_up_margin_mm: float = 1.0  # Depth below the face at which the top-up aims
     start_share: float = 1 / 1.3
     """Share of the section that the first pass fills at its beginning. This part is filled before a level shows the

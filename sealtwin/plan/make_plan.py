@@ -115,8 +115,8 @@ def plan_on(
         it = missed(level.s_mm, level.level_mm)
         rounds.append(Round(name, path, level, it, off_mm))
         progress.note(
-            f"{name}: {it.under_mm3:.0f} mm3 under and {it.over_mm3:.0f} over; prediction and particles differ by "
-            f"{off_mm:.2f} mm"
+            f"{name}: {it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it; "
+            f"prediction and particles differ by {off_mm:.2f} mm"
         )
         goal = Goal(target_mm2, discrepancy(bed, level.s_mm, level.level_mm))
     best = min([*rounds, *baselines], key=lambda one: _cost(one.misfit))

@@ -36,8 +36,8 @@ RATIO = 1.3
 """Ratio of neighbouring particle sizes. It is the least that Celik et al. 2008 recommend: a finer run already takes
 four times the computing time, and of larger particles too few would fit across the crack."""
 REPLICATES = 3
-"""Runs of each particle size, with different seeds. With two the error would have 4 instead of 7 degrees of freedom and
-sqrt(3/2) times the noise: an interval 1.4 times as wide."""
+"""Runs of each particle size, with different seeds. With two runs the error would have 4 instead of 7 degrees of
+freedom and sqrt(3/2) times the noise: an interval 1.4 times as wide."""
 SEEDS = 2**31  # Number of seeds that a trial may have
 A_LITTLE = 0.1  # Share of its standard uncertainty by which each input is moved in the timed run
 

@@ -71,7 +71,7 @@ def refuse_immovable(base: Base) -> None:
 def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True) -> Sample:
     """Return the sample with crack and path moved by ``steps``. The path is still planned on the crack as traced.
 
-    If ``meshed`` is False, the mesh is not moved, but only the sections of the solid, which the fast model reads.
+    If ``meshed`` is False, only the sections of the solid are moved, since the fast model does not read the mesh.
     """
     from digitise.trajectory import plan_trajectory
 

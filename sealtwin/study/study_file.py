@@ -45,12 +45,12 @@ Named = Annotated[dict[str, Value], BeforeValidator(_by_dotted_name)]
 
 
 class Rows(Settings):
-    """A list of runs."""
+    """A list of runs, with one row for each."""
 
     columns: Annotated[tuple[str, ...], Field(min_length=1)]
     """Dotted names of the settings that vary."""
     rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MOST_RUNS)]
-    """Runs. Give a value for every column in every run."""
+    """One row for each run. Give a value for every column in every row."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

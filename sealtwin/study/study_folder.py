@@ -117,7 +117,7 @@ class StudyRun(Outcome, ScheduledRun):
 
     @property
     def ranked(self) -> bool:
-        """False if the settled volume is off by over 5 %, or the fast model is unfit for the case. Used for ranking."""
+        """False if the run is not ranked: its volume is off by over 5 %, or the fast model is unfit for the case."""
         return self.figures is None or (kept_volume(self.figures.volume_ratio) and not self.figures.unfit)
 
     @property
@@ -160,7 +160,7 @@ def read_plan(folder: Path) -> Plan:
 
 
 def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> list[str]:
-    """Return a sentence if finished runs were computed by stage numbers, up to ``stage``, other than this version's.
+    """Return a sentence if finished runs were computed by other stage numbers, up to ``stage``, than this version's.
 
     A study without readings does not depend on validate and does not record its number.
     """

@@ -390,5 +390,5 @@ def _refuse_different_samples(folders: Sequence[Path]) -> None:
         if other != digest:
             raise InputError(
                 f"{path}: differs from {first}; the shards were digitised by different versions or machines. Compute "
-                "them again from one."
+                "all shards again with one version on one machine."
             )

@@ -65,7 +65,7 @@ class Job:
         return self.above.extra_runs(self)
 
     def numbers(self, stage: StageName) -> dict[str, int]:
-        """Return the stage numbers that results of ``stage`` depend on: its present one, and those of earlier files."""
+        """Return the stage numbers that ``stage`` depends on: its present one, and recorded ones of earlier stages."""
         recorded = {name: self.folder.numbers_of(name).get(name, UNNUMBERED) for name in numbers_up_to(stage)}
         return {**recorded, stage: NUMBERS[stage]}
 
@@ -146,7 +146,7 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
 
 
 def sample_files(trial: Trial) -> dict[str, Path]:
-    """Return the files that show the crack, by the setting that names each, as the trial names them."""
+    """Return the files that show the crack by the setting that names each. Paths are those in the trial."""
     named = {role: getattr(trial.shown_by, role, None) for role in FILES_OF_A_SAMPLE}
     return {role: file for role, file in named.items() if file is not None}
 
@@ -228,13 +228,13 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
     tables = dict.fromkeys((*wanted, *made_with))
     if differing := [table for table in tables if made_with.get(table) != wanted.get(table)]:
         raise InputError(
-            f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] differs from what {stage} ran with here. "
+            f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] differs from the settings of {stage} here. "
             f"Run {again} for these settings first."
         )
     if other := job.other_numbers(stage):
         job.progress.warn(f"{job.path}: its {stage} files were computed by {other}. {again} computes them anew.")
     for name in job.folder.edited(stage):
-        job.progress.warn(f"{name}: edited since {stage} wrote it; used as it is now.")
+        job.progress.warn(f"{name}: edited since {stage} wrote it; the edited file is used.")
     return {name: files.sha256(job.path / name) for name in names}
 
 

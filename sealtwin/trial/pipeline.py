@@ -53,7 +53,7 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
     if not (folder / FRAMES).is_file():
         raise InputError(
             f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --set output.frames_every_s=0.1' writes "
-            "them, in another fluid run."
+            "frames, and computes the fluid run again."
         )
     from validate.figures.film import write_film
     from validate.figures.snapshots import FillScene

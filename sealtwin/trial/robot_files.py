@@ -37,7 +37,7 @@ PROGRAMS: dict[Format, tuple[str, Callable[[RobotPath], str]]] = {
 def write_robot_files(
     folder: RunFolder, cell_file: Path, formats: Sequence[str], out: Path | None, *, allow_automatic: bool
 ) -> dict[str, Any]:
-    """Write the path in each of ``formats``, by default those of the cell, into ``out``, by default robot/ of the run.
+    """Write the path in each of ``formats`` (default: those of the cell) into ``out`` (default: robot/ of the run).
 
     "all" means every format for which the cell has tables. All files are computed before the first is written. Returns
     the content of robot.json, with its folder, the names of edited files that were renamed, and sentences if other

@@ -90,7 +90,7 @@ class Trial(Settings):
             )
         if face is not None and sum(self.path.trims_mm) >= sum(face):
             raise ValueError(
-                f"path.trim_mm removes {sum(self.path.trims_mm):g} mm: no crack in this face is long enough"
+                f"path.trim_mm removes {sum(self.path.trims_mm):g} mm, but no crack in this face is so long: give less"
             )
         if self.gate is not None and self.readings is None:
             raise ValueError("[gate] without [readings]: a gate needs readings to compare with; add them or remove it")

@@ -113,7 +113,7 @@ def test_results_of_other_settings_or_files_are_not_compared(run, other, tmp_pat
 
     kept = {name: (other / name).read_bytes() for name in ("trial.toml", "profile.csv", "manifest.json")}
     (other / "trial.toml").write_bytes(kept["trial.toml"].replace(b"U = 3.0", b"U = 4.0"))
-    refused("[fluid] differs from what simulate ran with here")
+    refused("[fluid] differs from the settings of simulate here")
     (other / "trial.toml").write_bytes(kept["trial.toml"])
     (other / "profile.csv").write_bytes(kept["profile.csv"].replace(b",-", b",", 1))
     refused("profile.csv was changed since the readings were compared. Run 'sealtwin validate")

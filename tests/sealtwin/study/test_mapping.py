@@ -123,7 +123,7 @@ def test_a_run_whose_volume_is_off_is_in_no_ranking(study):
 
 
 def test_a_study_that_is_not_there_or_too_small_is_refused(study, tmp_path):
-    with pytest.raises(InputError, match="no study"):
+    with pytest.raises(InputError, match="not a study"):
         mapped_without_fills(tmp_path / "nowhere")
     with pytest.raises(InputError, match=r"of 4 finished runs can be ranked: .* A map needs 4"):
         map_study(study, None, None, None, None, Progress())
@@ -136,7 +136,7 @@ def test_a_profile_that_somebody_changed_is_not_mapped(study):
     run = read_plan(study).runs[2]
     path = profile_path(study, run.key)
     path.write_text(path.read_text(encoding="utf-8") + "99.0,1.0\n", encoding="utf-8")
-    with pytest.raises(InputError, match=f"not as run {run.number} wrote it"):
+    with pytest.raises(InputError, match=f"changed since run {run.number} wrote it"):
         mapped_without_fills(study)
 
 
@@ -165,7 +165,7 @@ def test_the_command_answers_with_one_object(unbroken, tmp_path):
     assert json.loads(asked.stdout) == json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
     refused = sealtwin("map", tmp_path, "--no-fills", "--json")
     assert refused.exit_code == 3
-    assert "no study" in json.loads(refused.stdout)["error"]
+    assert "not a study" in json.loads(refused.stdout)["error"]
 
 
 @pytest.mark.slow

@@ -453,4 +453,4 @@ def test_threads_are_those_of_the_fluid_run_and_a_gpu_has_none(unbroken, tmp_pat
     monkeypatch.setattr("simulate.device.choose_device", lambda _: "cuda:0")
     answer = CliRunner().invoke(app, command)
     assert answer.exit_code == 3
-    assert answer.stderr.endswith("--threads 2: only for a CPU, and this run is on cuda:0. Omit it.\n")
+    assert answer.stderr.endswith("--threads 2: only for a CPU, but this run is on cuda:0. Omit it.\n")

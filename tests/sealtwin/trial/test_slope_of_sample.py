@@ -47,7 +47,7 @@ def test_a_changed_slope_redoes_the_fluid_and_an_unchanged_one_nothing(tmp_path)
     trial.write_text(trial.read_text(encoding="utf-8").replace("gradient_deg = 5.0", "gradient_deg = 0.0"))
     with (
         open_folder(out, create=False) as folder,
-        pytest.raises(InputError, match=r"\[sample\] differs from what simulate ran with"),
+        pytest.raises(InputError, match=r"\[sample\] differs from the settings of simulate here"),
     ):
         run_stages(resume_job(folder, "cpu", QUIET), ("validate",))
     assert run(tmp_path, out) == ("simulate",)

@@ -59,7 +59,7 @@ WEIGHT = {"mass_g": 0.11, "mass_sd_g": 0.0055, "density_kg_m3": 1100.0, "density
         (
             "[path.weighed]",
             "[uncertainty]\nvolume_ml = 0.1\n\n[path.weighed]",
-            "uncertainty.volume_ml with path.weighed",
+            "uncertainty.volume_ml cannot be combined with path.weighed",
         ),
         ("mass_sd_g = 0.0055\n", "", "path.weighed.mass_sd_g"),
         ("density_kg_m3 = 1100", "density_kg_m3 = 1.1", "path.weighed.density_kg_m3"),
