@@ -93,10 +93,10 @@ def estimate(
         cone = heap.cone
         if cone is None:
             raise InputError(
-                f"the heap's height is {height:.2f} times its radius; the closed form is valid up to {FLATTEST:g}, and a "
-                "simulation of the slump needs the initial shape: give --cone-mm, or spread more paste."
+                f"the heap's height is {height:.2f} times its radius; the closed form is valid up to {FLATTEST:g}, and "
+                "a simulation of the slump needs the initial shape: give --cone-mm, or spread more paste."
             )
-        note(f"The heap is {height:.2f} times as high as its radius: simulating its slump, which takes 1 to 2 minutes.")
+        note(f"The heap's height is {height:.2f} times its radius: simulating its slump takes 1 to 2 minutes.")
         law = _replayed(curve or SlumpCurve(cone.scaled_to(float(middle.volume_mm3[0])), heap.density_kg_m3, {}))
     values = law(drawn) - _surface_pa(drawn)
     stress = float((law(middle) - _surface_pa(middle))[0])

@@ -111,7 +111,7 @@ def replay(folder: Path, log: Path) -> int:
 
 
 def loop_versions(folder: Path) -> list[str]:
-    """Return a sentence for each of a loop's tables and its plan that other stage numbers computed."""
+    """Return a sentence about a loop's tables, and one about its plan, if other stage numbers computed them."""
     tables, own, sentences = read_model(folder / TABLES), numbers_up_to("simulate"), list[str]()
     if other := other_numbers(tables.stage_numbers, own):
         again = f"'sealtwin loop {shown(folder)} --emulate FAULTS' makes them anew."

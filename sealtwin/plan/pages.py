@@ -98,7 +98,7 @@ def plan_finding(planned: Planned) -> str:
 def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
     """Return cautions about the fluid and the plan.
 
-    The plan gets one if it has no band, is worse than a baseline, or differs much from the fast model.
+    There is one about the plan if it has no band, is worse than a baseline, or differs much from the fast model.
     """
     cautions = [*fluid_warnings]
     if planned.band_95_mm is None:
