@@ -157,9 +157,9 @@ def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
 def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:
     """Return the facts that the lab and its studies add to a trial whose files are in ``source``.
 
-    If a part of the lab cannot be read, the facts contain a caution and the lab counts as not searched. ``compared`` is
-    True if the trial is compared with its readings. Raises InputError if it declares them as held out, although a study
-    or a calibration of the lab used them for choosing settings.
+    If a part of the lab cannot be read, the facts contain a caution and the lab counts as not searched. Raises
+    InputError if ``compared`` is True and the trial declares its readings as held out, although a study or a
+    calibration of the lab used them for choosing settings.
     """
     searched, cautions = False, list[str]()
     readings, lab = trial.readings, lab_of(source)

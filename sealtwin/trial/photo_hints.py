@@ -87,7 +87,7 @@ class NewTrial:
         self._refuse_another()
 
     def save(self, hints: Hints, shape: Shape) -> list[str]:
-        """Write the new file, return its keys, and raise InputError as ``TrialFile.save`` does.
+        """Write the new file and return the names of its content. Raises InputError as ``TrialFile.save`` does.
 
         ``shape`` must have the depth, since no photo shows it.
         """
