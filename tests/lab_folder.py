@@ -171,7 +171,7 @@ FAULTS = (
         _cell("P01.csv", 3, 3, "O.5", HANDS["P01"][1])),
     Planted("a reading a hundred times too large", r"P01\.csv, line 5, column level_1_mm.*in a crack 8 mm deep, ",
         _cell("P01.csv", 5, 2, "-155.0", HANDS["P01"][1])),
-    Planted("a date that is read two ways", r"P01\.toml: date = '03/05/2026' is no unambiguous date",
+    Planted("a date that is read two ways", r"P01\.toml: date = '03/05/2026' is not an unambiguous date",
         _edit("P01.toml", "2026-05-03", '"03/05/2026"')),
     Planted("a depth without its unit", r"P02_Notiz\.csv, line 2, column 2: 'Tiefe' = '8,0' has no unit",
         _edit("P02_Notiz.csv", "Tiefe [mm]", "Tiefe", "cp1252")),

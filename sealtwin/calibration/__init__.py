@@ -1,1 +1,1 @@
-"""Calibration: the settings of trials by their readings, as a posterior."""
+"""Calibrate settings of trials on their readings. The result is a posterior distribution of the settings."""

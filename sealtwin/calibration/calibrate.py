@@ -1,4 +1,4 @@
-"""Calibration of one or more trials, and the prediction of other trials that were not calibrated on."""
+"""Calibrate settings on the readings of trials, and predict held-out trials that the calibration did not use."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -63,13 +63,13 @@ def calibrate(
 ) -> Calibration:
     """Fit the settings in ``ranges`` to the readings of trials; write material, posterior, record and page.
 
-    ``ranges`` has the ends of each free setting by dotted name; the default of ``out`` is reports/<trial>-calibrated;
-    ``settings`` by dotted name replace those of all trial files. Finished runs are not computed again: after a kill the
-    same call continues and writes the same files.
+    ``ranges`` has the lower and upper end of each free setting by dotted name. The default of ``out`` is
+    reports/<trial>-calibrated. ``settings`` by dotted name replace those of all trial files. Finished runs are not
+    computed again: if the process is killed, the same call continues and writes the same files.
 
     Raises:
         InputError: A trial, a setting or a role cannot be used, or the folder has other files.
-        NumericalError: Over a quarter of the runs are unusable.
+        NumericalError: More than a quarter of the runs are unusable.
         BusyError: Another process uses the folder.
     """
     frees = _checked(trials, ranges, held_out, settings)
@@ -113,7 +113,9 @@ def _checked(
     settings: Mapping[str, Any] | None,
 ) -> list[Free]:
     if not 1 <= len(ranges) <= MOST_FREE:
-        raise InputError(f"{len(ranges)} free settings: give 1 to {MOST_FREE}; {LEAST_BUDGET} runs resolve no more.")
+        raise InputError(
+            f"{len(ranges)} free settings: give 1 to {MOST_FREE}; {LEAST_BUDGET} runs cannot resolve more."
+        )
     for name, (low, high) in ranges.items():
         if name not in SETTINGS:
             raise InputError(f"--free {no_such_setting(name)}.")
@@ -134,7 +136,7 @@ def _checked(
             if readings is not None and readings.role == wrong:
                 right = "calibrated-on" if wrong == "held-out" else "held-out"
                 raise InputError(
-                    f'{file}: readings.role = "{wrong}", but this calibration would use them as {right}. Write '
+                    f'{file}: readings.role = "{wrong}", but this calibration would use the readings as {right}. Write '
                     f'"{right}", or give another trial.'
                 )
     return [Free(name, low, high) for name, (low, high) in ranges.items()]
@@ -147,17 +149,20 @@ def _require_different(twins: Sequence[Twin]) -> None:
             if twin.folder == other.folder or (same and np.array_equal(twin.readings.s_mm, other.readings.s_mm)):
                 what = "name" if twin.folder == other.folder else "readings"
                 raise InputError(
-                    f"{twin.file}: has the {what} of {other.file}; give each trial once, with its own name."
+                    f"{twin.file}: has the same {what} as {other.file}; give each trial once, with its own name."
                 )
 
 
 def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
-    """Return value and uncertainty of a setting that was measured, equal in all trials; None if it was not measured."""
+    """Return the measured value of a setting and its standard uncertainty; None if it was not measured.
+
+    Raises InputError if the trials have different values, or if the value is outside the range.
+    """
     values = {twin.measured(free.name) for twin in twins}
     if len(values) > 1:
         raise InputError(
-            f"--free {free.name}: the trials have different measured values or uncertainties of it, but free settings "
-            "are shared by all trials. Give them the same, or calibrate them one by one."
+            f"--free {free.name}: its measured value or uncertainty differs between the trials, but free settings are "
+            "shared by all trials. Give the same in all trials, or calibrate them one by one."
         )
     measured = values.pop()
     if measured is not None and not free.low <= measured[0] <= free.high:
@@ -169,15 +174,15 @@ def _measured(free: Free, twins: Sequence[Twin]) -> tuple[float, float] | None:
 
 
 def _predicted(result: SearchResult, draws: Floats, twin: Twin) -> Prediction:
-    """Run draws of the posterior in a trial that was not calibrated on, with its own path, crack and nozzle."""
+    """Run draws of the posterior in a held-out trial, which keeps its own path, crack and nozzle."""
     chosen = draws[np.linspace(0, DRAWS - 1, PREDICTING).astype(int)]
     settings = [settings_at(result.frees, point) for point in chosen]
     own = [{name: one[name] for name in one if name.partition(".")[0] not in OF_A_POUR} for one in settings]
     levels_mm = [level for level in twin.run([(one, seed) for seed, one in enumerate(own)]) if level is not None]
     if len(levels_mm) < PREDICTING // 2:
         raise NumericalError(
-            f"{twin.name}: {PREDICTING - len(levels_mm)} of {PREDICTING} runs of this held-out trial failed or have a "
-            f"volume that is off by over 5 %: {'; '.join(sorted({reason for _, reason in twin.unused()}))}"
+            f"{twin.name}: {PREDICTING - len(levels_mm)} of {PREDICTING} runs of this held-out trial failed, or their "
+            f"volume is off by over 5 %: {'; '.join(sorted({reason for _, reason in twin.unused()}))}"
         )
     return _prediction(twin, "held out", *predicted_by_runs(np.array(levels_mm), twin.evidence))
 
@@ -298,7 +303,7 @@ def _rounded(values: Sequence[float]) -> list[float]:
 
 
 def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
-    """RMS distance of the readings from the mean level of the runs that confirm the best setting."""
+    """Return the RMS distance of a trial's readings from the mean level of the runs that confirm the best setting."""
     levels_mm = result.confirmed_mm(trial)
     if not len(levels_mm):
         return None
@@ -307,7 +312,7 @@ def _confirmed_mm(result: SearchResult, trial: int) -> float | None:
 
 
 def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin: Twin, date: day) -> Material | None:
-    """Return the material; None if the paste has a curve or thins with shear, as a material has only two numbers."""
+    """Return the calibrated material; None for a curve or a shear-thinning paste, which its file cannot describe."""
     fluid, best = twin.trial.fluid, settings_at(result.frees, result.best)
     if fluid is None or fluid.curve is not None or fluid.consistency_pa_s_n is not None:
         return None
@@ -348,6 +353,6 @@ def _material(result: SearchResult, drawn: Floats, calibrated: Calibrated, twin:
 
 
 def _spread(drawn: Floats, best: float) -> tuple[float, float, float]:
-    """Return the ends of the 95 % interval, widened to include the best value, and the standard uncertainty."""
+    """Return the ends of the draws' 95 % interval, widened to include the best value, and the standard uncertainty."""
     low, high = np.quantile(drawn, [0.025, 0.975])
     return float(f"{min(low, best):.6g}"), float(f"{max(high, best):.6g}"), float(f"{(high - low) / 4:.6g}")

@@ -1,4 +1,4 @@
-"""The search: chooses the runs of a calibration one after the other until its budget is spent.
+"""Choose the runs of a calibration one after the other, until its budget is spent.
 
 Sixteen runs are points of a Sobol sequence, and one of them is repeated with three more seeds. Then each round runs
 three settings at which the emulator is least certain under the posterior. At the end three new seeds confirm the most
@@ -19,17 +19,19 @@ from validate.calibration.free import Free
 from validate.calibration.posterior import BasisReach, Posterior, ReadLevels, reach_of
 
 FIRST, AGAIN, ROUND, CONFIRM = 16, 3, 3, 3
-"""Runs of the first design, more seeds of one of them, runs of a round, and seeds that confirm the best setting."""
+"""Numbers of runs: of the first design, of further seeds for one of these, of a round, and of seeds that confirm the
+best setting."""
 FEWEST = FIRST + AGAIN + ROUND + CONFIRM
 HOPELESS = 2.0
-"""The search stops early above this implausibility, not above 1, since few runs make an emulator overconfident."""
+"""Implausibility of the best setting above which the search stops early. It is above 1, since an emulator of few runs
+is overconfident."""
 LEAST_USABLE = 0.75  # Least share of runs with a result
 DRAWS, STEPS, STEPS_OF_A_ROUND = 500, 1200, 200
 
 Setting = dict[str, float]
 Runner = Callable[[Sequence[tuple[Setting, int]]], Sequence[Floats | None]]
-"""Takes the settings of all runs so far, each with the number added to the seed. Returns each run's levels at the
-stations, None for one that failed; computes only new runs."""
+"""Function that takes the settings of all runs so far, each with the number that is added to the seed. It computes only
+new runs, and returns each run's levels at the stations, or None if the run failed."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class SearchResult:
 
     @property
     def discrepancy_mm(self) -> float | None:
-        """Posterior mean of the size of the model's own error; None for one trial, which cannot determine it."""
+        """Posterior mean of the standard deviation of the model's own error; None if only one trial was used."""
         if self.draws is None or len(self.levels_mm) < 2:
             return None
         logs = self.posterior.log_densities(self.draws)
@@ -67,7 +69,7 @@ class SearchResult:
         return float(chance @ self.posterior.discrepancies_mm)
 
     def confirmed_mm(self, trial: int) -> Floats:
-        """Levels of the runs that confirm the best setting, (m, n)."""
+        """Return the levels of the runs that confirm the best setting, (m, n), for m finished runs and n stations."""
         return np.array([level for level in self.levels_mm[trial][-CONFIRM:] if level is not None])
 
 
@@ -85,7 +87,7 @@ class _Search:
             failed = sum(level is None for level in levels_mm)
             if failed > (1 - LEAST_USABLE) * max(FIRST, len(levels_mm)):
                 raise NumericalError(
-                    f"{source.name}: {failed} of {len(levels_mm)} runs failed or have a volume off by over 5 %; "
+                    f"{source.name}: {failed} of {len(levels_mm)} runs failed, or their volume is off by over 5 %; "
                     "too few runs are left to cover the ranges. Narrow the ranges, or use finer particles."
                 )
             for point in np.unique(self.points, axis=0):
@@ -109,7 +111,7 @@ class _Search:
         return Posterior(self.frees, emulators, [source.evidence for source in self.sources]), reaches
 
     def nearest(self) -> int:
-        """Return the number of the run that is nearest to the readings of all trials, weighted by their covariance."""
+        """Return the index of the run with the levels nearest to all readings, weighted by the readings' covariance."""
         total = np.zeros(len(self.points))
         for levels_mm, source in zip(self.levels_mm, self.sources, strict=True):
             root = np.linalg.cholesky(source.evidence.covariance_mm2)
@@ -119,7 +121,10 @@ class _Search:
         return int(total.argmin())
 
     def next_round(self, posterior: Posterior, count: int) -> Floats:
-        """Return the most likely draw, and the draws at which the emulators are least certain once it is run."""
+        """Return ``count`` points to run: the most likely draw, then draws at which the emulators are least certain.
+
+        The certainty is computed as if the points before had been run.
+        """
         draws, _ = posterior.draws(DRAWS, STEPS_OF_A_ROUND)
         chosen = [draws[posterior.log_density(draws).argmax()]]
         while len(chosen) < count:
@@ -133,7 +138,7 @@ class _Search:
 
 
 def settings_at(frees: Sequence[Free], point: Floats) -> Setting:
-    """Return the settings at a point of the unit cube, with six digits: precise enough, and easy to read."""
+    """Return the settings at a point of the unit cube, rounded to six digits: precise enough, and easy to read."""
     return {free.name: float(f"{free.values(share):.6g}") for free, share in zip(frees, point, strict=True)}
 
 

@@ -1,4 +1,4 @@
-"""A trial with readings in a calibration, which runs it with other settings in a folder like a study's."""
+"""A trial with readings in a calibration. It is run with other settings, in a folder like a study's."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -28,7 +28,8 @@ from validate.settings import Readings, Uncertainty
 MEASURED = {name: key for name in SETTINGS if (key := name.rpartition(".")[2]) in Uncertainty.model_fields} | {
     "path.trim_mm": "start_mm"
 }
-"""Settings with an uncertainty in [uncertainty], in the trial's material or in its weighed fill, and its key there."""
+"""Key in [uncertainty] of each setting that can have an uncertainty. The trial's material or weighed fill may give its
+value too."""
 JITTER_MM2 = 1e-6  # Makes the covariance of readings invertible if they have no stated error
 SEEDS = 2**31
 
@@ -44,7 +45,7 @@ class Twin:
         progress: Progress,
         settings: Mapping[str, Any] | None = None,
     ) -> None:
-        """Digitise the crack and read the sheet. Raises InputError as a sweep does, or for a trial without readings."""
+        """Digitise the crack and read the sheet. Raises InputError as a sweep does, and without readings."""
         from validate.metrics.volumes import mouth_widths_mm
         from validate.readings.read_readings import read_readings
         from validate.uncertainty.reading_errors import budget_of
@@ -101,7 +102,7 @@ class Twin:
                 self._planned(1, {free.name: end}, 0)
 
     def run(self, wanted: Sequence[tuple[Setting, int]]) -> Sequence[Floats | None]:
-        """Compute the runs that are not done; return the levels at the stations, None for a run that is not used."""
+        """Compute the runs that are not done. Return each run's levels at the stations, or None if it is not used."""
         planned = [self._planned(number, *one) for number, one in enumerate(wanted, start=1)]
         self.plan = self._plan(planned)
         runs = {run.number: run for run in self.plan.runs}
@@ -124,16 +125,16 @@ class Twin:
 
     @property
     def fluid_warnings(self) -> list[str]:
-        """Warnings about the fluid of its runs."""
+        """Warnings about the fluid in the runs of this trial."""
         return [f"{self.name}: {sentence}" for sentence in study_folder.fluid_warnings(self.plan.runs)]
 
     @property
     def warnings(self) -> list[str]:
-        """All warnings: on the fluid, and on declared errors that the readings contradict."""
+        """All warnings: about the fluid, and about declared errors that the readings contradict."""
         return [*self.fluid_warnings, *(f"{self.name}: {sentence}" for sentence in self._unused)]
 
     def health(self, number: int) -> RunHealth:
-        """Return the numbers that a run recorded about itself."""
+        """Return the figures of numerical quality that a run recorded, or an empty record if it has none."""
         run = next(run for run in self.plan.runs if run.number == number)
         return RunHealth() if run.figures is None else run.figures.health
 
@@ -161,7 +162,7 @@ def _fit_to_calibrate(file: Path, trial: Trial) -> Readings:
     if trial.fluid is None:
         raise InputError(f"{file}: no [fluid] table; give viscosity_pa_s, or U and D_cm.")
     if trial.readings is None:
-        raise InputError(f"{file}: no [readings]; a calibration, and a check of one, need a sheet of readings.")
+        raise InputError(f"{file}: no [readings] table; a calibration and its held-out trials need readings: add it.")
     if not trial.solver.has_particles:
         raise InputError(
             f'{file}: solver.model is "{trial.solver.model}"; a calibration needs particles. Set it to "particles".'

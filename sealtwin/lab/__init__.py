@@ -1,1 +1,1 @@
-"""Makes trials and a catalogue of a lab's folder of photos, sheets and notes."""
+"""Make trials and a catalogue from a lab's folder of photos, sheets and notes."""

@@ -62,7 +62,7 @@ class SourceFile(Result):
     """A lab's folder in catalogue.json."""
 
     decisions: list[tuple[str, str, Role, str, dict[str, str]]]
-    """The user's decisions: file, part, role, sample, and the other cells of the row."""
+    """The user's decisions. Each has the file, part, role and sample of a row, and the other cells of the row."""
     faults: list[tuple[str, str]]
 
 
@@ -73,18 +73,18 @@ class CatalogueFile(Result):
 
     version: Literal[3]
     pairing: str
-    """Hash of the pairing file as ingest wrote it last: another hash means that it was edited."""
+    """Hash of the pairing file as the last ingest wrote it. If the file has another hash, the user has edited it."""
     uses: dict[str, list[str]]
-    """Studies and calibrations that used readings to choose, by the hash of the readings."""
+    """Names of studies and calibrations that used readings for choosing settings, by the hash of the readings."""
     checked: dict[str, tuple[str, list[str]]]
-    """State of each trial when it was checked, by its folder, and the faults that prevent its run."""
+    """State of each trial when it was checked and the faults that prevent its run, by the trial's folder."""
     sources: dict[str, SourceFile]
 
 
 class Catalogue:
-    """Trials of a lab, read from the record in the folder of each, and the content of catalogue.json.
+    """The trials of a lab, read from the record in each trial's folder, and the content of catalogue.json.
 
-    Lock the lab before changing it, then save it. A killed process leaves the old file or the new one, complete.
+    Lock the lab before a change, and save the catalogue after it. A killed process never leaves an incomplete file.
     """
 
     def __init__(self, lab: Path) -> None:
@@ -100,9 +100,11 @@ class Catalogue:
 
     @classmethod
     def of(cls, lab: Path) -> "Catalogue":
-        """Read the catalogue of a lab. Raises InputError for another folder."""
+        """Read the catalogue of a lab. Raises InputError if the folder is not a lab."""
         if not is_lab(lab):
-            raise InputError(f"{lab}: no lab (it has no {CATALOGUE}). 'sealtwin ingest FOLDER --out {lab}' makes one.")
+            raise InputError(
+                f"{lab}: not a lab (it has no {CATALOGUE}). 'sealtwin ingest FOLDER --out {lab}' makes one."
+            )
         return cls(lab)
 
     def save(self) -> None:
@@ -116,7 +118,10 @@ class Catalogue:
         return [CatalogueFault(*fault) for source in self.content.sources.values() for fault in source.faults]
 
     def unready(self, record: Record) -> list[str]:
-        """Return the faults that prevent a trial's run, and the doubts about its readings."""
+        """Return the faults that prevent a trial's run and the doubts about its readings.
+
+        Empty if the trial was not checked or has changed since.
+        """
         state, sentences = self.content.checked.get(record.folder, ("", []))
         return sentences if sentences and state == state_of(self.lab / record.folder) else []
 
@@ -126,7 +131,7 @@ class Catalogue:
         return {(PurePath(file), part): FilePlace(name, role, answers=given) for file, part, role, name, given in rows}
 
     def state(self, source: str, decisions: Decisions, faults: Iterable[CatalogueFault]) -> None:
-        """Set the user's decisions on a source, and the faults of its ingest."""
+        """Store the user's decisions on the files of a source, and the faults that its ingest found."""
         rows: list[tuple[str, str, Role, str, dict[str, str]]] = [
             (file.as_posix(), part, place.role, place.sample, dict(place.answers))
             for (file, part), place in decisions.items()
@@ -150,14 +155,17 @@ def _read_record(path: Path) -> Record:
 
 
 def latest_trials(lab: Path) -> tuple[list[dict[str, Any]], list[CatalogueFault]]:
-    """Return the latest trial of each sample as a row of ``COLUMNS``, and the faults."""
+    """Return the latest trial of each sample as a row of ``COLUMNS``, and the faults of the lab's last ingests."""
     catalogue = Catalogue.of(lab)
     latest = {record.sample: record for record in catalogue.records}
     return [_row(catalogue, record) for record in latest.values()], catalogue.faults()
 
 
 def export(lab: Path, out: Path) -> int:
-    """Write a CSV with a row for each sample, taken in or not; return how many. Raises InputError if ``out`` exists."""
+    """Write a CSV with a row for each sample's latest trial and for each fault, and return the number of rows.
+
+    Raises InputError if ``out`` exists.
+    """
     if out.exists():
         raise InputError(f"{out}: already exists and is not overwritten; give another name, or move it away.")
     trials, faults = latest_trials(lab)
@@ -167,7 +175,7 @@ def export(lab: Path, out: Path) -> int:
 
 
 def revisions(lab: Path, sample: str) -> tuple[Catalogue, list[Record], list[CatalogueFault]]:
-    """Return all trials of a sample and its faults. Raises InputError for an unknown sample."""
+    """Return the lab's catalogue, all trials of a sample and its faults. Raises InputError for an unknown sample."""
     catalogue = Catalogue.of(lab)
     records = catalogue.of_sample(sample_key(sample))
     faults = [fault for fault in catalogue.faults() if sample_key(fault.name) == sample_key(sample)]
@@ -177,7 +185,7 @@ def revisions(lab: Path, sample: str) -> tuple[Catalogue, list[Record], list[Cat
 
 
 def read_run(lab: Path, record: Record) -> TrialResult | None:
-    """Return the result of the trial's run; None before a run."""
+    """Return the result of the trial's run, or None if there is none yet."""
     folder = lab / record.folder / RUN
     return read_result(folder) if (folder / RESULT).is_file() else None
 

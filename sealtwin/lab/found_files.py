@@ -20,11 +20,12 @@ from validate.readings.text_table import WORDS as LAB_WORDS
 from validate.readings.text_table import plain_letters
 
 Role = Literal["photo", "second_photo", "mask", "readings", "fill", "note", "text", "ignore"]
-"""Role of a file; "fill" is a liquid weighed into the crack, "text" is kept with its sample and gives no settings."""
+"""Role of a file. A "fill" is the sheet of a liquid weighed into the crack. A "text" is kept with its sample but gives
+no settings."""
 
 PICTURES: Mapping[Role, str] = {"photo": "photo.file", "second_photo": "photo.second_photo", "mask": "photo.mask"}
 NAMED_FILES: Mapping[Role, str] = {**PICTURES, "readings": "readings.file"}
-"""Settings of a trial that name a file."""
+"""Settings of a trial that name a file, by the file's role."""
 NOTE_SUFFIX = ".toml"
 TRIAL = "trial.toml"  # Name of a trial file; 'sealtwin init' writes one into a folder of one sample
 UNREAD_TABLES = {".xls", ".xlsb", ".numbers", ".sxc", ".gsheet"}  # Reported as a fault: they contain a lab's numbers
@@ -32,11 +33,11 @@ TABLE_SUFFIXES = {".csv", ".tsv", ".xlsx", ".xlsm", ".ods"} | UNREAD_TABLES
 FREE_TEXT = {".txt", ".md"}
 TABLES = ("readings", "fill")  # Roles of tables of numbers
 WORDS: dict[Role, frozenset[str]] = {role: frozenset(words.split()) for role, words in LAB_WORDS["files"].items()}
-"""Words at the beginning or the end of a name that give a role."""
+"""Words, by role, that give a file this role if they are at the beginning or the end of a name."""
 CAMERA = re.compile(
     r"(img|imag|dsc[nf]?|pxl|mvimg|cimg|gopr)[ _-]?\d{3,}([ _-]\d+)*([ _-]wa\d+)?|p\d{7}|\d{8}_\d{6}", re.IGNORECASE
 )
-"""Name that a camera gave, which names no sample."""
+"""Name that a camera gave to a file. It is not the name of a sample."""
 BESIDE_CAMERA = re.compile(rf"(?:{CAMERA.pattern})[ _-]+(?=[^\W\d_])|(?<=\w)[ _-]+(?:{CAMERA.pattern})$", re.IGNORECASE)
 """A camera's name before or after another name, as in IMG_0412_P4."""
 REMARK = re.compile(r"\s*[(\[{][^)\]}]*[)\]}]")  # Remark in brackets: P-03 (von oben)
@@ -52,7 +53,7 @@ CONTROLS = {"Cc", "Cf", "Zl", "Zp"}  # Unicode's categories of characters that c
 
 @dataclass(frozen=True)
 class FilePlace:
-    """Sample and role of a file, from its name or from the user, and the user's replies in its row."""
+    """Sample and role of a file, given by its name or by the user, and the user's replies in the pairing file."""
 
     sample: str  # Letters, digits, spaces and -_. only; empty if the name gives none
     role: Role
@@ -61,10 +62,11 @@ class FilePlace:
 
 
 def read_names(files: Iterable[PurePath], folder: str) -> dict[PurePath, FilePlace]:
-    """Read the names of a lab's photos, sheets and notes, relative to the lab's folder.
+    """Return the sample and role of each photo, sheet and note by its path, relative to the lab's folder.
 
-    If a name gives no sample, the name of ``folder``, the lab's folder, does. A camera's name is a sample's only if a
-    sheet or a note has it too, as the files of 'sealtwin trace' do.
+    If the path gives no sample, the sample is ``folder``, the name of the lab's folder. A camera's name counts as the
+    name of a sample only if a sheet or a note in the same folder has such a name too. 'sealtwin trace' writes such
+    files.
     """
     files = list(files)
     by_camera = {
@@ -109,7 +111,7 @@ def as_label(text: str) -> str:
 
 
 def possible_roles(suffix: str) -> tuple[Role, ...]:
-    """Return the possible roles of a file by its suffix, the default first."""
+    """Return the roles that a file with this suffix may have. The first is the default."""
     if suffix in PHOTO_SUFFIXES:
         return ("photo", "second_photo", "mask")
     if suffix in TABLE_SUFFIXES:
@@ -120,7 +122,7 @@ def possible_roles(suffix: str) -> tuple[Role, ...]:
 
 
 def _without(name: str, roles: tuple[Role, ...]) -> tuple[str, list[Role]]:
-    """Return ``name`` without words for one of ``roles`` at its ends, and these roles."""
+    """Return ``name`` without the words at its ends that mean one of ``roles``, and the roles that they mean."""
     name = unicodedata.normalize("NFC", name)
     words, named_roles = list(WORD.finditer(name)), list[Role]()
 
@@ -141,7 +143,7 @@ class Piece:
 
     @property
     def part_name(self) -> str:
-        """Name of the part in the pairing file."""
+        """Name of the part in the pairing file; "" for the whole file."""
         return "" if self.part is None else str(self.part)
 
     def __str__(self) -> str:
@@ -149,7 +151,7 @@ class Piece:
 
 
 def divide(folder: Path, named: Mapping[PurePath, FilePlace], photographed: Set[str]) -> dict[Piece, FilePlace]:
-    """Return each file as one piece, and a table of readings of several samples in parts.
+    """Return the pieces of all files: the parts of a table with readings of several samples, otherwise the whole file.
 
     A column of sample names always divides a table. A worksheet's name does so if it is in ``photographed``, the keys
     of samples with a photo; the other tables of this workbook then become questions.
@@ -191,9 +193,10 @@ def _divided(folder: Path, file: PurePath, place: FilePlace, photographed: Set[s
 
 
 def _sample(file: PurePath, part: SamplePart, photographed: Set[str]) -> str:
-    """Return the sample that a part names, read as a file name in its folder: in May/all.csv, P01 is May-P01.
+    """Return the sample that a part of a file names.
 
-    If only P01 has a photo, the sample is P01.
+    The name is read like that of a file in the same folder: P01 in May/all.csv means the sample May-P01. If May-P01 has
+    no photo but P01 has one, it means P01.
     """
     name = PurePath(f"{as_label(part.rows_of or part.sheet or '')}.csv")
     there, alone = (read_name(folder / name, camera_counts=True) for folder in (file.parent, PurePath()))
@@ -216,16 +219,17 @@ class LeftOut:
 
 
 def find_files(folder: Path) -> tuple[list[PurePath], list[LeftOut]]:
-    """Return the photos, sheets and notes in ``folder`` and below, relative to it, and the files that are not used.
+    """Return the photos, sheets and notes in ``folder`` and its subfolders, and the files that are not used.
 
-    Raises InputError if it is not a folder, or contains over ``MOST_ENTRIES`` files.
+    Paths are relative to ``folder``. Raises InputError if it is not a folder, or if it contains more than
+    ``MOST_ENTRIES`` files and folders.
     """
     if not folder.is_dir():
         raise InputError(f"{as_text(folder)}: no such folder; give the folder of photos, sheets and notes.")
     files, left_out = list[PurePath](), list[LeftOut]()
     for path in sorted(_paths(folder, left_out)):
         file = path.relative_to(folder)
-        reason, lost = "neither photo, sheet nor note, by its name.", read_name(file) is not None
+        reason, lost = "its name is not that of a photo, a sheet or a note.", read_name(file) is not None
         if as_text(file) != str(file):
             reason = "a name that is not UTF-8; rename it."
         elif plain(str(file)) != str(file):
@@ -245,15 +249,16 @@ def plain(text: str) -> str:
 
 
 def few(names: Sequence[object]) -> str:
-    """Return the first names, and the number of the others."""
+    """Return a text with the first ``MOST_NAMES`` names and the number of the others."""
     more = len(names) - MOST_NAMES
     return ", ".join(map(str, names[:MOST_NAMES])) + (f" and {more} more" if more > 0 else "")
 
 
 def _paths(folder: Path, left_out: list[LeftOut]) -> Iterator[Path]:
-    """Yield all files that are not hidden: macOS adds a ._photo.jpg to each photo, Excel a ~$sheet.xlsx.
+    """Yield all files that are not hidden. Hidden files are, for example, macOS's ._photo.jpg and Excel's ~$sheet.xlsx.
 
-    Adds folders that cannot be read to ``left_out``. Raises InputError if there are too many files.
+    Folders that cannot be read, and files that iCloud has not downloaded, are added to ``left_out``. Raises InputError
+    if there are too many files.
     """
 
     def leave_out(fault: OSError) -> None:

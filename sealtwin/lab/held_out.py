@@ -1,4 +1,4 @@
-"""Readings of a lab: the studies that used them to choose, earlier trials that test the model, facts on one trial."""
+"""Find which studies used a lab's readings for choosing settings, and which earlier trials can test the model."""
 
 import hashlib
 from collections.abc import Mapping
@@ -29,7 +29,10 @@ DECIMALS = 6  # Of a millimetre, as in the file of a profile; sheets have fewer
 
 
 def uses(catalogue: Catalogue) -> tuple[dict[str, list[str]], list[str]]:
-    """Return studies and calibrated trials of a lab by the hash of their readings, and cautions on unread trials."""
+    """Return the studies and calibrated trials of a lab by the hash of the readings that they used.
+
+    Also returns a caution about each trial that could not be read.
+    """
     names_by_hash = {digest: sorted(names) for digest, names in catalogue.content.uses.items()}
     cautions = list[str]()
     for record in catalogue.records:
@@ -67,10 +70,10 @@ def readings_hash(readings: Profile) -> str:
 
 
 def note_study(file: Path, settings: Mapping[str, Any] | None = None) -> None:
-    """Record a study in the catalogue of the lab whose readings ranked its runs, if the readings are of a lab.
+    """Record a study in the catalogue of the lab whose readings ranked its runs. Without a lab, nothing is recorded.
 
-    ``settings`` by dotted name replaced those of the study's trial. Raises InputError if the study, its trial or the
-    catalogue cannot be read.
+    ``settings``, by dotted name, replaced settings of the study's trial. Raises InputError if the study, its trial or
+    the catalogue cannot be read.
     """
     study = load_study(file)
     base = file.parent / study.trial
@@ -81,7 +84,10 @@ def note_study(file: Path, settings: Mapping[str, Any] | None = None) -> None:
 
 
 def note_use(sheet: Path, readings: Profile, what: str) -> None:
-    """Record in the catalogue of the sheet's lab, if it has one, that ``what`` used these readings to choose."""
+    """Record in the lab's catalogue that ``what`` used these readings for choosing settings.
+
+    Nothing is recorded if ``sheet`` is not in a lab.
+    """
     if (lab := lab_of(sheet.parent)) is not None:
         with holding(lab, lambda _: None):
             catalogue = Catalogue(lab)
@@ -92,7 +98,7 @@ def note_use(sheet: Path, readings: Profile, what: str) -> None:
 
 
 def lab_of(folder: Path) -> Path | None:
-    """Return the lab that contains a folder, or None."""
+    """Return the lab that is this folder or one of the two folders above it; None if none of the three is a lab."""
     folder = folder.resolve()
     return next((above for above in (folder, *folder.parents)[:LEVELS] if is_lab(above)), None)
 
@@ -101,8 +107,9 @@ def earlier_trials(catalogue: Catalogue, source: Path | None = None) -> tuple[tu
     """Return the latest trial of each sample if it can test the model, and cautions on unreadable trials.
 
     Such a trial has a measured photo and measured readings that were held out and that no study has used since. Its
-    level was simulated with particles that kept their volume, and its files were not edited. The sample whose files are
-    in ``source``, or in a run folder there, is excluded; of samples with equal readings only the first is returned.
+    level was simulated with particles that kept their volume, and its files were not edited. The sample whose folder is
+    ``source``, or contains the run folder ``source``, is excluded. Of samples with equal readings only the first is
+    returned.
     """
     here = None if source is None else {source.resolve(), source.resolve().parent}
     own = {one.sample for one in catalogue.records if here and (catalogue.lab / one.folder).resolve() in here}
@@ -120,7 +127,7 @@ def earlier_trials(catalogue: Catalogue, source: Path | None = None) -> tuple[tu
 
 
 def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
-    """Return the hash of the readings and the trial; None if it cannot test the model."""
+    """Return the hash of the trial's readings, and the trial as an earlier trial; None if it cannot test the model."""
     result, run = read_run(lab, record), lab / record.folder / RUN
     if result is None or result.edited or not (run / COMPARISON).is_file():
         return None
@@ -148,11 +155,11 @@ def _counts(lab: Path, record: Record) -> tuple[str, EarlierTrial] | None:
 
 
 def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:
-    """Return what lab and studies add to a trial whose files are in ``source``.
+    """Return the facts that the lab and its studies add to a trial whose files are in ``source``.
 
     If a part of the lab cannot be read, the facts contain a caution and the lab counts as not searched. Raises
-    InputError, naming the study or the calibration, if the trial is ``compared`` with readings that it declares held
-    out and that the lab used to choose.
+    InputError if ``compared`` is True and the trial declares its readings as held out, although a study or a
+    calibration of the lab used them for choosing settings.
     """
     searched, cautions = False, list[str]()
     readings, lab = trial.readings, lab_of(source)
@@ -161,8 +168,8 @@ def facts_above(trial: Trial, source: Path, *, compared: bool = True) -> Above:
         names_by_hash, cautions = uses(Catalogue(lab))
         if used := names_by_hash.get(_hash_of(source, held_out)):
             raise InputError(
-                f'{source / TRIAL}: readings.role = "held-out", but the {used[0]} of {shown(lab)} used these readings '
-                'to choose; write "calibrated-on".'
+                f'{source / TRIAL}: readings.role = "held-out", but these readings were already used for choosing '
+                f'settings, by the {used[0]} of {shown(lab)}; write role = "calibrated-on".'
             )
         searched = not cautions
     return Above(

@@ -1,4 +1,4 @@
-"""Ingest of a lab's folder: makes a trial of each sound sample, keeps a catalogue, and reports all faults."""
+"""Ingest a lab's folder: make a trial of each sample without faults, keep a catalogue, and report all faults."""
 
 import hashlib
 import json
@@ -38,7 +38,7 @@ from sealtwin.trial.trial_file import Trial, folder_name, trial_text
 from validate.readings.samples import sample_key
 
 INCOMING = f".incoming.{files.TEMPORARY_MARK}"
-"""Folder in which a trial is written first. It is deleted, so its name must not be a user's."""
+"""Folder in which a trial is written first. Ingest deletes it, so its name must be one that no user gives a folder."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,9 @@ def ingest(
     """Take a folder of photos, sheets and notes into ``lab``: a trial for each sample, and a catalogue.
 
     A sample that the lab already has is skipped; a changed one becomes a new trial, and its old trial stays. Waits for
-    another ingest into the same lab. If killed, repeat the same call to complete it. The user's corrections and replies
-    come from ``pairing``, or from the lab's pairing file if it was edited; the catalogue keeps them for ``folder``.
+    another ingest into the same lab. If the process is killed, repeat the same call to complete the ingest. The user's
+    corrections and replies come from ``pairing``, or from the lab's pairing file if it was edited. The catalogue stores
+    them for ``folder``.
 
     Raises InputError if the folder, its lab.toml or the pairing cannot be used.
     """
@@ -88,7 +89,7 @@ def ingest(
         left_out += [_text_alone(folder, file, [sample.name for sample in samples]) for file in alone]
         lost = [each for each in left_out if each.lost]
         if not samples and not lost:
-            raise InputError(f"{folder}: no photos, sheets or notes in it.")
+            raise InputError(f"{folder}: it contains no photos, sheets or notes; give the folder that does.")
         progress.start(f"Taking in {len(samples)} samples", len(samples))
         intake, outcomes = SampleIntake(folder, source, defaults, catalogue, dry_run), list[SampleOutcome]()
         for done, sample in enumerate(samples, start=1):
@@ -105,18 +106,24 @@ def ingest(
 
 
 def _text_alone(folder: Path, file: PurePath, samples: Sequence[str]) -> LeftOut:
-    """Return a text whose name matches no sample as unused; as lost if it names samples or seems to give settings."""
+    """Return a text whose name matches no sample as a file that is not used.
+
+    It counts as lost if it seems to give settings, or if it names samples and has numbers.
+    """
     reason = "its name matches no sample"
     hint, named = ("", []) if (folder / file).is_symlink() else text_and_samples(folder / file, samples)
     if not hint or not (named or hint.startswith(SEEMS)):
         return LeftOut(file.as_posix(), f"{reason}.", lost=False)
-    of = f", though it names {few(named)}" if named else ""
+    of = f", though its text names {few(named)}" if named else ""
     remedy = f"Write a note for each sample, or write settings into the rows of its files in {PAIRING}"
     return LeftOut(file.as_posix(), f"{reason}{of}; {hint}. {remedy}; then give this the role ignore.", lost=True)
 
 
 def write_pairing(ingested: Ingested, catalogue: Catalogue) -> None:
-    """Write the pairing file with each question in the row of its file; the file then counts as not edited."""
+    """Write the pairing file, with each question in the row of the file that it is about.
+
+    The pairing file then counts as not edited by the user.
+    """
     about = {
         Piece(file, outcome.sample.part if file == outcome.sample.files.get("readings") else None): " ".join(questions)
         for outcome in ingested.outcomes
@@ -168,8 +175,8 @@ def _refuse_nested(folder: Path, lab: Path) -> None:
     inner, outer = folder.resolve(), lab.resolve()
     if inner.is_relative_to(outer) or outer.is_relative_to(inner):
         raise InputError(
-            f"{as_text(lab)}: --out and the lab's folder {as_text(folder)} are one inside the other; the "
-            "lab's own files must stay untouched: give --out another folder."
+            f"{as_text(lab)}: --out must be neither inside nor around the lab's folder {as_text(folder)}, so that the "
+            "lab's own files stay untouched; give --out another folder."
         )
 
 
@@ -298,7 +305,10 @@ def _is_as_written(folder: Path, record: Record) -> bool:
 
 
 def write_trial(outcome: SampleOutcome, trial: Trial, source: Path, folder: Path) -> None:
-    """Write copies of a sample's files, and its trial.toml. Raises InputError if a file has changed meanwhile."""
+    """Write copies of a sample's files, and its trial.toml, into ``folder``.
+
+    Raises InputError if a file has changed since it was hashed.
+    """
     (folder / INPUTS).mkdir(parents=True)
     for raw in outcome.raw:
         path = source / raw.original

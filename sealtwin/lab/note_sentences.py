@@ -1,6 +1,6 @@
-"""Settings of a trial in the sentences of a note, and the numbers that no rule reads.
+"""Read settings of a trial from the sentences of a note, and list the numbers that no rule reads.
 
-A number is a setting only if the word list has all words around it: "Der Riss ist ca. 9 mm tief" gives a depth,
+A number is a setting only if all words around it are in the word list: "Der Riss ist ca. 9 mm tief" gives a depth,
 "Dichtstoff 3 mm tief" does not. All other numbers with a unit, dates and times are returned as unread.
 """
 
@@ -66,7 +66,7 @@ LONGEST_TEXT = 20_000  # Letters of a text that are read
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number with its unit, a date or a time, at its place in the text."""
+    """A number with its unit, or a date or a time, and its place in the text."""
 
     start: int
     end: int
@@ -80,13 +80,13 @@ class NoteSentences:
     settings: dict[str, tuple[Any, str]] = field(default_factory=dict)
     """Values by dotted key, each with the phrase that gives it."""
     unread: list[str] = field(default_factory=list)
-    """Numbers with a unit, dates, times and words of settings that no rule reads, as the text has them."""
+    """Quotations from the text that no rule reads: numbers with a unit, dates, times, and words of settings."""
     bare: list[str] = field(default_factory=list)
     """Numbers without a unit that belong to no setting, such as page numbers."""
 
 
 def read_sentences(text: str, sample: str = "") -> NoteSentences:
-    """Return the settings that the sentences of a text give of a sample; numbers of other samples are unread."""
+    """Return the settings that the sentences of a text give for a sample. Numbers of other samples become unread."""
     reader = _Reader(text, sample)
     reader.read_keys()
     for start, end in reader.phrases:
@@ -116,12 +116,12 @@ def _pattern(sample: str) -> str:
 
 
 def squeezed(text: str) -> str:
-    """Return a quoted number without blanks and quotes, to compare quotes."""
+    """Return a quoted number without blanks and quotation marks, so that two quotations can be compared."""
     return re.sub(r"[\s\u00a0\u202f\"']+", "", text).casefold()
 
 
 def _unit_behind(text: str, start: int) -> tuple[str, int]:
-    """Return the unit after a number and its end; "" and ``start`` without a unit."""
+    """Return the unit that begins at ``start``, after a number, and the place of its end; "" and ``start`` if none."""
     words, at = list[re.Match[str]](), start
     while len(words) < 4 and (match := UNIT_WORD.match(text, at)) is not None:
         words.append(match)
@@ -147,7 +147,7 @@ def _is_behind(words: str) -> bool:
 
 
 def _name_of(sample: str) -> re.Pattern[str]:
-    """Return a pattern for a sample in its own note: its name, or "sample" with a number of its name."""
+    """Return a pattern that finds a sample in its own note by its name, or by "sample" and a number in its name."""
     word = rf"(?:{'|'.join(SAMPLE)})"
     named = [rf"(?:{word} )?{_pattern(sample)}"] if sample else []
     named += [rf"{word} 0*{number}" for number in {str(int(digits)) for digits in re.findall(r"\d+", sample)}]
@@ -155,7 +155,7 @@ def _name_of(sample: str) -> re.Pattern[str]:
 
 
 class _Reader:
-    """Reads one text: phrase by phrase, it assigns numbers and words to settings."""
+    """Reads one text phrase by phrase, and assigns its numbers and words to settings."""
 
     def __init__(self, text: str, sample: str) -> None:
         self.text, self.of_sample = text, _name_of(sample)
@@ -182,7 +182,7 @@ class _Reader:
         return self.sentences
 
     def read_keys(self) -> None:
-        """Read lines with keys of a trial, as crack.depth_mm = 9."""
+        """Read lines that set a key of a trial, such as crack.depth_mm = 9."""
         for line in SET.finditer(self.text):
             if line[1] in known_keys():
                 with suppress(tomllib.TOMLDecodeError):
@@ -224,7 +224,7 @@ class _Reader:
                 return
 
     def read_phrase(self, start: int, end: int) -> None:
-        """Read numbers by the words before and after them, or by a unit that only settings have."""
+        """Read the numbers of a phrase by the words before and after each, or by a unit that only settings have."""
         taken = {one for each in self.used.values() for one in each}
         numbers = [one for one in self._between(start, end) if (one.unit or self._stated(one)) and one not in taken]
         if len(numbers) > MOST_WORDS:
@@ -245,7 +245,10 @@ class _Reader:
                 self._take(*read, self.text[begins[place] : ends[place + 1]], [one])
 
     def _by_words(self, before: str, one: Quantity) -> tuple[str, Any] | None:
-        """Read a number by the word before it; all other words before it must be neutral or its unit."""
+        """Return the setting that a word before a number names, with its value, or None.
+
+        All other words before the number must be neutral or its unit.
+        """
         for key, symbol in SYMBOLS:
             rest = symbol.search(before)
             if rest is not None and not re.search(r"\w$", before[: rest.start()]):
@@ -304,7 +307,7 @@ class _Reader:
         return words is None or any(word not in NEUTRAL for word in words)
 
     def _words(self, text: str) -> list[str] | None:
-        """Return the words of a text without the sample's name; None if it has a sign of a bound or a doubt."""
+        """Return the words of a text without the sample's name; None if it has a sign of a bound or doubt, like <."""
         if OTHER_MARKS.search(text):
             return None
         return self.of_sample.sub(" ", normal(text)).split()
@@ -320,7 +323,7 @@ class _Reader:
         self.used.setdefault(key, []).extend(ones)
 
     def _stated(self, one: Quantity) -> str:
-        """Return the phrase of a number without a unit, if "=", ":" or a setting's word marks it as a value; or ""."""
+        """Return the phrase of a number without a unit if "=", ":" or a setting's word marks it as a value, or ""."""
         start, end = self.phrases[bisect_right(self.phrases, (one.start, len(self.text))) - 1]
         start, end = max(start, one.start - LONGEST_QUOTE), min(end, one.end + LONGEST_QUOTE)
         before = self.text[start : one.start]

@@ -1,4 +1,4 @@
-"""Words and values of notes as settings: words of the data file, keys of a trial, numbers with units."""
+"""Read the words and values of notes as settings. A word is one of the word list, or a key of a trial."""
 
 import re
 import tomllib
@@ -32,11 +32,12 @@ ALTERNATIVES = (
     ),
     ({"fluid.U", "fluid.D_cm"}, {"fluid.viscosity_pa_s"}),
 )
-"""Alternative sets of settings for one thing: if a sample gives one set, the folder's defaults for all are dropped."""
+"""Sets of settings that replace each other. If a sample gives a setting of one set, the folder's defaults for the other
+sets are dropped."""
 
 CALLED: dict[str, Any] = WORDS["notes"]
 UNITS: dict[str, dict[str, float]] = CALLED["units"]
-"""Factors that convert units to the unit at the end of a setting's name."""
+"""Factors that convert a number to the unit at the end of a setting's name. Keys: this unit, then the number's unit."""
 OF_SETTINGS = ("mm_per_px", "mm_s", "pa_s", "kg_m3", "pa")  # Units that only settings have
 PER = frozenset(CALLED["per"].split())
 NEUTRAL = frozenset(CALLED["sentences"]["neutral"].split())  # Words that do not change a number, as "ca."
@@ -51,7 +52,7 @@ GERMAN_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 
 
 def normal(text: str) -> str:
-    """Return a text without case, accents, hyphens and double blanks, to compare spellings."""
+    """Return a text without case, accents, hyphens and double blanks, so that spellings can be compared."""
     return " ".join(NOTHING_BUT_WORDS.sub(" ", plain_letters(text)).split())
 
 
@@ -61,19 +62,19 @@ def _split(words: str) -> list[str]:
 
 @dataclass(frozen=True)
 class WordMeaning:
-    """Meaning of a lab's word."""
+    """Setting that a word in a lab's note means."""
 
     key: str  # A setting of the trial, dotted, or one of a note's own
     own: bool = False  # True if the word is a key of a trial, with a value in TOML or a spreadsheet's form
 
     @property
     def choices(self) -> dict[str, list[str]]:
-        """A lab's words for each value of a setting that has a choice."""
+        """A lab's words for each value of a setting that is a choice of words; empty for any other setting."""
         return {value: _split(words) for value, words in CALLED["choices"].get(self.key, {}).items()}
 
     @property
     def unit(self) -> str:
-        """Unit at the end of the setting's name, a key of ``UNITS``; "" without a unit."""
+        """Unit at the end of the setting's name, a key of ``UNITS``; "" if the name has no unit."""
         return max((unit for unit in UNITS if re.search(f"[._]{unit}$", self.key)), key=len, default="")
 
 
@@ -95,7 +96,7 @@ def tables() -> frozenset[str]:
 
 
 def of_columns(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a table of columns by dotted key; settings of a whole sheet become those of the readings."""
+    """Return the settings in a table of columns by dotted key. Those of a whole sheet become settings of [readings]."""
     of_readings = (*OF_THE_SHEET, "as_written")
     settings = {f"readings.{key}": table[key] for key in of_readings if key in table}
     if "sign" in table:
@@ -105,7 +106,10 @@ def of_columns(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def meaning_of(word: str, name: str, own: Mapping[str, str]) -> WordMeaning | None:
-    """Return the meaning of a word, or of its ``name`` without the unit; ``own`` maps the lab's own words to keys."""
+    """Return the setting that a word, or ``name``, the word without its unit, means; None if it is unknown.
+
+    ``own`` maps the lab's own words to keys.
+    """
     if word in known_keys():
         return WordMeaning(word, own=True)
     for text in (word, name):
@@ -118,7 +122,7 @@ def meaning_of(word: str, name: str, own: Mapping[str, str]) -> WordMeaning | No
 
 
 def key_of_unit(value: str, unit: str) -> str | None:
-    """Return the only setting that has the unit of an unrecognised word or of its value."""
+    """Return the setting with the unit of an unknown word or of its value; None unless only settings have this unit."""
     units = _units_of(value, unit)
     return next(
         (one.key for one in SETTINGS.values() if one.unit in OF_SETTINGS and units & UNITS[one.unit].keys()), None
@@ -126,7 +130,10 @@ def key_of_unit(value: str, unit: str) -> str | None:
 
 
 def key_like(word: str, value: str, unit: str) -> str | None:
-    """Return the setting that a word with a number may mean: one of a similar name, or for a length the depth."""
+    """Return the setting that an unknown word with a number may mean; None if there is none.
+
+    It is a setting with a similar name, or the depth if the number is a length.
+    """
     if not re.search(r"\d", value):
         return None
     # If two settings have one name, as crack.depth_mm and uncertainty.depth_mm, take the one in SETTINGS.
@@ -145,9 +152,9 @@ def _units_of(value: str, unit: str) -> set[str]:
 def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = False, behind: str = "") -> Any:
     """Return ``text`` as a value of the setting that ``meaning`` names.
 
-    ``unit`` is the word's, as mm in "depth [mm]", or empty. ``exact`` is True for a number that a workbook stores, and
-    ``behind`` is the unit that its format shows. Raises ValueError if the value is ambiguous or invalid; its text is
-    the end of a sentence that begins with the place.
+    ``unit`` is the word's unit, such as mm in "depth [mm]", or empty. ``exact`` is True for a number that a workbook
+    stores, and ``behind`` is the unit that its format shows. Raises ValueError if the value is ambiguous or invalid;
+    its text is the end of a sentence that begins with the place.
     """
     if meaning.own:
         return _read_setting(text, exact=exact)
@@ -160,7 +167,7 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
         case "photo.face_mm":
             width, times, height = TIMES.sub("x", text).partition("x")
             if not times:
-                raise ValueError("is no size; write width x height, for example 160 x 40.")
+                raise ValueError("is not a size; write width x height, for example 160 x 40.")
             # In "160 x 40 mm" the unit is that of both numbers.
             second = _number_and_unit(height)
             return [_quantity(meaning, width, unit, second[2] if second else ""), _quantity(meaning, height, unit)]
@@ -180,7 +187,7 @@ def read_value(meaning: WordMeaning, text: str, unit: str, *, exact: bool = Fals
 
 
 def _read_setting(text: str, *, exact: bool) -> Any:
-    """Return the value of a trial's key in a sheet of words: a number, a word, or a list in TOML."""
+    """Return ``text`` of a sheet as the value of a trial's key: a number, a word, or a list in TOML."""
     if exact:
         return int(text) if WHOLE.fullmatch(text) else float(text)
     if text[0] in "[{\"'" or text in {"true", "false"}:
@@ -193,7 +200,7 @@ def _read_setting(text: str, *, exact: bool) -> Any:
 
 
 def read_date(value: object) -> str:
-    """Return a date in ISO 8601, from that or from 31.12.2026. Raises ValueError."""
+    """Return a date in ISO 8601. ``value`` has this form or one such as 31.12.2026; otherwise raises ValueError."""
     text = value.isoformat() if isinstance(value, date) else str(value).strip()
     if german := GERMAN_DATE.fullmatch(text):
         day, month, year = german.groups()
@@ -201,7 +208,7 @@ def read_date(value: object) -> str:
     try:
         return date.fromisoformat(text[:10] if re.match(r"\d{4}-\d\d-\d\d[T ]", text) else text).isoformat()
     except ValueError:
-        raise ValueError("is no unambiguous date; write 2026-12-31 or 31.12.2026.") from None
+        raise ValueError("is not an unambiguous date; write 2026-12-31 or 31.12.2026.") from None
 
 
 def is_unit(text: str) -> bool:
@@ -212,12 +219,12 @@ def _quantity(meaning: WordMeaning, text: str, unit: str, otherwise: str = "") -
     """Return a number converted to its setting's unit; ``otherwise`` is the unit of a ``text`` without a unit."""
     quantity = _number_and_unit(text)
     if quantity is None:
-        raise ValueError("is no number; write for example 16,0 or 16.0.")
+        raise ValueError("is not a number; write for example 16,0 or 16.0.")
     return _scaled(meaning, _plain_number(quantity[1].strip()), unit, quantity[2].strip() or otherwise.strip())
 
 
 def has_words_beside(value: str) -> bool:
-    """Return True if a number has neutral words around it, as "ca." in "ca. 9 mm"."""
+    """Return True if a number has neutral words around it, such as "ca." in "ca. 9 mm"."""
     return NUMBER.fullmatch(value) is None and _number_and_unit(value) is not None
 
 
@@ -238,7 +245,7 @@ def _plain_number(text: str) -> float:
         raise ValueError(f"may be {whole}{fraction} or {whole}.{fraction}0; write one of these.")
     value = number(text, None)
     if value is None:
-        raise ValueError("is no number; write for example 16,0 or 16.0, without separators of thousands.")
+        raise ValueError("is not a number; write for example 16,0 or 16.0, without thousands separators.")
     return int(value) if WHOLE.fullmatch(text) else value
 
 
@@ -247,7 +254,7 @@ def _scaled(meaning: WordMeaning, number: float, in_word: str, in_value: str) ->
     allowed = ", ".join(units)
     given = [unit for unit in (unit_spelt(in_word), unit_spelt(in_value)) if unit]
     if not given:
-        raise ValueError(f"has no unit; write it after the word or the number, one of {allowed}.")
+        raise ValueError(f"has no unit; write one of these after the word or the number: {allowed}.")
     for unit in given:
         if unit not in units:
             raise ValueError(f"is in {unit!r}, which is not a unit of this setting; write one of {allowed}.")

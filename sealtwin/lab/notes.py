@@ -37,7 +37,7 @@ MOST_QUOTED = 30  # Numbers in one question
 NOT_READ = "Or give the file the role text: it is then kept unread."
 STARTER = 'a note gives what no photo shows: data = "measured", and in [crack] depth_mm = 16.0'
 UNIT_OF_WORD = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s+(?:in|en)\s+(\S+)|,\s*(\S+))\s*:?\s*")
-"""Tiefe [mm], depth (mm), Tiefe in mm, depth, mm."""
+"""A word with its unit: "Tiefe [mm]", "depth (mm)", "Tiefe in mm" or "depth, mm". """
 LONGEST_OWN = 200
 WORDS = "words"  # Table of lab.toml that maps the lab's own words to settings
 OF_ONE = (note_words.NAME, note_words.DATE, *NAMED_FILES.values(), "readings.as_written")
@@ -59,13 +59,13 @@ class Note:
     entries: dict[str, NoteEntry] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
-    """Text other than settings: the weather, the name of a project."""
+    """Texts that are not settings, such as the weather or the name of a project."""
     words: dict[str, str] = field(default_factory=dict)
-    """The lab's own words, and for each its setting or "ignore"."""
+    """Setting, or "ignore", for each of the lab's own words."""
     meant: set[str] = field(default_factory=set)
-    """Keys that the faults are about, if that is clear: they are wrong rather than missing."""
+    """Keys that faults are about, if the key is clear. They are wrong, so they are not also reported as missing."""
     doubts: list[tuple[str, str, str]] = field(default_factory=list)
-    """Keys of words that may be settings, with the fault if nothing else sets the key, and the remark if it is set."""
+    """Words that may be settings: the key of each, the fault if nothing else sets the key, and the remark otherwise."""
 
     def decided(self) -> "Note":
         """Turn each doubt into a fault or a remark; return this note."""
@@ -100,7 +100,7 @@ def read_note(
     sample: SampleFiles = OF_ALL,
     answers: Mapping[str, Any] | None = None,
 ) -> Note:
-    """Return the settings and faults of a note of a sample; the note has only faults if it cannot be read.
+    """Return the settings and faults of a sample's note. If the note cannot be read, only faults are returned.
 
     ``own`` maps the lab's own words to settings. ``answers`` has settings by dotted key from the pairing file.
     """
@@ -147,7 +147,7 @@ def _quoted(unread: Sequence[str]) -> str:
 
 
 def seems_to_say(path: Path, sample: str = "") -> str:
-    """Return the settings that a text seems to give and its other numbers as a sentence; else ""."""
+    """Return a sentence on the settings that a text seems to give and on its other numbers; "" if it has neither."""
     try:
         sentences = read_sentences(text_of(path)[:LONGEST_TEXT], sample)
     except (InputError, OSError):
@@ -170,7 +170,7 @@ def text_and_samples(path: Path, samples: Sequence[str]) -> tuple[str, list[str]
 
 
 def _is_answered(quoted: str, settings: Mapping[str, Any]) -> bool:
-    """Return True if one of ``settings`` has a number of a note as its value, converted to the setting's unit."""
+    """Return True if the quoted number of a note, in the setting's unit, is a value of one of ``settings``."""
     for key, value in settings.items():
         numbers = re.findall(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?", json.dumps(value, default=str))
         with suppress(ValueError):
@@ -198,7 +198,7 @@ def read_defaults(path: Path) -> Note:
 
 
 def read_cell(text: str, where: str) -> Note:
-    """Read the settings in a cell: keys of a trial as TOML, separated by semicolons."""
+    """Read the settings in a cell of the pairing file. They are keys of a trial in TOML, separated by semicolons."""
     reader = _NoteReader({})
     try:
         reader.read_tables(tomllib.loads(text.replace(";", "\n")), where)
@@ -310,7 +310,7 @@ class _NoteReader:
 
 
 def _own(key: str, value: Any) -> Any:
-    """Return a value; checks the keys that only notes have, since a trial checks its own. Raises ValueError."""
+    """Return the value of a key. Raises ValueError if a key that only notes have has an invalid value."""
     if key == note_words.DATE:
         return note_words.read_date(value)
     if key == note_words.NAME and not (isinstance(value, str) and value.strip() and plain(value) == value):

@@ -1,4 +1,4 @@
-"""Pairing of files with samples by name and by the user's corrections. Doubtful cases become questions."""
+"""Pair files with samples by their names and by the user's corrections. Doubtful cases become questions."""
 
 import re
 import unicodedata
@@ -32,14 +32,14 @@ SPANS = re.compile(rf"{SPAN}([\s,;]+{SPAN})*")
 LIKENESS = 0.4  # Similarity of names from which a photo is suggested for a sample without one
 ROLES: tuple[Role, ...] = get_args(Role)
 REVISION = re.compile(LAB_WORDS["revision"]["word"])
-"""A word such as v2, whose number belongs to no sample."""
+"""Pattern of a word such as v2. Its number is not part of a sample's name."""
 ROLE_WORDS = frozenset[str]().union(*WORDS.values())
 CELL = re.compile("[A-Za-z]{1,3}[0-9]*")  # Or a column; words about a whole sheet are longer
 DIGIT = re.compile(r"\d")
 
 
 Decisions = Mapping[tuple[PurePath, str], FilePlace]
-"""The user's decisions by file and name of its part; "" is the whole file."""
+"""The user's decisions by file and by the name of its part; "" means the whole file."""
 
 
 @dataclass(frozen=True)
@@ -60,10 +60,11 @@ class SampleFiles:
 
 
 def place_files(named: Mapping[Piece, FilePlace], decisions: Decisions) -> dict[Piece, FilePlace]:
-    """Place each piece by the user's decision about it or its whole file, otherwise by its name.
+    """Return the sample and role of each piece: by the user's decision on it or its whole file, otherwise by its name.
 
-    A file without a photo goes to the photo whose name differs only by words without a number, as L08.jpg and
-    l08_misure.csv. It does not if that sample already has a file with its role, or if several photos fit.
+    A file whose sample has no photo goes to the sample of the photo whose name differs only by words without a number:
+    l08_misure.csv goes to the sample of L08.jpg. It does not if that sample already has a file with the same role, or
+    if several photos fit.
     """
     placed: dict[Piece, FilePlace] = {}
     for piece, place in named.items():
@@ -86,7 +87,7 @@ def place_files(named: Mapping[Piece, FilePlace], decisions: Decisions) -> dict[
 
 
 def _is_within(inner: str, outer: str) -> bool:
-    """Return True if consecutive words of ``outer`` are the name ``inner``, and its other words are without digits."""
+    """Return True if consecutive words of ``outer`` are the name ``inner``, and its other words have no digits."""
     words, key = _own_words(outer), sample_key(" ".join(_own_words(inner)))
     spans = ((start, end) for end in range(1, len(words) + 1) for start in range(end))
     return any(
@@ -102,7 +103,7 @@ def _own_words(name: str) -> list[str]:
 
 
 def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
-    """Return samples sorted by name, without ignored files and without texts that match no sample."""
+    """Return the samples with their files, sorted by name. Ignored files and texts without a sample are omitted."""
     groups: dict[str, dict[Piece, FilePlace]] = defaultdict(dict)
     texts: dict[str, list[PurePath]] = defaultdict(list)
     for piece, place in placed.items():
@@ -121,7 +122,7 @@ def pair(placed: Mapping[Piece, FilePlace]) -> list[SampleFiles]:
 
 
 def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Mapping[Piece, FilePlace]]) -> SampleFiles:
-    """Return a sample of ``group`` with its questions; ``groups`` are the files of all samples."""
+    """Return the sample with the files ``group``, and questions about them. ``groups`` has the files of all samples."""
     by_role: dict[Role, list[Piece]] = defaultdict(list)
     for piece, place in group.items():
         by_role[place.role].append(piece)
@@ -154,7 +155,7 @@ def _sample(key: str, group: Mapping[Piece, FilePlace], groups: Mapping[str, Map
 
 
 def _twins(pieces: Sequence[Piece]) -> str:
-    """Return a remark on names that look equal and differ in their bytes, or ""."""
+    """Return a remark if names look equal but differ in their bytes; otherwise ""."""
     names = [str(piece.file) for piece in pieces]
     if len({unicodedata.normalize("NFC", name) for name in names}) == len(names):
         return ""
@@ -221,15 +222,16 @@ OF_COLUMNS: Mapping[str, Callable[[str], Any]] = {
     "missing": lambda text: re.split(r"\s*;\s*", text),
     "as_written": _as_written,
 }
-"""Columns of the pairing file about a sheet, each with the reader of its text."""
+"""Columns of the pairing file that describe a sheet, each with the function that reads its text."""
 ANSWERS = (*OF_COLUMNS, "crack", "mass", "settings")
-"""Columns for the user's replies: on a sheet, a photo (number of the crack), a fill, and other settings."""
+"""Columns of the pairing file for the user's replies: about a sheet, the number of the crack in a photo, the masses of
+a fill, and other settings."""
 COLUMNS = ("file", "role", "sample", "part", *ANSWERS, "question")
-"""Columns of the pairing file; the part is blank unless several samples share the file."""
+"""All columns of the pairing file. The part is blank unless several samples share the file."""
 
 
 def as_columns(answers: Mapping[str, str]) -> dict[str, Any]:
-    """Return a row's replies as the trial's table of columns, with ``as_written``."""
+    """Return a row's replies about a sheet as the trial's table of columns, including ``as_written`` if it is given."""
     return {key: read(answers[key]) for key, read in OF_COLUMNS.items() if key in answers}
 
 
@@ -269,7 +271,7 @@ def decided(rows: Sequence[PairingRow], named: Mapping[Piece, FilePlace]) -> Dec
 
 
 def read_pairing(path: Path) -> list[PairingRow]:
-    """Read a pairing file in any dialect of a spreadsheet. Raises InputError if it is not one."""
+    """Read a pairing file as any spreadsheet program saves it. Raises InputError if it is not a pairing file."""
     table = read_table(path, f"'sealtwin ingest FOLDER --out LAB' writes LAB/{PAIRING}")
     rows = []
     for place, cells in named_cells(table, COLUMNS[:3], ["part", *ANSWERS]):

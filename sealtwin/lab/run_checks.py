@@ -1,4 +1,4 @@
-"""The checks that a run makes before its first frame, made for all trials of a lab."""
+"""Make the checks that precede a run's first frame, for all trials of a lab."""
 
 import re
 import tempfile
@@ -33,10 +33,10 @@ def check_runs(
 ) -> tuple[Batch, list[CatalogueFault]]:
     """Trace the crack of each sample of ``folder`` that has a scale, and check its trial as its run would.
 
-    Each trial in the lab is traced once, into the folder of its run; a contact sheet of all is written at the top of
-    the lab. Samples in doubt, and all samples of a dry run, are traced in a temporary folder, so that all questions
-    come at once. A fault in one sample does not stop the others. Raises InputError if the lab has another program's
-    contact sheet.
+    Each trial in the lab is traced once, into the folder of its run. A contact sheet of all trials is written at the
+    top of the lab. Samples in doubt, and all samples of a dry run, are traced in a temporary folder, so that all
+    questions are asked together. A fault in one sample does not stop the others. Raises InputError if the lab has
+    another program's contact sheet.
     """
     taken = {each.trial: each for each in ingested.outcomes if each.trial is not None and not ingested.dry_run}
     doubtful = {
@@ -76,7 +76,7 @@ def check_runs(
 
 
 class _Forgotten(Progress):
-    """Progress of trials in a temporary folder; texts have the lab's names of files, and no pictures that vanish."""
+    """Progress of trials in a temporary folder. Its texts name the lab's files, but no pictures, which are deleted."""
 
     def __init__(self, shown: Progress, scratch: Path, tried: Mapping[str, SampleOutcome]) -> None:
         self._shown, self._scratch = shown, scratch
@@ -99,7 +99,10 @@ class _Forgotten(Progress):
 
 
 def _without_doubts(outcome: SampleOutcome, trial: Trial) -> Trial:
-    """Return the trial of a sample; without its readings if the sample has faults."""
+    """Return the trial of a sample without what is in doubt.
+
+    It has no readings if the sample has faults, upright walls if the depth is missing, and no fill if the tilt is.
+    """
     changed: dict[str, Any] = dict.fromkeys(("readings", "gate")) if outcome.faults else {}
     if DEPTH in outcome.stand_ins:
         # Upright walls are possible at any depth.
@@ -117,7 +120,10 @@ def _checked(
     missed: Sequence[BatchRow] = (),
     catalogue: Catalogue | None = None,
 ) -> tuple[Batch, list[CatalogueFault]]:
-    """Trace and check the trials in ``place``; a lab's ``catalogue`` stores the faults, to avoid repeated checks."""
+    """Trace and check the trials in ``place``.
+
+    A lab's ``catalogue`` stores the faults. A trial that had none is not checked again until it changes.
+    """
     planned = [PlannedPhoto(place / name / TRIAL, f"{name}/{RUN}", {}) for name in tried]
     if not planned:
         return Batch(place), []

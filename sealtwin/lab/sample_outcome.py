@@ -48,7 +48,7 @@ class SampleOutcome:
     revision: int | None = None
 
     def ask(self, sentences: Iterable[str]) -> None:
-        """Add questions for the pairing file, to the file that a sentence begins with, otherwise to the photo."""
+        """Add each sentence to the questions about the file that it begins with, otherwise to those about the photo."""
         sample = self.sample
         for sentence in sentences:
             named = (file for file in sample.files.values() if sentence.startswith(str(file)))
@@ -76,11 +76,11 @@ class SampleOutcome:
 
 
 def kept_as(role: str, file: PurePath) -> str:
-    """Return a file's name in the trial's folder: its role, since two files of a lab may have one name."""
+    """Return the name of a file's copy in the trial's folder: its role, since two files of a lab may share a name."""
     return (INPUTS / f"{role}{file.suffix.lower()}").as_posix()
 
 
 def note_of(outcome: SampleOutcome) -> str:
-    """Return the name of the sample's note, or the name to give a new one."""
+    """Return the path of the sample's note, or a path for a new note if it has none."""
     note, photo = outcome.sample.files.get("note"), outcome.sample.files["photo"]
     return str(note or photo.with_name(f"{photo.stem}_notes.toml"))

@@ -1,4 +1,4 @@
-"""The trial that a sample's notes and files give, or the faults that prevent it."""
+"""Make the trial of a sample from its notes and files, or list the faults that prevent it."""
 
 import tomllib
 from collections.abc import Mapping, Set
@@ -31,7 +31,7 @@ MOST_CELLS = 3  # Cells of a row that may be a title: word, value and unit
 STARTER = tomllib.loads(TRIAL)
 ANGLE, FILL = "crack.wall_angle_deg", "crack.fill"
 UNSEEN = {"crack.tilt": "lean", ANGLE: 11.0}
-"""Settings of the walls that no photo shows, with the values if no note gives them."""
+"""Settings of the crack's walls that no photo shows, with the values that are used if no note gives any."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def _read_texts(folder: Path, outcome: SampleOutcome) -> None:
 
 
 def prepare(folder: Path, outcome: SampleOutcome) -> None:
-    """Set the settings and the dialect of an outcome of ``gather``, or its faults."""
+    """Check an outcome of ``gather``: set its settings and its sheet's dialect, and add the faults."""
     content = tables_of(folder, outcome)
     try:
         trial = checked(Trial, folder, content, lambda key: origin_of(folder, outcome, key))
@@ -177,7 +177,7 @@ def prepare(folder: Path, outcome: SampleOutcome) -> None:
 
 
 def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: float, outcome: SampleOutcome) -> None:
-    """Decode a picture, or read readings like a run does, but without the crack's length."""
+    """Decode a picture, or read readings as a run does, but without comparing stations with the crack's length."""
     if role in PICTURES:
         from digitise.image.decoding import read_photo
 
@@ -207,7 +207,7 @@ def _look_at(path: Path, role: Role, content: Mapping[str, Any], deepest_mm: flo
 def _contradictions(path: Path, declared: Declared, content: Mapping[str, Any], outcome: SampleOutcome) -> list[str]:
     """Return a fault for each title or remark of a sheet that gives a setting another value than the trial has.
 
-    A value in the pairing file settles it.
+    There is no fault for a setting whose value comes from the pairing file.
     """
     faults, assumed = list[str](), rest_of(outcome)
     try:
@@ -238,7 +238,7 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
     """Return the tables of a trial. A required setting that no note gives is a fault, and gets a stand-in.
 
     Other settings of solver and fluid are those of 'sealtwin init': they let the sealant settle before its level is
-    measured, and choose the particle radius by the crack.
+    measured, and choose the particle radius according to the crack.
     """
     settings = _settings_of(outcome)
     _weigh(folder, outcome, settings)
@@ -256,7 +256,7 @@ def tables_of(folder: Path, outcome: SampleOutcome) -> dict[str, Any]:
 def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
     """Return the settings of a trial by dotted key, from its notes, its files, and its part of a shared file.
 
-    A file or a part that a note names must be the sample's.
+    If a note names a file or a part of another sample, a fault is added.
     """
     sample, entries = outcome.sample, outcome.note.entries
     settings: dict[str, Any] = {"name": sample.name}
@@ -283,7 +283,7 @@ def _settings_of(outcome: SampleOutcome) -> dict[str, Any]:
 
 
 def _require_same(outcome: SampleOutcome, key: str, named: Any, name: str, place: str) -> None:
-    """Add a fault if a note names another file or part than this sample's, ``name``."""
+    """Add a fault if a note names the file or part ``named``, but that of this sample is ``name``."""
     if name not in (named, PurePath(str(named)).name):
         outcome.faults.append(
             f"{outcome.note.entries[key].origin}: {key} = {str(named)!r:.80}, but by its name {place} belongs to this "
@@ -292,7 +292,7 @@ def _require_same(outcome: SampleOutcome, key: str, named: Any, name: str, place
 
 
 def _weigh(folder: Path, outcome: SampleOutcome, settings: dict[str, Any]) -> None:
-    """Replace the name of the fill's sheet in ``settings`` by its content; settings of the liquid stay."""
+    """Replace the name of the fill's sheet in ``settings`` by the sheet's content. Keep the liquid's settings."""
     file = outcome.sample.files.get("fill")
     given = settings.pop(FILL, {})
     table = dict(given) if isinstance(given, Mapping) else {"file": given}
@@ -320,7 +320,7 @@ def _weigh(folder: Path, outcome: SampleOutcome, settings: dict[str, Any]) -> No
 
 
 def _fluid(settings: Set[str]) -> dict[str, Any]:
-    """Return settings of the fluid that are not given, as in 'sealtwin init', without those that given ones exclude."""
+    """Return the fluid's settings as in 'sealtwin init', without those that are given or that a given one excludes."""
     fluid = {f"fluid.{key}": value for key, value in STARTER["fluid"].items()}
     if "fluid.viscosity_pa_s" in settings:
         # Without D_cm too, since the drag of the walls then follows from the viscosity.
@@ -351,7 +351,7 @@ def _solver() -> dict[str, Any]:
 
 
 def assumed_of(outcome: SampleOutcome) -> str:
-    """Return the trial's note, which the report shows: the settings that no note of the lab gives."""
+    """Return the trial's note for the report. It lists settings that no note of the lab gives; "" if there are none."""
     settings = {*outcome.note.entries, *([ANGLE] if "fill" in outcome.sample.files else [])}
     crack = {key: value for key, value in UNSEEN.items() if key not in settings}
     assumed = {**crack, **_fluid(settings), **rest_of(outcome)}
@@ -360,7 +360,7 @@ def assumed_of(outcome: SampleOutcome) -> str:
 
 
 def origin_of(folder: Path, outcome: SampleOutcome, key: str) -> str:
-    """Return where the notes give a setting, or the settings of a table."""
+    """Return the places that give a setting or a table's settings, otherwise the path of the sample's note."""
     entries = outcome.note.entries
     origins = [entry.origin for name, entry in entries.items() if f"{key}.".startswith(f"{name}.")]
     origins += [entry.origin for name, entry in entries.items() if name.startswith(f"{key}.")]

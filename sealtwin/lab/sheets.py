@@ -1,4 +1,4 @@
-"""Tables and texts of a lab: the kind of each, and the masses and levels of a fill."""
+"""Recognise the kinds of a lab's tables and texts, and read the masses and levels of a fill."""
 
 from pathlib import Path
 from typing import Any, Literal
@@ -47,7 +47,10 @@ def text_of(path: Path) -> str:
 
 
 def _is_fill(grid: SheetGrid) -> bool:
-    """Return True for a fill: a column of masses, at most one other column of numbers, no column of places."""
+    """Return True if a sheet is a fill.
+
+    A fill has a column of masses, at most one other column of numbers, and no column of stations.
+    """
     header = find_header(grid.rows, grid.merged, Columns())
     roles = {at: column.role for at, name in header.names.items() if (column := meaning(name)) is not None}
     body = grid.rows[header.first + header.count :]
@@ -69,10 +72,11 @@ def _is_setting(row: SheetRow) -> bool:
 
 
 def read_fill(path: Path, declared: Declared, mass: Mass = "") -> tuple[dict[str, Any], str, tuple[ReadColumn, ...]]:
-    """Read the sheet of a liquid weighed into a crack, like readings with masses in place of stations.
+    """Read the sheet of a liquid weighed into a crack. It is read like readings, with masses in place of stations.
 
-    Returns the columns of [crack.fill] of a trial, a sentence on how the sheet was read, and its columns. ``mass`` is
-    the unit of the masses if the sheet lacks it. Raises InputError with file, row, column, value and the remedy.
+    Returns the columns of a trial's [crack.fill], a sentence on how the sheet was read, and the sheet's columns.
+    ``mass`` is the unit of the masses if the sheet lacks it. Raises InputError with file, row, column, value and the
+    remedy.
     """
     grid, faults = upright(read_cells(path, declared), declared), FaultList()
     header = read_header(grid, declared, faults, mass)
@@ -85,7 +89,7 @@ def read_fill(path: Path, declared: Declared, mass: Mass = "") -> tuple[dict[str
     levels = [(grams, float(np.nanmean(each))) for grams, each in read if not np.isnan(each).all()]
     way = -1.0 if header.quantity == "depth" else 1.0
     if not levels:
-        raise InputError(f"{path}: no step with a mass and a level.")
+        raise InputError(f"{path}: no step has both a mass and a level; write the level that belongs to each mass.")
     content = {
         "mass_g": [round(grams, 6) for grams, _ in levels],
         "level_mm": [round(way * each_mm, 6) + 0.0 for _, each_mm in levels],

@@ -1,1 +1,1 @@
-"""Measurement of a paste by a cone or a bead and a photo, or by a rheometer's table; writes a file for trials."""
+"""Measure a paste with a photo of a cone's spread or of a bead, or with a rheometer, and write a file for trials."""

@@ -1,4 +1,4 @@
-"""Flow of a pump and yield stress of a paste, from one bead on a plate that was weighed and photographed."""
+"""Determine a pump's flow and a paste's yield stress from one bead on a plate that was weighed and photographed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,7 +23,8 @@ SPEED_ERROR = 0.005  # Relative standard uncertainty of an arm's speed on a stra
 LAW = 0.057  # Relative standard uncertainty of a yield stress: RMS over simulated beads (benchmarks/beads.py)
 SECTION = 0.03  # Relative standard uncertainty of the section in the middle, from the same beads
 STIFFEST = 0.16
-"""Largest stress over rho g sqrt(A): a stiffer bead hardly flows and does not show its yield stress."""
+"""Largest stress divided by rho g sqrt(A), for a section A. A stiffer bead hardly flows, so it does not show its yield
+stress."""
 SHORTEST = 4.0  # Least laid length over the root of the section: in a shorter bead the ends drain the middle
 SOURCES = ("density", "mass", "scale", "edge", "surface tension", "law", "section", "speed")
 END = 0.1  # Standard uncertainty of where the bead begins, over its width: ends spread irregularly
@@ -36,7 +37,7 @@ BEAD_NOT_FOR = (
 
 
 class LaidBead(PasteOnPlate):
-    """A bead as it was laid: mass, density, flow and speed of the program."""
+    """A bead as it was laid: mass and density of the paste, and flow and speed in the robot's program."""
 
     mass_g: float = Field(gt=0, le=1e5)
     mass_error_g: float = Field(default=MASS_ERROR_G, gt=0, le=1e4)
@@ -45,7 +46,7 @@ class LaidBead(PasteOnPlate):
     speed_mm_s: float = Field(ge=0.01, le=5000)
     """Speed of the nozzle."""
     start_mm: tuple[OnFace, OnFace] | None = None
-    """Place where the nozzle started to move and to dispense, from the lower left corner of the sheet's opening."""
+    """Place at which the nozzle started to move and dispense: x and y from the lower left corner of the opening."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,10 @@ class BeadEstimate:
 
 
 def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
-    """Return flow, yield stress and delay from a bead. Raises InputError if it does not determine them."""
+    """Return the pump's flow, the paste's yield stress and the delay.
+
+    Raises InputError if the bead does not determine them.
+    """
     random = np.random.default_rng(SEED)
     noise = {name: random.standard_normal(DRAWS) for name in SOURCES}
     footprint = footprint_of(bead)
@@ -75,7 +79,7 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
         volume = 1e6 * (laid.mass_g + laid.mass_error_g * off["mass"]) / density
         scale, outward = 1 + bead.scale_error * off["scale"], bead.edge_error_mm * off["edge"]
         if (np.minimum(volume, np.minimum(density, bead.width_mm / 4 + outward)) <= 0).any():
-            raise InputError("the uncertainty of mass, density or edge is as large as its value: measure them better.")
+            raise InputError("the uncertainty of mass, density or edge is as large as its value: measure it better.")
         per_mm = footprint.per_mm(volume, scale, outward, STRETCH)
         raw = footprint.volume_mm3(per_mm, scale, outward, STRETCH)[1]
         section = laid_section(per_mm, raw) * (1 + SECTION * off["section"])
@@ -93,8 +97,8 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
     section = flow / laid.speed_mm_s
     if (long := volume / section**1.5) < SHORTEST:
         raise InputError(
-            f"{volume / section:.0f} mm of {section:.3g} mm² were laid, {long:.1f} times the section's root (at least "
-            f"{SHORTEST:g}): the ends drain so short a bead. Lay a longer one, or less paste per mm."
+            f"the bead is {volume / section:.0f} mm of {section:.3g} mm², {long:.1f} times the square root of its "
+            f"section (at least {SHORTEST:g}): its ends drain its middle. Lay a longer bead, or less paste per mm."
         )
     if stiffness > STIFFEST:
         slower = laid.speed_mm_s * (STIFFEST / stiffness) ** 2
@@ -110,7 +114,7 @@ def identify(laid: LaidBead, bead: BeadOutline) -> BeadEstimate:
         )
     if not 1 / MISTYPED < flow / laid.asked_mm3_s < MISTYPED:
         raise InputError(
-            f"the bead shows {flow:.3g} mm³/s, and --asked-mm3-s is {laid.asked_mm3_s:g}: no pump is off by a "
+            f"the bead shows {flow:.3g} mm³/s, but --asked-mm3-s is {laid.asked_mm3_s:g}: no pump is off by a "
             f"factor of {MISTYPED:g}. Check the units: --asked-mm3-s in mm³/s, --mass-g in g, --density-kg-m3 in "
             "kg/m³, --speed-mm-s in mm/s."
         )
@@ -133,7 +137,10 @@ def _estimate(value: float, drawn: Floats) -> PasteValue:
 
 
 def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) -> PasteValue:
-    """Return the time from the nozzle's start to the bead's begin. Raises InputError if the mark is not on its line."""
+    """Return the time between the nozzle's start and the bead's beginning.
+
+    Raises InputError if the mark of the start is not on the bead's line.
+    """
     near, far = bead.tips_mm[np.argsort(np.linalg.norm(bead.tips_mm - start_mm, axis=1))]
     forth = (far - near) / bead.length_mm
     to_tip = near - start_mm
@@ -142,15 +149,16 @@ def _delay(laid: LaidBead, start_mm: Floats, bead: BeadOutline, laid_mm: float) 
     error_mm = float(np.hypot(END * bead.width_mm, bead.edge_error_mm))
     if aside > BESIDE * bead.width_mm or begins_mm < -3 * error_mm:
         raise InputError(
-            f"--start-mm {start_mm[0]:g},{start_mm[1]:g} is no start of the bead, which begins {begins_mm:.1f} mm "
-            f"along and {aside:.1f} mm beside it: give x and y in mm from the lower left corner of the opening."
+            f"--start-mm {start_mm[0]:g},{start_mm[1]:g} is not the start of the bead, which begins {begins_mm:.1f} mm "
+            f"farther along its line and {aside:.1f} mm to the side: give x and y in mm from the lower left corner of "
+            "the opening."
         )
     delay, error = max(0.0, begins_mm / laid.speed_mm_s), error_mm / laid.speed_mm_s
     return PasteValue(delay, error, (max(0.0, delay - 2 * error), delay + 2 * error))
 
 
 def footprint_of(bead: BeadOutline) -> PasteArea:
-    """Return the area of a bead by distance to its edge."""
+    """Return the area of a bead in classes of the distance to its edge."""
     ends = np.linspace(0, bead.inward_mm.max() * (1 + 1e-9), BINS + 1)
     piece_mm = MIDDLE * bead.length_mm
     middle = np.abs(bead.along_mm) < piece_mm / 2
@@ -159,7 +167,7 @@ def footprint_of(bead: BeadOutline) -> PasteArea:
 
 
 def material_of_bead(photo: PhotoInput, laid: LaidBead, day: date, note: Callable[[str], None]) -> MeasuredPaste:
-    """Measure a bead in a photo; return paste and pump. Raises InputError if the photo does not show them."""
+    """Measure a bead in a photo, and return the paste and the pump's flow. Raises InputError if it shows neither."""
     if (start := laid.start_mm) is not None and photo.face_mm is not None:
         for name, place, side in zip("xy", start, photo.face_mm, strict=True):
             if not 0 <= place <= side:

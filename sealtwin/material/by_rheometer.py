@@ -1,4 +1,4 @@
-"""Yield stress and plastic viscosity from a rheometer's flow curve, by Bingham's line."""
+"""Fit Bingham's line to a rheometer's flow curve, which gives the yield stress and the plastic viscosity."""
 
 from datetime import date
 from pathlib import Path
@@ -50,12 +50,13 @@ def material_of_table(path: Path, paste: PasteOnPlate, data: DataKind, day: date
         raise InputError(
             f"{path}: Bingham's line misfits the stresses by {misfit:.0%} (RMS, limit {MOST_MISS:.0%}): the "
             f"curve is not a line. Give yield_stress_pa, and viscosity_pa_s or a curve with flow_index, {BY_HAND}; or "
-            "measure at the rates of the fill alone."
+            "measure only at the shear rates of the fill."
         )
     if yields <= 0 or thick <= 0:
         raise InputError(
-            f"{path}: Bingham's line has {yields:.3g} Pa and {thick:.3g} Pa s; both must be above 0. The paste has no "
-            "yield stress at these rates, or thins. Give viscosity_pa_s, or flow_index, by hand."
+            f"{path}: Bingham's line has a yield stress of {yields:.3g} Pa and a viscosity of {thick:.3g} Pa s; both "
+            "must be above 0. The paste has no yield stress at these rates, or it thins with shear. Give "
+            "viscosity_pa_s, or flow_index, by hand."
         )
     error = float(np.hypot(np.sqrt(covariance[0, 0]), TORQUE * yields))
     percent = 100 * float(np.hypot(np.sqrt(covariance[1, 1]) / thick, TORQUE))
@@ -86,7 +87,7 @@ def material_of_table(path: Path, paste: PasteOnPlate, data: DataKind, day: date
 def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats) -> None:
     """Raise InputError if stresses at repeated rates are nearly all higher, or nearly all lower, than before.
 
-    Shear has then changed the paste between two sweeps, or the table is of two pastes.
+    Shear has then changed the paste between two sweeps, or the table has the stresses of two pastes.
     """
     changes = [(row, change) for row in range(2, len(rate)) if (change := _change(rate, stress, row)) is not None]
     if len(changes) < LEAST_AGAIN:
@@ -99,13 +100,13 @@ def _refuse_two_pastes(path: Path, rate: Floats, stress: Floats) -> None:
     # Row 1 is the header.
     raise InputError(
         f"{path}: {len(rows)} rows, {rows.min() + 2} to {rows.max() + 2}, repeat earlier rates with stresses "
-        f"{abs(mean):.0%} {'lower' if mean < 0 else 'higher'} on average: two sweeps of a paste changed by shear, or "
-        "two pastes. Keep the rows of one sweep; use the last one for a paste that flows."
+        f"{abs(mean):.0%} {'lower' if mean < 0 else 'higher'} on average: shear changed the paste between two sweeps, "
+        "or the table has two pastes. Keep the rows of one sweep; use the last one for a paste that flows."
     )
 
 
 def _change(rate: Floats, stress: Floats, row: int) -> float | None:
-    """Return the relative change of a row's stress from earlier rows at its rate; None if they do not bracket it."""
+    """Return the relative change of a row's stress since earlier rows at its rate; None if no rates bracket its own."""
     order = np.argsort(rate[:row], kind="stable")
     earlier, levels = np.log(rate[order]), np.log(stress[order])
     at = np.log(rate[row])

@@ -1,4 +1,4 @@
-"""Yield stress of a paste from its spread on a plate, and viscosity from photos taken during the spread."""
+"""Determine a paste's yield stress from its spread on a plate, and its viscosity from photos during the spread."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -80,7 +80,10 @@ def estimate(
     note: Callable[[str], None] = lambda _: None,
     curve: SlumpCurve | None = None,
 ) -> PasteEstimate:
-    """Return the yield stress of a spread; ``curve`` has slumps to reuse. Raises InputError if it is undetermined."""
+    """Return the yield stress that a spread shows. Raises InputError if the spread does not determine it.
+
+    ``curve`` has simulated slumps that are reused; without it they are computed if needed.
+    """
     middle, drawn, by_source = _draws(heap, spread)
     one = _closed(middle)
     height = float(heap_height_mm(one, middle.radius_mm, middle.density_kg_m3)[0]) / spread.radius_mm
@@ -90,10 +93,10 @@ def estimate(
         cone = heap.cone
         if cone is None:
             raise InputError(
-                f"the heap's height is {height:.2f} of its radius; the closed form is valid up to {FLATTEST:g}, and a "
-                "simulation of the slump needs the initial shape: give --cone-mm, or spread more paste."
+                f"the heap's height is {height:.2f} times its radius; the closed form is valid up to {FLATTEST:g}, and "
+                "a simulation of the slump needs the initial shape: give --cone-mm, or spread more paste."
             )
-        note(f"The heap's height is {height:.2f} of its radius: simulating its slump with particles, 1 to 2 minutes.")
+        note(f"The heap's height is {height:.2f} times its radius: simulating its slump takes 1 to 2 minutes.")
         law = _replayed(curve or SlumpCurve(cone.scaled_to(float(middle.volume_mm3[0])), heap.density_kg_m3, {}))
     values = law(drawn) - _surface_pa(drawn)
     stress = float((law(middle) - _surface_pa(middle))[0])
@@ -117,7 +120,7 @@ def estimate(
 
 
 def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draws]]:
-    """Return the inputs without errors, draws with all errors, and for each source draws with its error only."""
+    """Return the inputs without errors, draws with all errors, and for each source draws with only its error."""
     random = np.random.default_rng(SEED)
     noise = {name: random.standard_normal(DRAWS) for name in ("density", "radius", "surface tension", "law", "mass")}
     sizes = random.standard_normal((3, DRAWS))
@@ -138,9 +141,7 @@ def _draws(heap: Heap, spread: SpreadBlob) -> tuple[Draws, Draws, dict[str, Draw
         radius = spread.radius_mm + spread.radius_error_mm * of("radius")
         edge = heap.edge_n_m + heap.edge_error_n_m * of("surface tension")
         if (np.minimum(volume, np.minimum(radius, density)) <= 0).any():
-            raise InputError(
-                "the uncertainty of mass, density or spread is as large as its value: measure them better."
-            )
+            raise InputError("the uncertainty of mass, density or spread is as large as its value: measure it better.")
         return Draws(volume, radius, density, np.maximum(edge, 0.0), of("law"))
 
     nothing = made()
@@ -180,16 +181,16 @@ def viscosity(
         raise InputError("an early photo needs the initial shape of the paste: give --cone-mm.")
     replay = replay or slump(cone.scaled_to(stress.volume_mm3), stress.value, heap.density_kg_m3, steady=True)
     if replay.viscosity_pa_s is None:
-        raise ValueError("replay is not of a constant viscosity")
+        raise ValueError("replay must be a slump with a constant viscosity")
     radii, times = np.maximum.accumulate(replay.radius_mm), replay.t_s
     steps = np.append(True, np.diff(radii) > 0)
     values, by_radius, by_lift = [], [], []
     for blob, early_s in early:
         if not 1.1 * cone.bottom_mm / 2 < blob.radius_mm < LATE * replay.at_rest_mm:
             raise InputError(
-                f"the photo of {early_s:g} s shows {blob.radius_mm / replay.at_rest_mm:.0%} of the spread at rest: "
-                f"to determine the viscosity it must be between 1.1 times the cone's radius and {LATE:.0%}. Take a "
-                "photo then."
+                f"the photo of {early_s:g} s shows {blob.radius_mm / replay.at_rest_mm:.0%} of the radius at rest: to "
+                f"determine the viscosity, the radius must be over 1.1 times the cone's and under {LATE:.0%} of that "
+                "at rest. Take a photo at such a time."
             )
         around_mm = blob.radius_mm + blob.radius_error_mm * np.array([-1, 0, 1])
         reached = np.interp(around_mm, radii[steps], times[steps])
@@ -212,7 +213,7 @@ def viscosity(
 def material_of(
     photo: PhotoInput, heap: Heap, early: Sequence[tuple[Path, float]], day: date, note: Callable[[str], None]
 ) -> MeasuredPaste:
-    """Measure a spread in a photo and return the paste. Raises InputError if the photo does not show it."""
+    """Measure a spread in a photo and return the paste. Raises InputError if the photo does not determine it."""
     spread = measure_spread(photo, Path())
     for warning in spread.warnings:
         note(f"note: {warning}")

@@ -14,8 +14,8 @@ from sealtwin.core.settings import Settings, checked
 from simulate.material_file import Material
 
 EDGE_N_M = 0.005
-"""Coefficient lambda in lambda R^2 / V, the stress that surface tension carries, which is subtracted to get the yield
-stress (Roussel et al. 2005, cement pastes)."""
+"""Coefficient lambda of surface tension for cement pastes (Roussel et al. 2005). Surface tension carries the stress
+lambda R^2 / V, which is subtracted to get the yield stress."""
 EDGE_ERROR_N_M = 0.0015  # Its standard uncertainty for an unmeasured paste: the value has one digit
 DENSITY_ERROR = 0.01  # Relative standard uncertainty of a density from a weighed syringe
 MEASURED = "A measured paste, written by 'sealtwin material'. Errors are standard uncertainties."
@@ -68,7 +68,7 @@ def measured_material(
     viscosity: tuple[float, float] | None = None,
     **rest: Any,
 ) -> Material:
-    """Return a measured paste, its numbers rounded to four digits; ``rest`` are the other fields of the file.
+    """Return a measured paste with stress and viscosity rounded to four digits. ``rest`` has the file's other fields.
 
     ``viscosity`` is in Pa s, with its standard uncertainty in percent. Raises InputError, naming ``path``, for a number
     out of range.
@@ -90,7 +90,7 @@ def measured_material(
 
 
 def by_source(parts_pa: Mapping[str, float]) -> str:
-    """Return the sentence on a yield stress's standard uncertainty by source."""
+    """Return a sentence with the part of each source in a yield stress's standard uncertainty."""
     return (
         f"standard uncertainty in Pa by source: {', '.join(f'{name} {value:.2g}' for name, value in parts_pa.items())}"
     )

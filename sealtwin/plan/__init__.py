@@ -1,1 +1,1 @@
-"""Plans: flow and speed along a path, chosen so that the crack is full and nothing overspills, and their correction."""
+"""Plan the flow and speed along a path so that the crack is filled without overspill, and correct it in the pour."""

@@ -1,4 +1,4 @@
-"""An emulated pour with correction: particles and a sensor, both with faults that the plan does not include."""
+"""Emulate a pour that is corrected: by particles and a sensor, with faults that the plan does not include."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,22 +27,22 @@ class Faults(Settings):
     """Content of faults.toml: faults that the plan does not include. A missing key means no such fault."""
 
     flow_factor: Factor = 1.0
-    """Flow of the pump over the requested flow."""
+    """Flow of the pump divided by the requested flow."""
     material_factor: Factor = 1.0
-    """Yield stress and viscosity over the plan's."""
+    """Yield stress and viscosity of the paste, each divided by that of the plan."""
     wider_percent: float = Field(default=0.0, ge=-50, le=100)
-    """Increase of the width at ``wider_at_mm``, in percent. 8 mm to either side it is 0.6 of this."""
+    """Increase of the crack's width at ``wider_at_mm``, in percent. At 8 mm on either side it is 0.6 times as large."""
     wider_at_mm: float = Field(default=45.0, ge=0, le=10_000)
     noise_mm: float = Field(default=0.0, ge=0, le=10)
-    """Standard deviation of the level at each station. Stations are 1 mm apart."""
+    """Standard deviation of the sensor's level at each station. Stations are 1 mm apart."""
     latency_s: float = Field(default=0.0, ge=0, le=10)
-    """Age of a level when it arrives."""
+    """Age of the sensor's level when it arrives."""
     lost_share: float = Field(default=0.0, ge=0, le=1)
-    """Share of the levels that do not arrive."""
+    """Share of the sensor's levels that do not arrive."""
     blind_mm: float = Field(default=6.0, ge=0, le=1000)
     """Distance from the nozzle within which the sensor has no level."""
     period_s: float = Field(default=1.0, ge=0.05, le=60)
-    """Time between two updates."""
+    """Time between two corrections of the flow."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def emulate(
     corrects: bool = True,
     report: Callable[[int], None] = lambda t_s: None,
 ) -> Emulated:
-    """Pour with faults and correct by ``step``; without ``corrects``, pour the plan unchanged."""
+    """Emulate a pour with faults, and correct its flow with ``step``. If not ``corrects``, pour the plan unchanged."""
     fluid, solver, nozzle = physics
     share = faults.wider_percent / 100 * np.exp(-0.5 * ((outline.s_mm - faults.wider_at_mm) / WIDENED_MM) ** 2)
     real = widened_by(outline, share)
@@ -107,7 +107,7 @@ def emulate(
 
 
 def _sensed(pour: SteeredPour, passes: TwoPasses, faults: Faults, random: np.random.Generator) -> LevelFrame | None:
-    """Return the level from the sensor: behind the nozzle, but not around it. None if it covers no station."""
+    """Return the sensor's level behind the nozzle, except within ``blind_mm`` of it; None if it covers no station."""
     level, t_s = pour.level(), pour.t_s
     s_mm = np.arange(SEEN_EVERY_MM / 2, level.s_mm[-1], SEEN_EVERY_MM)
     at_mm, start_mm = np.interp(t_s, passes.motion.t_s, passes.motion.s_mm), passes.motion.s_mm[0]

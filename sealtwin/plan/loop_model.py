@@ -1,4 +1,4 @@
-"""The tables of a correction, computed before the pour: levels by particles, derivatives by the fast model."""
+"""Compute the tables of a correction before the pour: levels by particles, and derivatives by the fast model."""
 
 import itertools
 from collections.abc import Callable, Mapping
@@ -29,10 +29,11 @@ REMEDY = "Delete it; 'sealtwin loop PLAN --emulate FAULTS' makes the tables anew
 class LoopConstants:
     """Constants of the two passes and of their tables.
 
-    Margins and start were chosen by emulated pours with faults of 20 %, with other seeds than those of the benchmark
-    (decision 0146). Within the scatter of pours, none of those tried leaves less over the face; the price is a level
-    0.6 mm too low on average in a pour without faults. They suit particles of R = 0.8 mm, whose layers are 1.4 mm high.
-    After a change of any constant, raise VERSION, so that tables are made anew.
+    Margins and start were chosen in emulated pours with faults of 20 %. Their seeds are not those of the benchmark
+    (decision 0146). Within the scatter of pours, no other value that was tried leaves less sealant above the face. The
+    price is a level that is 0.6 mm too low on average in a pour without faults. The values suit particles of
+    R = 0.8 mm, whose layers are 1.4 mm high. After a change of any constant, raise VERSION, so that tables are made
+    anew.
     """
 
     first: int = 20  # Number of intervals of the first pass
@@ -46,14 +47,15 @@ class LoopConstants:
     cells: int = 40  # Number of cells of the fast model along the crack
     steps: int = 150  # Number of time steps of the fast model
     first_margin_mm: float = 0.8
-    """Depth below the face at which the first pass aims, since nothing removes excess sealant."""
+    """Depth below the face of the level at which the first pass aims. It is above 0: nothing removes excess sealant."""
     top_up_margin_mm: float = 1.0  # Depth below the face at which the top-up aims
     start_share: float = 1 / 1.3
-    """Share of the section at which the first pass aims at its beginning. That much is filled before a level shows the
-    pump's flow, which may be 20 % too large, of a paste that heaps up."""
+    """Share of the section that the first pass fills at its beginning. This part is filled before a level shows the
+    pump's flow, which may be 20 % too large, and the paste may heap up."""
     start_mm: float = 25.0  # Length over which this share grows to 1
     reach_mm: float = 8.0
-    """Distance beyond an interval of the top-up at which its sealant ends; derivatives farther away are noise."""
+    """Distance beyond which sealant from an interval of the top-up does not spread. Derivatives farther away are
+    noise."""
 
 
 LOOP = LoopConstants()
@@ -70,7 +72,7 @@ class LoopFile(LoopModel):
 
 @dataclass(frozen=True)
 class TwoPasses:
-    """Motion of the nozzle along a plan and back, and its flow by commands."""
+    """Motion of the nozzle along a plan and back, and the flow that each command sets."""
 
     motion: Trajectory  # Its flow is not used
     edge_s: Floats  # (n, 2): begin and end of each interval
@@ -79,11 +81,11 @@ class TwoPasses:
 
     @property
     def back_s(self) -> float:
-        """Beginning of the top-up."""
+        """Time at which the top-up begins, on the plan's clock."""
         return float(self.edge_s[self.nominal == 0, 0].min())
 
     def with_flow(self, commands: Floats) -> Trajectory:
-        """Return the motion with the flow of commands, with additional waypoints at the ends of intervals."""
+        """Return the motion with the flow that ``commands`` set, and with additional waypoints at ends of intervals."""
         t_s = np.unique(np.concatenate([self.motion.t_s, self.edge_s.ravel()]).round(9))
         place_mm = np.column_stack([np.interp(t_s, self.motion.t_s, x) for x in self.motion.position_mm.T])
         speed = np.append(np.diff(arc_length(place_mm)) / np.diff(t_s), 0.0)
@@ -103,10 +105,11 @@ def targets_of(sections: Trapezoids, motion: Trajectory) -> Floats:
 
 
 def two_passes(case: Case, plan: Trajectory, back_mm_s: float) -> TwoPasses:
-    """Return a plan in equal intervals of time, with the volume of the first pass, and the same path back.
+    """Return a first pass along the plan, in equal intervals of time, and a top-up along the same path back.
 
-    By the time at which the plan has dispensed a share of its volume, and so fills a part of the crack from its
-    beginning, the first pass has dispensed the volume of the first target in this part.
+    When the plan has dispensed a share of its volume, this volume fills a part of the crack from its beginning. At the
+    same time, the first pass has dispensed the volume of its target in this part. ``back_mm_s`` is the speed on the
+    way back.
     """
     sections = case.fill(plan, LOOP.cells, 1).sections
     part = plan.giving
@@ -154,14 +157,17 @@ def make_model(
     cells: int = LOOP.cells,
     steps: int = LOOP.steps,
 ) -> LoopModel:
-    """Make the tables: a nominal pour, for example ``by_particles``, and pours of the fast model for each command."""
+    """Make the tables from a nominal pour, ``reference``, and from pours of the fast model for each command.
+
+    ``reference`` is, for example, the result of ``by_particles``.
+    """
     progress.start("Tables of the loop, fast model", 2 * LOOP.first + LOOP.again + 3 + LOOP.tried)
     end_s = passes.motion.t_s[-1] + case.settle_s
     moments = np.append(np.arange(passes.motion.t_s[0], end_s, LOOP.moment_s), end_s)
     done = itertools.count(1)
 
     def areas(commands: Floats, thicker: float = 0.0) -> Floats:
-        """Return areas over time of the fast model, (T, C)."""
+        """Return the areas of the fast model over time, (T, C), for a paste ``thicker`` in its logarithm."""
         rows: list[tuple[float, Floats]] = []
         thick = replace(case, paste=thickened(case.paste, thicker))
         thick.fill(passes.with_flow(commands), cells, steps, watch=lambda t_s, mm2: rows.append((t_s, mm2.copy())))
@@ -206,10 +212,10 @@ def make_model(
 
 
 def _near(areas_mm2: Floats, passes: TwoPasses, number: int, sections: Trapezoids, moments: Floats) -> Floats:
-    """Return the areas that an interval of the top-up adds, (T, C), with its own volume and without distant noise.
+    """Return the areas that an interval of the top-up adds, (T, C). Their volume is the interval's, without noise.
 
-    A yielding bed comes to rest slightly differently after any addition, by some 0.1 mm anywhere. Over all intervals,
-    this is as much as the volume of a top-up.
+    After any addition a yielding bed comes to rest at a slightly different level, by some 0.1 mm at any place. Summed
+    over all intervals, this noise is as large as the volume of a top-up, so areas far from the interval are set to 0.
     """
     begin_s, end_s = passes.edge_s[number]
     way_mm = np.interp((begin_s, end_s), passes.motion.t_s, passes.motion.s_mm)
@@ -229,7 +235,7 @@ def by_particles(
     seed: int,
     progress: Progress,
 ) -> Reference:
-    """Return the reference by particles, with the nominal commands."""
+    """Return a function that pours the nominal commands with particles, and returns the areas of the bed."""
 
     def reference(sections: Trapezoids, moments: Floats) -> Floats:
         how: dict[str, Any] = {"most_mm3_s": most_mm3_s, "seed": seed, "slope": case.slope}
@@ -247,7 +253,7 @@ def by_particles(
 
 
 def thickened(paste: HerschelBulkley, log_factor: float) -> HerschelBulkley:
-    """Return a paste with yield stress and viscosity multiplied by a factor, given as its logarithm."""
+    """Return a paste whose yield stress and viscosity are multiplied by the factor exp(``log_factor``)."""
     factor = float(np.exp(log_factor))
     return replace(
         paste,
@@ -262,5 +268,5 @@ def write_model(path: Path, model: LoopModel, key: str, numbers: Mapping[str, in
 
 
 def read_model(path: Path) -> LoopFile:
-    """Read the tables. Raises InputError, with the name of the table, if one is damaged."""
+    """Read the tables of a loop. Raises InputError, with the name of the damaged table, if one is damaged."""
     return read_record(LoopFile, path, REMEDY)

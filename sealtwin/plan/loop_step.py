@@ -1,8 +1,9 @@
-"""One step of the correction of a fill: from the level so far to the remaining flow, without side effects.
+"""One step of the correction of a fill: it computes the remaining flow from the level so far, without side effects.
 
-A model, computed before the pour, has the areas of the nominal plan over time by particles, and their derivatives with
-respect to each flow and to the paste's thickness by the fast model. The fast model is too low in mid-fill, so only its
-differences are used. Everything is linear, and a step takes some hundredths of a second.
+A model is computed before the pour. It has the areas of the nominal plan over time, computed by particles, and their
+derivatives with respect to each flow and to the paste's thickness, computed by the fast model. The levels of the fast
+model are too low during the fill, so only its differences are used. Everything is linear, and a step takes some
+hundredths of a second.
 """
 
 from dataclasses import dataclass, field, replace
@@ -18,16 +19,16 @@ from sealtwin.plan.search import DECIMALS
 from simulate.slot.sections import Trapezoids
 
 FLOW_SD, MATERIAL_SD = 0.15, 0.5
-"""Standard deviations of two priors: of the pump's flow over the requested flow, and of the logarithm of the paste's
-thickness over the plan's."""
+"""Standard deviations of two priors: that of the pump's flow divided by the requested flow, and that of the logarithm
+of the paste's thickness divided by the plan's."""
 FLOW_BOUNDS, MATERIAL_BOUNDS = (0.6, 1.5), (0.2, 5.0)  # Bounds of both estimates, over the plan's
 MODEL_MM, ALIKE_MM = 0.4, 8.0  # Error of a predicted level in mid-fill, and the length over which it is correlated
 SMOOTHED_MM = 2.5  # Standard deviation of the smoothing of unexplained areas
 OPEN_AFTER_S = 3.0  # Time without a level after which the plan is no longer corrected
 OVER_WEIGHT = (1.3, 4.0)  # Weight of overfill in the first pass, and in the top-up, after which nothing removes it
 STIFF, AT_EASE, WHOLE = 0.3, 0.003, 3.0
-"""Weights, relative to those of relative errors of the areas: of a command's distance from the plan's flow in the first
-pass, of its distance from 0 in the top-up, and of the error of the whole volume in the first pass."""
+"""Three weights, relative to the weight of the areas' relative errors: for a command's distance from the plan's flow in
+the first pass, for its distance from 0 in the top-up, and for the error of the whole volume in the first pass."""
 TRUSTED = 0.65, 1.5  # Bounds of a command of the first pass, within which the tables are valid
 REWEIGHTED = 4  # Number of times that cells over their target are weighted anew
 
@@ -35,9 +36,9 @@ REWEIGHTED = 4  # Number of times that cells over their target are weighted anew
 @with_config(FROM_JSON)
 @dataclass(frozen=True)
 class LoopModel:
-    """Tables of a plan with a top-up pass; C cells, T moments, n intervals of time.
+    """Tables of a plan with a top-up pass. They have C cells, T moments and n intervals of time.
 
-    A command is a factor on ``base_mm3_s`` in its interval: the plan's flow, or a small one in the top-up.
+    A command multiplies ``base_mm3_s`` in its interval, which is the plan's flow, or a small flow in the top-up.
     """
 
     sections: Trapezoids
@@ -65,9 +66,11 @@ class LoopModel:
         }
         for name, size in sizes.items():
             if (shape := attrgetter(name)(self).shape) != size:
-                raise ValueError(f"{name} has {shape} numbers; moment_s, nominal and sections.s_mm require {size}")
+                raise ValueError(
+                    f"{name} has the shape {shape}, but moment_s, nominal and sections.s_mm require {size}"
+                )
         if min(cells, moments, intervals) < 2:
-            raise ValueError("moment_s, nominal and sections.s_mm need two numbers or more each")
+            raise ValueError("moment_s, nominal and sections.s_mm must each have at least two numbers")
 
     @property
     def first(self) -> int:
@@ -75,7 +78,10 @@ class LoopModel:
         return int((self.nominal > 0).sum())
 
     def at(self, t_s: float) -> tuple[Floats, Floats, Floats]:
-        """Return reference (C,), derivatives by command (n, C) and by material (C,) at a moment."""
+        """Return the reference areas at the time ``t_s``, (C,), and their derivatives by command and by material.
+
+        The derivatives are (n, C) and (C,).
+        """
         place = float(np.interp(t_s, self.moment_s, np.arange(len(self.moment_s))))
         low = min(int(place), len(self.moment_s) - 2)
         share = place - low
@@ -89,7 +95,7 @@ class LoopModel:
 @with_config(FROM_JSON)
 @dataclass(frozen=True)
 class LevelFrame:
-    """Levels from a sensor at a moment, at the stations that it covers."""
+    """Levels that a sensor measured at one moment, at the stations that it covers."""
 
     t_s: float
     s_mm: tuple[float, ...]
@@ -97,7 +103,7 @@ class LevelFrame:
 
     def __post_init__(self) -> None:
         if len(self.s_mm) != len(self.level_mm):
-            raise ValueError(f"{len(self.s_mm)} numbers in s_mm, but {len(self.level_mm)} in level_mm")
+            raise ValueError(f"s_mm has {len(self.s_mm)} numbers, but level_mm has {len(self.level_mm)}")
 
 
 @dataclass(frozen=True)
@@ -117,13 +123,13 @@ class LoopState:
 
     @property
     def material_factor(self) -> float:
-        """Thickness of the paste over the plan's."""
+        """Estimated thickness of the paste divided by the plan's."""
         return float(np.exp(self.material))
 
 
 @dataclass(frozen=True)
 class RemainingPlan:
-    """Flow of the intervals that begin from now on."""
+    """Flow in each interval that begins at the time of the step or later."""
 
     begin_s: tuple[float, ...]
     end_s: tuple[float, ...]
@@ -149,14 +155,14 @@ class LoggedStep(StepInput):
 
 
 def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | None) -> tuple[LoopState, RemainingPlan]:
-    """Correct the remaining flow by the level so far. Pure: the same arguments give the same result.
+    """Correct the remaining flow according to the level so far. The same arguments always give the same result.
 
     Parameters
     ----------
     model
         Tables of the plan, as ``read_loop`` reads them.
     state
-        Returned by the last step; ``LoopState.start(model)`` at first.
+        State that the last step returned; ``LoopState.start(model)`` for the first step.
     t_s
         Time on the plan's clock.
     level
@@ -170,10 +176,11 @@ def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | Non
     Raises
     ------
     ValueError
-        The state belongs to another model. An estimate out of bounds raises nothing: it stops the flow, with a reason.
+        The state belongs to another model. An estimate out of bounds is not an error: it stops the flow, and the state
+        has the reason.
     """
     if len(state.commands) != len(model.nominal):
-        raise ValueError(f"the state has {len(state.commands)} commands, but the model {len(model.nominal)}")
+        raise ValueError(f"the state has {len(state.commands)} commands, but the model has {len(model.nominal)}")
     outcome = "as before: no new level"
     if level is not None and level.t_s > state.level_s and not state.stopped:
         state = _estimated(model, state, level)
@@ -191,7 +198,7 @@ def step(model: LoopModel, state: LoopState, t_s: float, level: LevelFrame | Non
 
 
 def _estimated(model: LoopModel, state: LoopState, level: LevelFrame) -> LoopState:
-    """Estimate flow and thickness from the level and their priors, and the areas that they do not explain."""
+    """Return the state with flow and thickness estimated from the level and priors, and the areas left unexplained."""
     it = model.sections
     covered, area_mm2 = _covered_areas(it, level)
     reference, by_command, by_material = model.at(level.t_s)
@@ -218,7 +225,7 @@ def _estimated(model: LoopModel, state: LoopState, level: LevelFrame) -> LoopSta
 
 
 def _covered_areas(sections: Trapezoids, level: LevelFrame) -> tuple[NDArray[np.bool_], Floats]:
-    """Return a flag for cells with a level, (C,), and the area under their mean level, 0 elsewhere."""
+    """Return a flag for each cell, True if it has a level, (C,), and the area under its mean level, otherwise 0."""
     cells = len(sections.s_mm)
     cell = np.clip((np.array(level.s_mm) / sections.step_mm).astype(int), 0, cells - 1)
     count = np.bincount(cell, minlength=cells)
@@ -227,7 +234,7 @@ def _covered_areas(sections: Trapezoids, level: LevelFrame) -> tuple[NDArray[np.
 
 
 def _corrected(model: LoopModel, state: LoopState, t_s: float) -> LoopState:
-    """Choose the remaining commands of this pass, so that the bed at its end meets the target."""
+    """Choose the remaining commands of the present pass so that the bed meets the target at the end of the pass."""
     from scipy.optimize import lsq_linear
 
     first, begin_s = model.first, model.edge_s[:, 0]

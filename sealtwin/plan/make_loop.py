@@ -1,4 +1,4 @@
-"""The loop of a finished plan: its tables, an emulated pour with faults, the log, and its replay."""
+"""Run the loop of a finished plan: make its tables, emulate a pour with faults, write its log, and replay a log."""
 
 import json
 from dataclasses import asdict
@@ -51,14 +51,14 @@ def run_loop(
 ) -> dict[str, Any]:
     """Emulate a plan's pour with the faults of a file, write its log and page, and return the JSON output.
 
-    The tables are made first, and anew if the plan has changed. Raises InputError if the folder has no plan.
+    The tables are made first if the plan has none or has changed. Raises InputError if the folder has no plan.
     """
     starter = "It has keys such as flow_factor = 1.2, noise_mm = 0.15"
     faults = read_settings(Faults, faults_file, name="file of faults", starter=starter)
     trial, sample = _plan_in(folder)
     if trial.crack is None:
         raise InputError(
-            f"{folder}: the sample is a mesh, whose width cannot be changed; a loop is emulated for a photo only."
+            f"{folder}: the sample is a mesh, and its width cannot be changed; give the plan of a sample with a photo."
         )
     with holding(folder), progress:
         passes = passes_of(sample, trial)
@@ -84,33 +84,34 @@ def run_loop(
 
 
 def replay(folder: Path, log: Path) -> int:
-    """Call ``step`` again with each input of a log, and return the number of its steps.
+    """Call ``step`` again with each input of a log, and return the number of steps in the log.
 
-    Raises InputError if the log cannot be read or belongs to other tables, and NumericalError for a different result.
+    Raises InputError if the log cannot be read or belongs to other tables, and NumericalError if a result differs from
+    that in the log.
     """
     model, (head, *lines) = read_model(folder / TABLES), _lines(log)
     if as_record(LogHead, head, f"{log}, line 1", ANOTHER_LOG).tables_sha256 != files.sha256(folder / TABLES):
         raise InputError(
-            f"{log}: written with other tables than {folder / TABLES}; replay it in the folder of its plan."
+            f"{log}: this log was not written with the tables {folder / TABLES}; replay it in the folder of its plan."
         )
     state, latest_s = LoopState.start(model), -np.inf
     for number, text in enumerate(lines, start=2):
         line = as_record(StepInput, text, f"{log}, line {number}", ANOTHER_LOG)
         if line.t_s <= latest_s:
             raise InputError(
-                f"{log}, line {number}: t_s = {line.t_s:g} is not after the {latest_s:g} s of the line before; a line "
-                f"is repeated, or two are swapped. {ANOTHER_LOG}"
+                f"{log}, line {number}: t_s = {line.t_s:g} is not after the {latest_s:g} s of the line before: a line "
+                f"is repeated, or two lines are swapped. {ANOTHER_LOG}"
             )
         latest_s = line.t_s
         state, plan = step(model, state, line.t_s, line.level)
         answer = asdict(LoggedStep(line.t_s, line.level, state, plan))
         if not _alike(json.loads(json.dumps(answer)), json.loads(text)):
-            raise NumericalError(f"{log}, line {number}: the replayed step at {line.t_s:g} s has another result.")
+            raise NumericalError(f"{log}, line {number}: the replayed step at {line.t_s:g} s differs from the log.")
     return len(lines)
 
 
 def loop_versions(folder: Path) -> list[str]:
-    """Return a sentence for the tables of a loop, and for its plan, if computed by other stage numbers."""
+    """Return a sentence about a loop's tables, and one about its plan, if other stage numbers computed them."""
     tables, own, sentences = read_model(folder / TABLES), numbers_up_to("simulate"), list[str]()
     if other := other_numbers(tables.stage_numbers, own):
         again = f"'sealtwin loop {shown(folder)} --emulate FAULTS' makes them anew."
@@ -124,7 +125,7 @@ def _plan_versions(folder: Path) -> list[str]:
 
 
 def passes_of(sample: Sample, trial: Trial) -> TwoPasses:
-    """Return the motion of a plan and of its top-up, with the flow of the first pass."""
+    """Return the two passes of a plan: its own path, and the top-up on the way back."""
     own = plan_trajectory(sample.outline, trial.path, sample.solid.cavity_volume_mm3, sample.solid.sections)
     return two_passes(case_of(sample, trial, own), own, FASTER * float(np.median(own.speed_mm_s[own.giving])))
 
@@ -141,7 +142,7 @@ def _plan_in(folder: Path) -> tuple[Trial, Sample]:
 def _volume_factor(folder: Path) -> float:
     """Return the mean volume factor at the end of the plan's runs.
 
-    Runs of other stage numbers in the same folder do not count.
+    Runs in the same folder that other stage numbers computed do not count.
     """
     verification = read_plan(folder / VERIFICATION)
     with files.understood(folder / VERIFICATION):
@@ -149,14 +150,16 @@ def _volume_factor(folder: Path) -> float:
             present(run.figures.health.volume_factor, "volume_factor") for run in verification.runs if run.figures
         ]
     if not factors:
-        raise InputError(f"{folder / VERIFICATION}: has no finished run. 'sealtwin plan TRIAL' makes them again.")
+        raise InputError(
+            f"{folder / VERIFICATION}: contains no finished run. Repeat the runs with 'sealtwin plan TRIAL'."
+        )
     return float(np.mean(factors))
 
 
 def _model(
     folder: Path, sample: Sample, trial: Trial, passes: TwoPasses, physics: Any, progress: Progress
 ) -> LoopModel:
-    """Return the tables of the plan as it is now."""
+    """Return the tables of the present plan. They are made and written if the folder has none for it."""
     key, path = _key(folder), folder / TABLES
     if path.is_file() and (tables := read_model(path)).key == key:
         return tables
@@ -169,7 +172,7 @@ def _model(
 
 
 def _key(folder: Path) -> str:
-    """Return the key of the tables that this version makes from the plan as it is now."""
+    """Return the key of the tables that this version makes from the present plan."""
     return stage_key({TABLE: files.sha256(folder / TABLE)}, {"tables": VERSION}, numbers_up_to("simulate"))
 
 
@@ -201,7 +204,7 @@ def _lines(log: Path) -> list[str]:
 
 
 def _alike(one: Any, other: Any) -> bool:
-    """Return True for equal content, with numbers equal up to rounding."""
+    """Return True if two JSON values are equal. Numbers may differ by rounding."""
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(_alike(value, other[key]) for key, value in one.items())
     if isinstance(one, list) and isinstance(other, list):

@@ -1,4 +1,4 @@
-"""A plan for a trial: searched on the fast model, judged by particles, searched again with their levels."""
+"""Plan a trial: search a plan on the fast model, judge it by particles, and search again with their levels."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -48,14 +48,14 @@ class Options:
 
 @dataclass(frozen=True)
 class MadePlan:
-    """Result of a plan: the content of plan.json, and sentences on it."""
+    """Result of planning a trial: the content of plan.json, and sentences on the plan."""
 
     content: dict[str, Any]
     sentences: list[str]
 
 
 def case_of(sample: Sample, trial: Trial, trajectory: Trajectory) -> Case:
-    """Return the case of the fast model. Raises InputError for a paste that the fast model does not support."""
+    """Return a trial as a case for the fast model. Raises InputError if the fast model does not support its paste."""
     from simulate.slot.run import paste_of
 
     solver = trial.solver.for_crack(sample.outline.mean_width_mm)
@@ -70,8 +70,9 @@ def plan_on(
     limits_by: Any = None,
     where: Path = Path("trial.toml"),
 ) -> Planned:
-    """Plan for a digitised crack. ``limits_by`` are the cell and its pump's table, or None.
+    """Make a plan for a digitised crack. ``limits_by`` has the robot's cell and its pump's table, or is None.
 
+    ``draws`` are trials with settings drawn from a posterior; the plan is for the trial itself if there are none.
     Raises InputError if no plan is possible, NumericalError if a particle run fails.
     """
     sample, trial, progress = verifier.sample, verifier.trial, verifier.progress
@@ -114,8 +115,8 @@ def plan_on(
         it = missed(level.s_mm, level.level_mm)
         rounds.append(Round(name, path, level, it, off_mm))
         progress.note(
-            f"{name}: {it.under_mm3:.0f} mm3 under and {it.over_mm3:.0f} over; prediction and particles differ by "
-            f"{off_mm:.2f} mm"
+            f"{name}: {it.under_mm3:.0f} mm3 are missing below the face and {it.over_mm3:.0f} mm3 are above it; "
+            f"prediction and particles differ by {off_mm:.2f} mm"
         )
         goal = Goal(target_mm2, discrepancy(bed, level.s_mm, level.level_mm))
     best = min([*rounds, *baselines], key=lambda one: _cost(one.misfit))
@@ -170,7 +171,10 @@ def _chances(misfits: Sequence[Misfit]) -> dict[str, float]:
 
 
 def read_draws(path: Path, trial: Trial) -> list[Trial]:
-    """Read a posterior: a CSV of settings of the fluid, with a draw in each row. Raises InputError."""
+    """Return trials with settings drawn from a posterior, a CSV of settings of the fluid with a draw in each row.
+
+    At most ``JUDGED`` draws are returned, evenly spaced in the file. Raises InputError if it cannot be used.
+    """
     names = [name for name in SETTINGS if name.startswith("fluid.")]
     columns = read_columns(path, dict.fromkeys(names, (-1e9, 1e9)), [], (2, 100_000))
     columns.pop("row")
@@ -196,9 +200,9 @@ def make_plan(
 ) -> MadePlan:
     """Plan a trial in a folder of its own, by default reports/NAME-plan.
 
-    ``settings`` by dotted name replace those of the trial file. After a kill, the same command searches again, within
-    seconds, and does not repeat finished particle runs. Raises InputError if the trial, the cell or the posterior
-    cannot be used, and NumericalError if a run fails.
+    ``settings`` by dotted name replace those of the trial file. If the process is killed, the same command repeats the
+    search, which takes seconds, but not the finished particle runs. Raises InputError if the trial, the cell or the
+    posterior cannot be used, and NumericalError if a run fails.
     """
     given = load_trial(file, settings)
     require_sample(given, file.parent)
@@ -207,8 +211,8 @@ def make_plan(
     pump = None if cell is None or cell_file is None else pump_of(cell, cell_file.parent)
     if cell is not None and (steady := cell.steady_settings):
         raise InputError(
-            f"{cell_file}: {' and '.join(steady)}: programs with one speed or one flow, but a plan varies both. Give "
-            "another, or remove that format from formats."
+            f"{cell_file}: {' and '.join(steady)}: such a program has only one speed or one flow, but a plan varies "
+            "both. Change this setting, or remove the format from formats."
         )
     draws = [] if posterior is None else read_draws(posterior, trial)
     folder = out or Path("reports", f"{given.folder_name}-plan")
@@ -221,7 +225,7 @@ def make_plan(
         sample = record_files.read_sample(folder / SAMPLE)
         if cell is not None and sample.outline.path_source == "automatic":
             raise InputError(
-                f"{file}: the crack was found automatically and is not confirmed, which a robot's program requires. "
+                f"{file}: the crack was found automatically, but a robot's program requires a confirmed crack. "
                 f"Look at {shown(folder / SAMPLE / 'overlay.png')} and give photo.ends_px, or plan without --cell."
             )
         verifier = Verifier(folder / VERIFICATION, trial, sample, device, progress, jobs)
@@ -251,7 +255,7 @@ def make_plan(
 
 
 def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[str]) -> dict[str, Any]:
-    """Write path and level as tables; return the content of plan.json."""
+    """Write the plan's path and level as tables, and return the content of plan.json."""
     path = planned_path(planned.trajectory)
     rows = np.column_stack([path.t_s, path.place_mm, path.speed_mm_s, path.flow])
     files.write_table(folder / TABLE, COLUMNS, rows)
@@ -283,7 +287,7 @@ def _write(folder: Path, planned: Planned, name: str, fluid_warnings: Sequence[s
 
 
 def _trial_beside(trial: Trial, source: Path, folder: Path) -> str:
-    """Return the trial with the plan; its files are relative to ``folder``."""
+    """Return the text of a trial file with the plan as its path. The file names in it are relative to ``folder``."""
     content = seen_from(folder, trial.model_dump(exclude_none=True), source)
     content["path"] = {"plan": TABLE}
     content["note"] = f"{trial.note} Planned by 'sealtwin plan'.".strip()[:2000]

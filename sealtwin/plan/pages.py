@@ -1,4 +1,4 @@
-"""The pages of a plan and of an emulated loop, and their sentences. Loads Matplotlib."""
+"""Write the pages of a plan and of an emulated loop, and their sentences. Importing this loads Matplotlib."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -74,7 +74,7 @@ def write_plan_page(path: Path, name: str, planned: Planned, fluid_warnings: Seq
 
 
 def chance_rows(chances: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Return the numbers of draws of the posterior with too much volume or level above the face, if any."""
+    """Return a row for each limit of volume or level above the face: how many draws of the posterior exceed it."""
     limits = [(name.partition("_above_"), share) for name, share in chances.items() if "_above_" in name]
     return [
         (CHANCES[what].format(limit.replace("_", " ")), f"{share * chances['draws']:.0f} of {chances['draws']:.0f}")
@@ -96,11 +96,14 @@ def plan_finding(planned: Planned) -> str:
 
 
 def plan_cautions(planned: Planned, fluid_warnings: Sequence[str]) -> list[str]:
-    """Return cautions on the fluid, and on a plan without a band, worse than a baseline or far from the fast model."""
+    """Return cautions about the fluid and the plan.
+
+    There is one about the plan if it has no band, is worse than a baseline, or differs much from the fast model.
+    """
     cautions = [*fluid_warnings]
     if planned.band_95_mm is None:
         cautions.append(
-            "One run of particles judged this plan, which does not show the scatter of single runs: its level has no "
+            "Only one particle run judged this plan, so the scatter of single runs is unknown and its level has no "
             "band. Use --seeds 3."
         )
     if planned.best.off_mm is None:

@@ -1,4 +1,4 @@
-"""The search for a plan on the fast model, corrected by particle runs (space mapping, Bandler et al. 1994)."""
+"""Search a plan on the fast model, corrected by particle runs (space mapping, Bandler et al. 1994)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,18 +14,20 @@ from simulate.slot.flux import HerschelBulkley
 from simulate.slot.sections import Trapezoids
 
 CELLS, STEPS = 32, 60
-"""Size of the fast model in a search: a third of its usual time. The change of its level is in the discrepancy."""
+"""Cells and time steps of the fast model in a search. A run takes a third of the usual time. The discrepancy (particles
+minus fast model) includes the resulting change of level."""
 OVER_WEIGHT = 1.3  # Weight of overfill relative to underfill
 BENT, HURRIED, DWELT = 0.02, 0.01, 0.004
-"""Weights, relative to that of the mean relative error of the areas: of second differences of flow and speed, of the
-logarithm of the speed over the trial's, and of a dwell of 1 s. Small: they cost a plan about 1 % of its gain."""
+"""Three weights, relative to the weight of the areas' mean relative error: for second differences of flow and speed,
+for the logarithm of the speed divided by the trial's, and for a dwell of 1 s. They are small, and cost a plan about 1 %
+of its gain."""
 MOST_STEPS, WIDEST, ENOUGH, TINY = 16, 0.5, 0.02, 1e-9
-"""Largest number of steps; widest step, in logarithms and seconds; relative gain below which slopes are computed anew,
-or, with new slopes, the search ends; and a positive number close to 0."""
+"""Largest number of steps; widest step, in logarithms and seconds; relative gain below which slopes are computed anew;
+and a positive number close to 0. If the slopes are new already, such a small gain ends the search."""
 STEP = 2e-2  # Step of the differences, in logarithms and seconds, far above the tolerance of the model's iteration
 DECIMALS = 3
-"""Decimals of a result of a search or a correction. Further decimals depend on the processor, since BLAS orders sums
-differently, and pours by particles diverge at any difference."""
+"""Decimals to which the result of a search or a correction is rounded. Further decimals depend on the processor, since
+BLAS orders sums differently, and any difference makes pours by particles diverge."""
 SMOOTHED_MM = 3.0  # Standard deviation of the smoothing of a discrepancy: the level of one run has noise of 0.2 mm
 
 
@@ -54,21 +56,21 @@ class Case:
 
 @dataclass(frozen=True)
 class Goal:
-    """Target areas of the bed, and the correction of the areas of the fast model."""
+    """Target areas of the bed, and a correction that is added to the areas of the fast model."""
 
     target_mm2: Floats  # (cells,)
     discrepancy_mm2: Floats  # (cells,): particles minus fast model, for the plan of the latest run
 
 
 def target_of(sections: Trapezoids, margin_mm: float) -> Floats:
-    """Return the area of each section filled to ``margin_mm`` below the face."""
+    """Return the area of each section, (cells,), if it is filled to ``margin_mm`` below the face."""
     return sections.area_mm2(sections.depth_mm - margin_mm)[0]
 
 
 def discrepancy(filled: Filled, s_mm: Floats, level_mm: Floats) -> Floats:
-    """Return the areas of a level by particles minus those of the fast model, smoothed, (cells,).
+    """Return the smoothed difference of areas, (cells,): those of a level by particles minus those of the fast model.
 
-    Both are areas under the level in the middle of the crack, by which a plan is judged.
+    Both are areas under the level on the crack's centreline, since a plan is judged by this level.
     """
     it = filled.sections
     apart = np.exp(-0.5 * ((it.s_mm[:, None] - it.s_mm) / SMOOTHED_MM) ** 2)
@@ -76,7 +78,7 @@ def discrepancy(filled: Filled, s_mm: Floats, level_mm: Floats) -> Floats:
 
 
 def areas_of(sections: Trapezoids, s_mm: Floats, level_mm: Floats) -> Floats:
-    """Return the area of each section under the mean level in its cell, (cells,)."""
+    """Return the area of each section, (cells,), under the mean of the level ``level_mm`` in its cell."""
     fine_mm = np.linspace(-0.5, 0.5, 11)[:, None] * sections.step_mm + sections.s_mm
     return sections.area_mm2(np.interp(fine_mm, s_mm, level_mm).mean(axis=0) - sections.bottom_mm)[0]
 
@@ -89,10 +91,11 @@ def search(
     start: Floats,
     report: Callable[[int], None] = lambda _: None,
 ) -> Floats:
-    """Return the plan with the least mean squared area error over ``cases``, from ``start`` on, within the limits.
+    """Return the plan within the limits that has the least mean squared area error over ``cases``.
 
-    The error of a cell is relative to the mean target. Bounded Gauss-Newton steps, with slopes by differences at times
-    and by Broyden's update in between. ``report`` is called with the number of each step.
+    The search begins at the plan ``start``. The error of a cell is relative to the mean target. The method is bounded
+    Gauss-Newton steps; slopes are updated by Broyden's formula, and computed from differences if the gain is small.
+    ``report`` is called with the number of each step.
     """
     from scipy.optimize import lsq_linear
 

@@ -1,4 +1,4 @@
-"""The numbers of a plan and their bounds: flow and speed at knots along the path, and the dwell at both ends."""
+"""The numbers of a plan and their bounds: flow and speed at knots along the path, and the dwell at each end."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,8 +28,9 @@ class Limits:
 class Knots:
     """A trial's path, with the knots at which its flow and speed are free.
 
-    Flow and speed are linear between knots, which are evenly spaced along the part of the path with sealant. The nozzle
-    dwells by moving very slowly over the first and the last step of that part, since robot programs do not stop.
+    Knots are evenly spaced along the part of the path with sealant. Between them the logarithms of flow and speed are
+    linear. The nozzle dwells by moving very slowly over the first and the last step of that part, since robot programs
+    do not stop.
     """
 
     path: Trajectory
@@ -38,7 +39,7 @@ class Knots:
     def trajectory(self, plan: Floats) -> Trajectory:
         """Return the path with the flow and speed of a plan.
 
-        ``plan`` holds logarithms of flow in mm3/s and of speed in mm/s at the knots, and both dwells in s.
+        ``plan`` has the logarithms of flow in mm3/s and of speed in mm/s at the knots, and the dwell at each end in s.
         """
         part = self.path.giving
         steps = slice(part.start, part.stop - 1)
@@ -62,11 +63,14 @@ class Knots:
         return replace(self.path, t_s=t_s, speed_mm_s=speed_mm_s, flow_mm3_s=flow_mm3_s)
 
     def parts(self, plan: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return logarithms of flow and of speed, (count,) each, and the dwells, (2,)."""
+        """Return the parts of a plan: logarithms of flow and of speed, each (count,), and the dwells, (2,)."""
         return plan[: self.count], plan[self.count : -2], plan[-2:]
 
     def first_guess(self, area_mm2: Floats, s_mm: Floats, limits: Limits) -> Floats:
-        """Return the plan that fills each section, ``area_mm2`` at ``s_mm``, at the path's speed."""
+        """Return the plan that fills the sections, whose areas at ``s_mm`` are ``area_mm2``, at the path's speed.
+
+        Flow and speed are clipped to ``limits``.
+        """
         part = self.path.giving
         way_mm = arc_length(self.path.position_mm[part])
         at_mm = np.interp(np.linspace(0, way_mm[-1], self.count), way_mm, self.path.s_mm[part])
@@ -105,19 +109,20 @@ def limits_of(
 
 
 def require_possible(limits: Limits, area_mm2: Floats, s_mm: Floats, trajectory: Trajectory, where: Path) -> None:
-    """Raise InputError if the flow that fills a section is out of bounds at every speed."""
+    """Raise InputError if a section cannot be filled because the flow would be out of bounds at every allowed speed."""
     at_mm = trajectory.s_mm[trajectory.giving]
     needed = np.interp(at_mm, s_mm, area_mm2)
     (least, most), (slowest, fastest) = limits.flow_mm3_s, limits.speed_mm_s
     if (too_much := needed * slowest).max() > most:
         worst = int(too_much.argmax())
         raise InputError(
-            f"{where}: s = {at_mm[worst]:.1f} mm needs {too_much[worst]:.4g} mm3/s even at {slowest:.3g} mm/s, and the "
-            f"limit is {most:.4g}: slow down (a lower path.speed_mm_s, without --keep-speed), or allow a larger flow."
+            f"{where}: s = {at_mm[worst]:.1f} mm needs {too_much[worst]:.4g} mm3/s even at {slowest:.3g} mm/s, but the "
+            f"limit is {most:.4g} mm3/s: slow down (a lower path.speed_mm_s, without --keep-speed), or allow more flow."
         )
     if (too_little := needed * fastest).min() < least:
         worst = int(too_little.argmin())
         raise InputError(
-            f"{where}: s = {at_mm[worst]:.1f} mm needs {too_little[worst]:.4g} mm3/s even at {fastest:.3g} mm/s, and "
-            f"the pump's smallest weighed flow is {least:.4g}: give a higher path.speed_mm_s, or weigh smaller flows."
+            f"{where}: s = {at_mm[worst]:.1f} mm needs only {too_little[worst]:.4g} mm3/s even at {fastest:.3g} mm/s, "
+            f"but the pump's smallest weighed flow is {least:.4g} mm3/s: give a higher path.speed_mm_s, or weigh "
+            "smaller flows."
         )

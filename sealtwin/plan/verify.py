@@ -1,4 +1,4 @@
-"""Particle runs that judge paths over one crack, in a folder like that of a sweep; and the misfit of a level."""
+"""Judge paths over one crack with particle runs, in a folder like that of a sweep, and compute a level's misfit."""
 
 import json
 from collections.abc import Sequence
@@ -29,11 +29,11 @@ CELLS = 160  # Number of cells along the crack for a misfit: 0.5 mm for 80 mm, f
 
 @dataclass(frozen=True)
 class Misfit:
-    """Volume missing below the face, and volume above it."""
+    """Volume of sealant that is missing below the face, volume above it, and the highest level from the face."""
 
     under_mm3: float
     over_mm3: float
-    """Volume above the crack's mouth; sealant beside the mouth does not count."""
+    """Volume above the crack's mouth. Sealant beside the mouth does not count."""
     highest_mm: float
 
     @property
@@ -42,12 +42,12 @@ class Misfit:
 
     @property
     def figures(self) -> dict[str, float]:
-        """Content for JSON."""
+        """The volumes and the highest level by name, for JSON."""
         return {**asdict(self), "total_mm3": self.total_mm3}
 
 
 def misfit(outline: Outline, solid: Solid, s_mm: Floats, level_mm: Floats) -> Misfit:
-    """Return the missing and the excess volume of a level along a crack."""
+    """Return the volume that a level along a crack lacks below the face, and the volume that it has above the face."""
     it = sections_of(outline, solid, CELLS, reach_per_mm=0.0)
     level_mm = np.interp(it.s_mm, s_mm, level_mm)
     filled_mm2, _ = it.area_mm2(np.minimum(level_mm, 0.0) - it.bottom_mm)
@@ -58,7 +58,7 @@ def misfit(outline: Outline, solid: Solid, s_mm: Floats, level_mm: Floats) -> Mi
 
 @dataclass(frozen=True)
 class Round:
-    """A plan that particles judged."""
+    """A path that particles judged, with its level and misfit."""
 
     name: str
     path: NozzlePath
@@ -79,13 +79,13 @@ class Planned:
     s_mm: Floats
     level_mm: Floats  # Mean of the seeds
     half_width_mm: Floats | None
-    """Half of the 95 % band of a further run; None with one seed, which does not show the scatter of single runs."""
+    """Half-width of the 95 % band for a further run's level; None if the plan has one seed, which shows no scatter."""
     misfits: tuple[Misfit, ...]  # Misfit of each seed
     chances: dict[str, float] | None
 
     @property
     def verified(self) -> bool:
-        """True if particles found a plan better than both baselines; level and band are theirs."""
+        """True if a plan is better than both baselines according to the particle runs."""
         return self.best.off_mm is not None
 
     @property
@@ -98,7 +98,7 @@ class Planned:
 
     @property
     def low_stretches(self) -> list[dict[str, float]]:
-        """Stretches in which the level is more than ``LOW_MM`` below its target."""
+        """Stretches of the crack, at least ``SHORTEST_LOW_MM`` long, with a level over ``LOW_MM`` below its target."""
         lacks_mm, stretches = -self.margin_mm - self.level_mm, list[dict[str, float]]()
         for low, group in groupby(range(len(self.s_mm)), key=lambda place: bool(lacks_mm[place] > LOW_MM)):
             part = list(group)
@@ -110,7 +110,7 @@ class Planned:
 
 @dataclass
 class Verifier:
-    """Runs of one trial along other paths."""
+    """Runs one trial along paths that are not its own."""
 
     folder: Path
     trial: Trial
@@ -121,7 +121,7 @@ class Verifier:
     _runs: list[study_folder.StudyRun] = field(default_factory=list)
 
     def levels(self, title: str, paths: Sequence[tuple[str, NozzlePath, int]]) -> list[Profile]:
-        """Return the level by particles for each path, given as short name, path and seed.
+        """Return the level by particles for each of ``paths``, which has a short name, a path and a seed.
 
         Raises InputError if particles do not fit the crack, and NumericalError if a run fails.
         """
@@ -160,21 +160,21 @@ class Verifier:
 
     @property
     def fluid_warnings(self) -> list[str]:
-        """Cautions on the fluid of the runs so far."""
+        """Cautions about the fluid in the runs that are finished so far."""
         return study_folder.fluid_warnings(self._runs)
 
 
 def require_plannable(trial: Trial, where: str) -> Trial:
-    """Return the trial for verification by particles. Raises InputError if it cannot be planned."""
+    """Return the trial with particles and without readings, for verification. Raises InputError if it is unsuitable."""
     if trial.fluid is None:
-        raise InputError(f"{where}: no [fluid] table, which a plan needs: give viscosity_pa_s and yield_stress_pa.")
+        raise InputError(f"{where}: a plan needs a [fluid] table: give viscosity_pa_s and yield_stress_pa in it.")
     if trial.path.plan is not None:
-        raise InputError(f"{where}: path.plan is already a plan; remove it, and give the path to be planned.")
+        raise InputError(f"{where}: path.plan is already a plan. Remove it, and give path.speed_mm_s for a new plan.")
     if trial.fluid.U is not None:
         raise InputError(
-            f"{where}: fluid.U = {trial.fluid.U:g} stands for a viscosity that changes with the flow, so it cannot be "
-            "planned with. Give viscosity_pa_s instead; for a paste with a yield stress, health.viscosity_pa_s in "
-            "simulation.json is its value in a run."
+            f"{where}: fluid.U = {trial.fluid.U:g} means a viscosity that changes with the flow, so a plan cannot use "
+            "it. Give viscosity_pa_s instead. For a paste with a yield stress, health.viscosity_pa_s in "
+            "simulation.json is the value of a run."
         )
     solver = trial.solver.model_copy(update={"model": None})
     return trial.model_copy(update={"solver": solver, "readings": None, "gate": None})

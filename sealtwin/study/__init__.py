@@ -1,1 +1,1 @@
-"""Studies: a trial that is computed many times with other settings, and comparisons of runs."""
+"""Studies, which compute one trial many times with different settings, and comparisons of runs."""

@@ -1,4 +1,4 @@
-"""Runs of the fast model on inputs drawn from their uncertainties, saved in parts so that a kill loses only a few."""
+"""Run the fast model on inputs drawn from their uncertainties. Runs are saved in parts: a killed process loses few."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,13 +19,14 @@ from validate.uncertainty.computed import RUNS, InputDraws, drawn_inputs
 
 PART = 50  # Runs in a part
 COARSER = 2
-"""Time steps of the fast model that one step here replaces: the error of longer steps cancels in a difference."""
+"""Number of usual time steps of the fast model that one step replaces here. The error of longer steps cancels, since
+only differences of levels are used."""
 PLACES = 121  # Places of a level: twice the cells of the fast model and one, which resolves all of its level
 AGAIN = "Delete it, and give the same command again."
 
 
 class Drawn(RootModel[Numbers]):
-    """Levels of the runs of a part, (runs, PLACES)."""
+    """Levels of the runs in one part, (runs, PLACES)."""
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
@@ -33,15 +34,15 @@ class Drawn(RootModel[Numbers]):
 def takes_draws(base: Base) -> bool:
     """Return True if the fast model runs the moved inputs.
 
-    It does if the trial declares it, if it computes the level, or by default if the case is in its domain. Raises
-    InputError if the trial declares particles, and the fast model for the level.
+    It does if the trial declares so, if the fast model computes the level, or by default if the case is in its domain.
+    Raises InputError if the trial declares particles for the differences, but the fast model for the level.
     """
     declared, solver = base.trial.uncertainty.differences, base.trial.solver
     if not solver.has_particles:
         if declared == PARTICLES:
             raise InputError(
-                f'{base.path / "trial.toml"}: uncertainty.differences = "{declared}" with solver.model = '
-                f'"{solver.model}": the model of the level also computes the differences. Leave it out.'
+                f'{base.path / "trial.toml"}: uncertainty.differences = "{declared}" cannot be combined with '
+                f'solver.model = "{solver.model}": the model of the level also computes the differences. Leave it out.'
             )
         return True
     if declared is not None:
@@ -61,7 +62,9 @@ def unfit_for(base: Base) -> tuple[str, ...]:
 
 
 def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RUNS) -> InputDraws:
-    """Run the fast model on the inputs as they are and on all draws; finished parts are files in ``folder``.
+    """Return the change of level that each draw of the inputs causes, computed by the fast model.
+
+    Finished parts are files in ``folder``.
 
     Raises:
         InputError: The fast model does not support the paste, or an input cannot be moved as far as a draw moves it.
@@ -88,7 +91,7 @@ def draw(base: Base, folder: Path, jobs: int, progress: Progress, runs: int = RU
 
 
 def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Floats | str:
-    """Return the levels of some runs, (runs, k), or an error message if an input cannot be moved so far."""
+    """Return the level of a run for each of ``moves``, (runs, k); an error message if an input cannot move so far."""
     levels_mm = []
     for steps in moves:
         try:
@@ -104,12 +107,12 @@ def levels_of(base: Base, moves: Sequence[dict[str, float]], s_mm: Floats) -> Fl
 def _read_levels(path: Path, runs: int) -> Floats:
     levels_mm = read_record(Drawn, path, AGAIN).root
     if levels_mm.shape != (runs, PLACES):
-        raise InputError(f"{path}: has {levels_mm.shape} levels, expected {runs} runs of {PLACES} each. {AGAIN}")
+        raise InputError(f"{path}: has levels of shape {levels_mm.shape}, expected {(runs, PLACES)}. {AGAIN}")
     return levels_mm
 
 
 def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
-    """Return the level by the fast model with inputs moved. Raises InputError for an input out of range."""
+    """Return the fast model's level at ``s_mm`` with inputs moved by ``steps``. Raises InputError if out of range."""
     from simulate.slot.fill import STEPS, fill
     from simulate.slot.run import paste_of
 
@@ -121,9 +124,9 @@ def level_of(base: Base, steps: dict[str, float], s_mm: Floats) -> Floats:
 
 
 def _steps(base: Base, z: dict[str, float]) -> dict[str, float]:
-    """Return how far each input is moved; ``z`` counts its standard uncertainties.
+    """Return how far each input is moved. ``z`` has the same distances in standard uncertainties.
 
-    The logarithm of a viscosity is drawn; a yield stress and a wall angle are not moved below 0.
+    For a viscosity, the logarithm is drawn. A yield stress and a wall angle are not moved below 0.
     """
     inputs, trial = base.inputs, base.trial
     steps = {name: value * inputs[name] for name, value in z.items()}

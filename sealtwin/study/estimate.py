@@ -17,15 +17,17 @@ if TYPE_CHECKING:
     from simulate.setup.release_schedule import Schedule
 
 SETUP_S = 0.2
-"""Time for walls, distances and the profile, on one core of the machine of docs/accuracy.md; so are the next two."""
+"""Time to set up walls and distances and to measure the profile. This and the next two times are for one core of the
+machine in docs/accuracy.md."""
 FAST_S = 0.2  # Time of a run of the fast model
 PARTICLE_S = 2e-6  # Time of one moving particle in one substep
 PROCESS_BYTES = 300e6  # Python and its libraries, in a process that has done some runs
 WALLS_BYTES = 18e3
-"""Distance grid and wall particles, for each particle: 270 and 115 MB at radii of 0.4 and 0.6 mm."""
+"""Memory of the distance grid and the wall particles, divided by the number of particles of sealant. In total it is 270
+and 115 MB at radii of 0.4 and 0.6 mm."""
 PARTICLE_BYTES = 240.0  # Position, velocity, age, sorting for the neighbour search and a share of its cells
 MOVER_BYTES = 1810.0
-"""A moving particle's list of 224 neighbours of 4 bytes, 128 pairs of 6 bytes, and work space."""
+"""Memory of one moving particle: a list of 224 neighbours of 4 bytes, 128 pairs of 6 bytes, and work space."""
 ALIKE = 0.1  # Runs whose expected times differ by less than this share count as of one size
 OVERDUE = 0.1  # A run that takes longer than expected is expected to take this share of its time so far in addition
 RUN_BYTES = 25e3  # Files of a run without its particles
@@ -43,7 +45,7 @@ class RunSize:
 
     @property
     def bytes(self) -> float:
-        """Memory of its arrays on the device; each run of a launch adds as much."""
+        """Memory of the run's arrays on the device. Each further run in a launch needs as much again."""
         return self.particles * PARTICLE_BYTES + self.moving * MOVER_BYTES
 
 
@@ -86,7 +88,7 @@ def size_of(trial: Trial, sample: Sample) -> RunSize:
 
 
 def checked_size(trial: Trial, sample: Sample) -> tuple[RunSize, list[str]]:
-    """Return the size of a run, and remarks on what it cannot show of its sealant.
+    """Return the size of a run, and remarks on properties of the sealant that the run cannot show.
 
     Raises InputError as ``size_of`` does, and if settings do not fit the crack.
     """
@@ -107,14 +109,14 @@ def _releases(trial: Trial, sample: Sample) -> "Schedule":
 
 @lru_cache(maxsize=8)
 def _schedule(sample: Sample, radius_mm: float, nozzle_mm: float, seed: int) -> "Schedule":
-    """Return the release schedule of a run. It is cached, since runs that differ only in the fluid have the same."""
+    """Return the release schedule of a run. It is cached, since runs that differ only in the fluid share one."""
     from simulate.setup.release_schedule import plan_releases
 
     return plan_releases(sample.trajectory, radius_mm, nozzle_mm, seed)
 
 
 Timing = tuple[float, float]
-"""Computing time of a finished run by the model, and as measured, in seconds."""
+"""Computing time of a finished run in seconds: the model's estimate, and the measured time."""
 
 
 def estimate(
@@ -126,7 +128,10 @@ def estimate(
     keep_runs: bool,
     timings: Sequence[Timing] = (),
 ) -> Estimate:
-    """Estimate what the waiting runs among ``runs`` need with ``jobs`` processes; ``timings`` are of other runs."""
+    """Estimate the resources that the waiting runs among ``runs`` need with ``jobs`` processes.
+
+    ``timings`` of other runs, and the finished ones among ``runs``, correct the model.
+    """
     waiting = [run for run in runs if run.state == "waiting"]
     jobs, batch = (max(1, min(most, len(waiting))) for most in (jobs, batch))
     timed = [*timings, *timings_of(runs)]
@@ -146,9 +151,9 @@ def timings_of(runs: Iterable[StudyRun]) -> list[Timing]:
 
 
 def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
-    """Return the expected time of a run: ``work_s`` of the model, corrected by finished runs of the nearest size.
+    """Return the expected time of a run: the model's ``work_s``, corrected by finished runs of about the same size.
 
-    Runs of about the same size are used, since the model's error depends on the particle radius.
+    Other runs are not used, since the model's error depends on the particle radius.
     """
     if not timings:
         return work_s
@@ -158,7 +163,10 @@ def expected_time(work_s: float, timings: Sequence[Timing]) -> float:
 
 
 def time_of_all(waiting_s: Iterable[float], busy_s: Sequence[float]) -> float:
-    """Return the time until tasks of ``waiting_s``, started in order, end on processes busy for ``busy_s``."""
+    """Return the time until all tasks are finished.
+
+    ``busy_s`` is the time for which each process is still busy, ``waiting_s`` that of each task, started in this order.
+    """
     free = [*busy_s]
     heapq.heapify(free)
     for task_s in waiting_s:
@@ -174,7 +182,7 @@ class Forecast:
         self._begun: dict[str, float] = {}
 
     def begin(self, key: str, now_s: float) -> None:
-        """Record that a launch begins; ``key`` is its first run's."""
+        """Record that a launch begins. ``key`` is the key of its first run."""
         self._begun[key] = now_s
 
     def finish(self, key: str, runs: Iterable[StudyRun]) -> None:
@@ -183,7 +191,7 @@ class Forecast:
         self._timings += timings_of(runs)
 
     def left_s(self, groups: Iterable[Sequence[StudyRun]], now_s: float) -> float:
-        """Return the remaining time of the launches ``groups``, begun or waiting."""
+        """Return the time until all launches in ``groups`` are finished. Each has begun or is waiting."""
         busy_s, waiting_s = list[float](), list[float]()
         for group in groups:
             expected_s = sum(expected_time(run.work_s, self._timings) for run in group)
@@ -199,7 +207,7 @@ def require_disk(expected: Estimate, free_bytes: float, folder: str) -> None:
     """Raises InputError if the results do not fit on the disk."""
     if expected.disk_bytes > free_bytes:
         raise InputError(
-            f"{folder}: {free_bytes / 1e6:.0f} MB are free there, the results need {expected.disk_bytes / 1e6:.0f} MB. "
+            f"{folder}: {free_bytes / 1e6:.0f} MB are free, but the results need {expected.disk_bytes / 1e6:.0f} MB. "
             "Set --out to another disk, or leave out --keep-runs."
         )
 
@@ -208,6 +216,6 @@ def require_memory(expected: Estimate, free_bytes: float, device: str, batch: in
     """Raises InputError if a launch of ``batch`` runs does not fit into the memory of a GPU."""
     if expected.memory_bytes > free_bytes:
         raise InputError(
-            f"--batch {batch}: that many runs in one launch need {expected.memory_bytes / 1e9:.1f} GB, "
+            f"--batch {batch}: that many runs in one launch need {expected.memory_bytes / 1e9:.1f} GB, but "
             f"{free_bytes / 1e9:.1f} GB are free on {device}. Give a smaller --batch, or fewer --jobs."
         )

@@ -1,7 +1,8 @@
 """Extra runs for the uncertainty of a simulated level: three of each particle size, and runs with inputs moved.
 
-With particles a design moves the inputs, with the fast model random draws do. Results are written to RUN/uncertainty, a
-folder like a sweep's, and computed once: after a kill the same command computes the remaining runs.
+A design moves the inputs of particle runs, and random draws move those of the fast model. Results are written to
+RUN/uncertainty, a folder like a sweep's. They are computed once: if the process is killed, the same command computes
+the remaining runs.
 """
 
 import shutil
@@ -32,18 +33,18 @@ from validate.uncertainty.computed import RUNS, Effect, InputDraws, SizeRuns, Sp
 from validate.wording.of_runs import sentences_of_runs
 
 RATIO = 1.3
-"""Ratio of neighbouring particle sizes: the least that Celik et al. 2008 recommend, since a finer run takes four
-times the computing time already, and with larger particles there would be too few across the crack."""
+"""Ratio of neighbouring particle sizes. It is the least that Celik et al. 2008 recommend: a finer run already takes
+four times the computing time, and of larger particles too few would fit across the crack."""
 REPLICATES = 3
-"""Runs of each particle size, with different seeds. With two the error would have 4 instead of 7 degrees of freedom and
-sqrt(3/2) times the noise: an interval 1.4 times as wide."""
+"""Runs of each particle size, with different seeds. With two runs the error would have 4 instead of 7 degrees of
+freedom and sqrt(3/2) times the noise: an interval 1.4 times as wide."""
 SEEDS = 2**31  # Number of seeds that a trial may have
 A_LITTLE = 0.1  # Share of its standard uncertainty by which each input is moved in the timed run
 
 
 _Variant = tuple[dict[str, float], Trial, Sample]
-"""An extra run: settings that differ from the trial's (particle size and seed, or steps of inputs), its trial, its
-sample."""
+"""An extra run: the settings in which it differs from the trial (particle size and seed, or steps of inputs), its own
+trial, and its sample."""
 
 
 def vary(job: Job) -> bool:
@@ -93,7 +94,7 @@ def vary(job: Job) -> bool:
 
 
 def time_of_extra_runs(job: Job) -> str:
-    """Return the time of the extra runs in words, scaled by the model from the trial's own run; empty if unknown."""
+    """Return the time of the extra runs in words, estimated from the time of the trial's own run; empty if unknown."""
     base = Base.of(job)
     trial, run = base.trial, base.run
     drawn = bool(base.inputs) and takes_draws(base)
@@ -158,10 +159,10 @@ def _compute(
 
 
 def _variants(base: Base, *, designed: bool) -> list[_Variant]:
-    """Return the runs of each size from the finest, without the trial's own run, and then those of the design, if any.
+    """Return the runs of each particle size without the trial's own run, and, if ``designed``, those of the design.
 
-    The longest come first, so that no process waits long for the last. The design moves each declared input by a
-    standard uncertainty, with the coarser particles, which are quick.
+    The longest runs, with the finest particles, come first, so that no process waits long for the last one. The design
+    moves each declared input by a standard uncertainty. It uses the coarsest particles, which are quick.
     """
     inputs, variants = base.inputs, list[_Variant]()
     for size_mm in _sizes_mm(base):
@@ -192,8 +193,9 @@ def _own_timing(base: Base) -> list[Timing]:
 
 
 def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[str, float]) -> Trial:
-    """Return the trial at another particle size with the same viscosity, as U and D depend on radius and frame.
+    """Return the trial at another particle size with the same viscosity, and with inputs moved by ``steps``.
 
+    U and D are changed, since they depend on the particle radius and on the duration of a frame.
     Raises InputError if its settings cannot be used.
     """
     from simulate.setup.release_schedule import plan_releases
@@ -219,7 +221,7 @@ def _same_physics(base: Base, sample: Sample, radius_mm: float, steps: Mapping[s
 def _runs(
     folder: Path, variants: Sequence[_Variant], device: str, inputs: Mapping[str, str]
 ) -> tuple[list[study_folder.StudyRun], RunSize, list[str]]:
-    """Write the samples; return the runs, the largest size and remarks on the fluids.
+    """Write the samples of the runs. Return the runs, the size of the largest one and remarks on the fluids.
 
     Raises InputError if particles do not fit a crack.
     """

@@ -1,4 +1,4 @@
-"""A trial with its uncertain inputs moved: crack, path and paste for larger or smaller values of them."""
+"""Move the uncertain inputs of a trial: make crack, path and paste for larger or smaller values of the inputs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ OF_THE_PATH = ("speed_mm_s", "start_mm")
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """The trial's own run, to compare extra runs with. It can be sent to another process."""
+    """The trial's own run, with which extra runs are compared. It can be sent to another process."""
 
     path: Path  # Run folder
     trial: Trial
@@ -42,13 +42,13 @@ class Base:
         return self.trial.known_inputs(self.sample.outline, self.sample.solid).moved
 
     def changed(self, changes: Mapping[str, Any]) -> Trial:
-        """Return the trial with other settings by dotted name; None unsets one. Raises InputError."""
+        """Return the trial with ``changes`` by dotted name; None unsets a setting. Raises InputError if invalid."""
         where = Path(f"{self.path / 'trial.toml'}, moved by its [uncertainty]")
         return checked(Trial, where, with_settings(self.trial.model_dump(mode="json", exclude_none=True), changes))
 
 
 def refuse_immovable(base: Base) -> None:
-    """Raises InputError for a declared input that does not apply to this sample or path."""
+    """Raise InputError if a declared input does not apply to this sample or path."""
     crack, outline, inputs = base.trial.crack, base.sample.outline, base.inputs
     walls, width_mm, fault = [name for name in OF_THE_WALLS if name in inputs], inputs.get("width_mm", 0.0), None
     if base.trial.path.plan is not None and (fixed := [name for name in OF_THE_PATH if name in inputs]):
@@ -58,7 +58,10 @@ def refuse_immovable(base: Base) -> None:
     elif width_mm and outline.branches_kept:
         fault = "width_mm: the outline has side cracks, and only a main crack can be widened. Leave it out."
     elif width_mm > outline.mean_width_mm / 2:
-        fault = f"width_mm = {width_mm:g}: at most half of the crack's mean width, {outline.mean_width_mm:.2f} mm."
+        fault = (
+            f"width_mm = {width_mm:g} is more than half of the crack's mean width, {outline.mean_width_mm:.2f} mm; "
+            "give a smaller uncertainty."
+        )
     elif crack is not None and crack.tilt == "vertical" and ANGLE in walls:
         fault = f"{ANGLE}: the walls are vertical. Leave it out, or set crack.tilt to one that has an angle."
     if fault is not None:
@@ -66,9 +69,9 @@ def refuse_immovable(base: Base) -> None:
 
 
 def moved_sample(base: Base, steps: Mapping[str, float], *, meshed: bool = True) -> Sample:
-    """Move crack and path of the sample by ``steps``. The path is still planned on the crack as it was traced.
+    """Return the sample with crack and path moved by ``steps``. The path is still planned on the crack as traced.
 
-    If ``meshed`` is false, only the sections of the solid are moved; the fast model reads nothing else of it.
+    If ``meshed`` is False, only the sections of the solid are moved, since the fast model does not read the mesh.
     """
     from digitise.trajectory import plan_trajectory
 
@@ -118,7 +121,7 @@ def _meshed(sample: Sample, shape: CrackShape, wider_mm: float) -> tuple[Outline
 
 
 def _in_sections(sample: Sample, shape: CrackShape, wider_mm: float) -> tuple[Outline, Solid]:
-    """Move only walls and sections: ring and mesh take longer than a run of the fast model."""
+    """Move only the walls and sections, since ring and mesh take longer than a run of the fast model."""
     from digitise.solid.tilt_variants import crack_sections
 
     outline = walls_apart(sample.outline, wider_mm / sample.outline.mean_width_mm)
@@ -140,7 +143,7 @@ def _fresh_pa_s(base: Base) -> float:
 
 
 def moved_paste(base: Base, steps: Mapping[str, float]) -> dict[str, Any]:
-    """Return the settings of the moved paste by dotted name, in physical units, since U depends on radius and frame."""
+    """Return the settings of the paste, moved by ``steps``, by dotted name. They have physical units, but no U."""
     from simulate.material_curve import MaterialCurve
 
     fluid = base.trial.given_fluid

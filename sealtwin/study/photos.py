@@ -1,4 +1,4 @@
-"""Many photos in one command: a run folder for each, a table and a contact sheet of all."""
+"""Digitise many photos in one command, which writes a run folder for each, a table and a contact sheet of all."""
 
 import base64
 import glob
@@ -41,7 +41,7 @@ class PlannedPhoto:
 
     @property
     def crack(self) -> int | str | None:
-        """Number of the crack to take, of the cracks in the photo."""
+        """Number of the crack in the photo that is digitised; None if the user has not chosen one."""
         return self.settings.get("photo.crack")
 
     def trial(self) -> Trial:
@@ -53,7 +53,7 @@ class PlannedPhoto:
 
 @dataclass(frozen=True)
 class BatchRow:
-    """Result of one photo. Lengths and volumes are None if it failed; a path alone has only a length."""
+    """Result of one photo. Lengths and volumes are None if it failed. A path without walls has only a length."""
 
     file: str
     folder: str
@@ -73,7 +73,7 @@ class BatchRow:
 
     @property
     def fault(self) -> str:
-        """The reason with the photo's name before it."""
+        """The reason, which begins with the photo's name."""
         return self.reason if self.reason.startswith(self.file) else f"{self.file}: {self.reason}"
 
 
@@ -102,7 +102,7 @@ class Batch:
         return SOME_FAILED if self.failed or self.held_back else 0
 
     def content(self) -> dict[str, Any]:
-        """Return the object of batch.json and --json."""
+        """Return the content of batch.json, which is also the --json object."""
         return {
             "version": 1,
             "photos": [vars(row) for row in self.listed],
@@ -112,7 +112,7 @@ class Batch:
 
 
 def are_several(targets: Sequence[Path]) -> bool:
-    """Return True for several photos, a folder, or a pattern that the shell has not expanded."""
+    """Return True if ``targets`` are several photos, a folder, or a pattern that the shell has not expanded."""
     return len(targets) > 1 or targets[0].is_dir() or _is_pattern(targets[0])
 
 
@@ -147,7 +147,7 @@ def digitise_many(
 
     Finished photos are not digitised again. The user may choose the crack of a photo without a trial file by its number
     in the table of an earlier call. Photos ``held_back`` because of an earlier fault are listed and counted as failed.
-    ``locked``: the caller has locked ``out`` already. Raises InputError if ``out`` has other files.
+    ``locked`` is True if the caller has locked ``out`` already. Raises InputError if ``out`` has other files.
     """
     _refuse_foreign(out)
     with nullcontext() if locked else holding(out), progress:
@@ -264,7 +264,7 @@ def _done(item: PlannedPhoto, folder: Path, data: str) -> BatchRow:
 
 
 def _parts(trial_file: Path) -> set[Path]:
-    """Return the other pictures of a trial; none if it cannot be read, which is reported later."""
+    """Return the files that a trial's sample has besides its photo. A trial that cannot be read is reported later."""
     try:
         named = sample_files(load_trial(trial_file))
     except InputError:
@@ -273,7 +273,7 @@ def _parts(trial_file: Path) -> set[Path]:
 
 
 def _names(photos: Sequence[Path]) -> list[str]:
-    """Name a folder for each photo: unique on any file system, not hidden, and not the name of a file of the batch."""
+    """Return a folder's name for each photo: unique on any file system, not hidden, not that of a file of the batch."""
     names = [
         _whole(file) if file.stem.startswith(".") or file.stem.casefold() in OWN else _stem(file) for file in photos
     ]

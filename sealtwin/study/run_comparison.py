@@ -1,4 +1,4 @@
-"""A comparison of finished run folders."""
+"""Compare finished run folders on a page."""
 
 import json
 from collections import Counter
@@ -49,7 +49,7 @@ def compare_runs(folders: Sequence[Path], out: Path) -> tuple[dict[str, Any], Fi
     """Write compare.html, compare.json and figures/ into ``out``; return the content of compare.json, and the page.
 
     Raises InputError if a folder is not a finished run or is named twice, if its settings or files were changed after
-    its results, or if there are too many.
+    its results were written, or if there are too many folders.
     """
     if len(folders) > MOST:
         raise InputError(
@@ -171,7 +171,7 @@ def _flat(content: dict[str, Any], before: str = "") -> dict[str, Any]:
 
 
 def _replicate_of(trial: Trial, numbers: dict[str, int]) -> str:
-    """Return the nominal crack, path, paste and solver as text, equal for replicates, which have different photos.
+    """Return the nominal crack, path, paste and solver as text, which is equal for replicates. Their photos differ.
 
     ``numbers`` are the stage numbers of the level: levels by two versions of the solver are not replicates.
     """

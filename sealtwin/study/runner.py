@@ -1,4 +1,4 @@
-"""Runs of a study on digitised cracks: inject the sealant, measure the level, compare it, write the results."""
+"""Compute runs of a study on digitised cracks: inject the sealant, measure the level, compare it, write the results."""
 
 import pickle
 import time
@@ -40,7 +40,7 @@ INPUTS = "inputs"  # Folder of the copied readings, in a run folder
 
 @dataclass(frozen=True)
 class Sealing:
-    """The measured result of a run."""
+    """Result of a run that did not fail: its level, its figures and its computing time."""
 
     profile: Profile
     figures: RunFigures
@@ -105,12 +105,12 @@ def compute(
 
 
 def seal_in_worker(sample: bytes, trials: Sequence[Trial], device: str, keep_runs: bool) -> list[Sealing | Outcome]:
-    """Call ``seal`` with a pickled ``Sample``. A process caches the last one, with its wall particles."""
+    """Call ``seal`` with a pickled ``Sample``. A process caches the last sample, with its wall particles."""
     return seal(_unpickled(sample), trials, device=device, keep_runs=keep_runs)
 
 
 def seal(sample: Sample, trials: Sequence[Trial], *, device: str, keep_runs: bool) -> list[Sealing | Outcome]:
-    """Compute runs that differ only in the fluid, in one launch; each result is the same as in a launch of its own.
+    """Compute runs that differ only in the fluid, in one launch. A run's result is the same as in a launch of its own.
 
     If a launch raises an exception, its runs are computed one by one, and an exception fails only its own run.
     """
@@ -166,7 +166,7 @@ def _unpickled(sample: bytes) -> Sample:
 
 
 def _keep(folder: Path, run: StudyRun, outcome: Sealing | Outcome) -> StudyRun:
-    """Write the files of a run, its outcome last, and return the run with it."""
+    """Write the files of a run, with its outcome as the last one, and return the run with its outcome."""
     home = run_path(folder, run.key)
     if isinstance(outcome, Sealing):
         record_files.write_profile(home, outcome.profile)
@@ -220,7 +220,7 @@ def _figures(run: Run) -> dict[str, Any]:
 
 
 def _compared(sample: Sample, trial: Trial, profile: Profile) -> dict[str, Any]:
-    """Return the errors of a run by the readings; empty without readings."""
+    """Return the errors of a run's level against the readings; empty if there are no readings."""
     if trial.readings is None or sample.readings is None:
         return {}
     from validate.compare import compare

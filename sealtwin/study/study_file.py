@@ -1,4 +1,4 @@
-"""A study file: one trial, run many times with different settings."""
+"""The study file, which lists the settings with which one trial is run many times."""
 
 import itertools
 import math
@@ -27,7 +27,7 @@ Value = TypeVar("Value")
 
 
 def _by_dotted_name(given: Any) -> Any:
-    """Read fluid.U without quotes, which is a table in a table by TOML, as "fluid.U"."""
+    """Return settings by dotted name. TOML reads fluid.U without quotes as a key in a table; it becomes "fluid.U"."""
     if not isinstance(given, dict):
         return given
     named: dict[str, Any] = {}
@@ -45,18 +45,18 @@ Named = Annotated[dict[str, Value], BeforeValidator(_by_dotted_name)]
 
 
 class Rows(Settings):
-    """Runs one by one."""
+    """A list of runs, with one row for each."""
 
     columns: Annotated[tuple[str, ...], Field(min_length=1)]
     """Dotted names of the settings that vary."""
     rows: Annotated[tuple[tuple[Any, ...], ...], Field(min_length=1, max_length=MOST_RUNS)]
-    """Runs, with a value for each column."""
+    """One row for each run. Give a value for every column in every row."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         for number, row in enumerate(self.rows, start=1):
             if len(row) != len(self.columns):
-                raise ValueError(f"row {number} has {len(row)} values, columns names {len(self.columns)} settings")
+                raise ValueError(f"row {number} has {len(row)} values, but columns has {len(self.columns)} settings")
         return self
 
 
@@ -64,11 +64,11 @@ class Range(Settings):
     """Range of a setting in a Latin hypercube."""
 
     low: float
-    """Lower end."""
+    """Lower end of the range."""
     high: float
-    """Upper end."""
+    """Upper end of the range."""
     scale: Literal["linear", "log"] = "linear"
-    """Draws are uniform over the range, or over its logarithm."""
+    """Scale on which draws are uniform: the values themselves, or their logarithms."""
     whole: bool = False
     """Round to whole numbers, for settings that are counts."""
 
@@ -77,11 +77,11 @@ class Range(Settings):
         if not self.low < self.high:
             raise ValueError(f"low is {self.low:g} and high {self.high:g}: low must be below high")
         if self.scale == "log" and self.low <= 0:
-            raise ValueError(f'low is {self.low:g}: above 0, or scale = "linear"')
+            raise ValueError(f'low is {self.low:g}: give a value above 0, or scale = "linear"')
         return self
 
     def at(self, share: float) -> float | int:
-        """Return the value at a share of the range."""
+        """Return the value at ``share`` of the range; 0 is its lower end and 1 its upper end."""
         if self.scale == "log":
             value = self.low * (self.high / self.low) ** share
         else:
@@ -130,9 +130,9 @@ class Study(Settings):
         if unknown := [name for name in (*self.fixed, *varied) if name not in SETTINGS]:
             raise ValueError("; ".join(no_such_setting(name) for name in unknown))
         if twice := sorted({name for name in varied if name in self.fixed or varied.count(name) > 1}):
-            raise ValueError(f"{', '.join(twice)}: named twice")
+            raise ValueError(f"{', '.join(twice)}: named twice; name each setting once")
         if empty := [name for name, values in (self.grid or {}).items() if not values]:
-            raise ValueError(f"grid.{empty[0]}: no values given")
+            raise ValueError(f"grid.{empty[0]}: no values are given; give one or more")
         if runs > MOST_RUNS:
             raise ValueError(f"{runs} runs; at most {MOST_RUNS} are allowed")
         return self
@@ -176,15 +176,16 @@ class PlannedRun:
 
 
 def load_study(path: Path) -> Study:
-    """Raises InputError if the file is missing, is not TOML, or has a key or a value that cannot be used."""
+    """Read a study file. Raises InputError if it is missing, is not TOML, or has an unusable key or value."""
     starter = "'sealtwin sweep --example study.toml' writes one to start from"
     return read_settings(Study, path, name="study file", starter=starter)
 
 
 def plan_runs(study: Study, path: Path, base: Trial) -> list[PlannedRun]:
-    """Return a checked trial for each run of a study of the trial ``base``; messages name ``path``.
+    """Return a checked trial for each run of a study. ``base`` is the study's trial, and messages name ``path``.
 
-    Raises InputError if settings cannot be used, each fault once with its runs, or if two runs are the same.
+    Raises InputError if settings cannot be used, or if two runs are the same. Its message has each fault once, with the
+    numbers of its runs.
     """
     content = base.model_dump(mode="json", exclude_none=True)
     planned: list[PlannedRun] = []
@@ -207,7 +208,7 @@ def plan_runs(study: Study, path: Path, base: Trial) -> list[PlannedRun]:
 
 
 def raise_faults(faults: Mapping[str, list[int]]) -> None:
-    """Raises InputError that has each sentence once, with the numbers of its runs, if there are any."""
+    """Raise InputError if there are faults. Its message has each fault once, with the numbers of its runs."""
     if not faults:
         return
     shown = [f"{_runs(numbers)}: {sentence}" for sentence, numbers in list(faults.items())[:MOST_FAULTS]]

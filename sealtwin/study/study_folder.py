@@ -32,7 +32,7 @@ STATES: tuple[State, ...] = ("waiting", "done", "failed")
 
 
 class RunErrors(Result):
-    """Errors of a run's level against the readings, by the names of ``Comparison``; None without readings."""
+    """Errors of a run's level against the readings, named as in ``Comparison``; None if there are no readings."""
 
     mean_error_mm: Amount | None = None
     worst_error_mm: Amount | None = None
@@ -43,7 +43,7 @@ class RunErrors(Result):
 
 
 class RunFigures(RunErrors):
-    """Figures of a finished run, as its summary.json has them."""
+    """Figures of a finished run that are written to its summary.json."""
 
     particles: Count | None = None
     escaped_particles: Count | None = None
@@ -55,7 +55,7 @@ class RunFigures(RunErrors):
 
 
 class StudyFigures(RunFigures):
-    """Figures of a finished run, as its outcome.json has them."""
+    """Figures of a finished run that are written to its outcome.json."""
 
     profile_sha256: str  # Hash of profile.csv, to detect that the file was changed
 
@@ -75,12 +75,12 @@ class Outcome:
     @model_validator(mode="after")
     def _have_figures(self) -> Self:
         if self.state == "done" and self.figures is None:
-            raise ValueError("state is done, and figures are missing")
+            raise ValueError("state is done, but figures are missing")
         return self
 
 
 def _with_tables(trial: dict[str, Any]) -> dict[str, Any]:
-    """Check the two tables that are read without the rest of the trial, which another version may not understand."""
+    """Check the tables solver and readings. They are read without the rest, which another version may have written."""
     if not isinstance(trial.get("solver"), dict):
         raise ValueError("solver is missing")
     if not isinstance(trial.get("readings") or {}, dict):
@@ -90,7 +90,7 @@ def _with_tables(trial: dict[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ScheduledRun:
-    """One run of a study, as plan.json has it."""
+    """One run of a study without its outcome. It is written to plan.json."""
 
     number: Annotated[int, Field(ge=1)]  # Position in the study, from 1
     key: Annotated[str, Field(pattern="^[0-9a-f]{16,}$")]
@@ -117,7 +117,7 @@ class StudyRun(Outcome, ScheduledRun):
 
     @property
     def ranked(self) -> bool:
-        """False if the volume is off by over 5 %, or if the fast model is unfit for the case; such runs do not rank."""
+        """False if the run is not ranked: its volume is off by over 5 %, or the fast model is unfit for the case."""
         return self.figures is None or (kept_volume(self.figures.volume_ratio) and not self.figures.unfit)
 
     @property
@@ -154,13 +154,13 @@ def holds_study(folder: Path) -> bool:
 def read_plan(folder: Path) -> Plan:
     """Read the plan with the outcomes so far. Raises InputError if the plan is missing or a file is damaged."""
     if not holds_study(folder):
-        raise InputError(f"{folder}: no study (it has no {PLAN}). 'sealtwin sweep STUDY.toml' makes one.")
+        raise InputError(f"{folder}: not a study (it has no {PLAN}). 'sealtwin sweep STUDY.toml' makes one.")
     plan = read_record(Plan, folder / PLAN, AGAIN)
     return replace(plan, runs=[with_outcome(folder, run) for run in plan.runs])
 
 
 def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> list[str]:
-    """Return a sentence if finished runs were computed by stage numbers, up to ``stage``, other than this version's.
+    """Return a sentence if finished runs were computed by other stage numbers, up to ``stage``, than this version's.
 
     A study without readings does not depend on validate and does not record its number.
     """
@@ -170,7 +170,7 @@ def other_versions(folder: Path, plan: Plan, stage: StageName = "validate") -> l
 
 
 def _computed_by_others(plan: Plan, own: Mapping[str, int]) -> str:
-    """Return a sentence on finished runs that other stage numbers computed; empty if all match ``own``."""
+    """Return a sentence on finished runs that other stage numbers than ``own`` computed; empty if there are none."""
     done = sum(run.state == "done" for run in plan.runs)
     runs = "one finished run was" if done == 1 else f"{done} finished runs were"
     other = other_numbers(plan.numbers, own)
@@ -192,7 +192,7 @@ def write_plan(folder: Path, plan: Plan) -> None:
 
 
 def with_outcome(folder: Path, run: StudyRun) -> StudyRun:
-    """Return a run with the outcome in its folder, or unchanged while it waits."""
+    """Return a run with the outcome in its folder. A run that has none yet is returned unchanged."""
     path = run_path(folder, run.key) / OUTCOME
     if not path.is_file():
         return run
@@ -220,10 +220,10 @@ def _part(of: type[ScheduledRun | Outcome], run: StudyRun) -> dict[str, Any]:
 def resume(
     folder: Path, plan: Plan, note: Callable[[str], None], *, retry: bool, keep_runs: bool = False
 ) -> list[StudyRun]:
-    """Write a plan, and return its runs with their outcomes so far; ``note`` receives a sentence on runs to recompute.
+    """Write a plan, and return its runs with their outcomes so far. ``note`` gets a sentence on runs to recompute.
 
-    A run waits again if its files were changed, if ``keep_runs`` and its particles are missing, or if ``retry`` and it
-    failed.
+    A run waits again if its files were changed. So does a run without particles if ``keep_runs`` is True, and a failed
+    run if ``retry`` is True.
     """
     if holds_study(folder) and (others := _computed_by_others(read_plan(folder), plan.numbers)):
         note(f"{folder}: {others}: they are computed again.")

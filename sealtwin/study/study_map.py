@@ -1,4 +1,4 @@
-"""A map of a study: all its runs compared with one sheet of readings, in the figures of the paper."""
+"""Map a study: compare all its runs with one sheet of readings, and draw the figures of the paper."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -56,7 +56,7 @@ MAP = "map"  # Default folder of the map in the study's
 PAGE, CONTENT = "map.html", "map.json"
 FEWEST = 4  # Fewest runs of a map: three would span a triangle with nothing inside
 WATCHED, SEEN = "watched", "seen.json"
-"""Folder of the frames of a repeated run, in the run's folder, and the file that is written last there."""
+"""Folder in a run's folder with the frames of the repeated run, and the file that is written last in it."""
 DIGITS = {"mean_error_mm": 4, "bias_mm": 4, "worst_error_mm": 4, "worst_at_mm": 2, "share_under_1_mm": 4}
 """Decimals of a run's errors in map.json."""
 NOT_DONE = "It is not computed yet; 'sealtwin sweep' with the same study computes it."
@@ -85,8 +85,8 @@ def map_study(
     """Write map.html, map.json and figures/ of a sweep, finished or not, into ``out`` (default: map/ in its folder).
 
     Runs are compared with the sheet ``caliper`` of origin ``data`` (default: the readings of the study's trial). Some
-    runs are computed again on ``device`` to draw how they fill the crack; none if it is None. Runs whose volume is off
-    by over 5 %, and runs outside the domain of the fast model, are excluded unless ``any_volume`` is true.
+    runs are computed again on ``device`` to draw how they fill the crack, unless it is None. Runs whose volume is off
+    by over 5 %, and runs outside the domain of the fast model, are excluded unless ``any_volume`` is True.
 
     Raises:
         InputError: The folder is not a study, it cannot be mapped, or the readings cannot be read.
@@ -126,17 +126,17 @@ def map_study(
 
 
 def watch_runs(folder: Path, runs: Sequence[StudyRun], device: str, progress: Progress) -> list[Watched]:
-    """Compute finished runs again for their frames, which a sweep does not write; read those of an earlier call.
+    """Compute finished runs again to get their frames, since a sweep writes none. Frames of an earlier call are reused.
 
-    On a CPU the second run equals the first to the last bit. Frames are those at the times in the trial's [output], and
-    the last one. Raises NumericalError if a second run fails.
+    On a CPU the second run equals the first to the last bit. There is a frame for each time in the trial's [output],
+    and one at the end. Raises NumericalError if a second run fails.
     """
     waiting = [run for run in runs if not (run_path(folder, run.key) / WATCHED / SEEN).is_file()]
     if waiting:
         jobs = min(cores() if device == "cpu" else 1, len(waiting))
         time_s = sum(run.wall_s or 0.0 for run in waiting) / max(1, jobs)
         progress.note(
-            f"Computing {len(waiting)} runs again to draw how they fill, as a sweep writes no frames: about "
+            f"Computing {len(waiting)} runs again to draw how they fill, since a sweep writes no frames: about "
             f"{in_words(time_s)}."
         )
         progress.start("Computing again", len(waiting))
@@ -158,7 +158,7 @@ def _watched(home: Path) -> Watched:
 
 
 def _watch(folder: Path, run: StudyRun, device: str) -> None:
-    """Write what ``_watched`` reads. Raises NumericalError if the run fails."""
+    """Compute a run again and write the files that ``_watched`` reads. Raises NumericalError if the run fails."""
     from simulate.profile import measure_profile
     from simulate.run import follow, ready
 
@@ -235,7 +235,7 @@ def finished_run(folder: Path, run: StudyRun) -> Finished:
     path = profile_path(folder, run.key)
     if run.figures is None or not is_intact(folder, run):
         raise InputError(
-            f"{path}: not as run {run.number} wrote it. 'sealtwin sweep' with its study computes it again."
+            f"{path}: changed since run {run.number} wrote it. 'sealtwin sweep' with its study computes it again."
         )
     profile = record_files.read_profile(path.parent)
     return Finished(run.number, run.settings, profile, run.wall_s or 0.0)
@@ -263,7 +263,8 @@ def _readings(
     if own is None or files.sha256(sheet) != files.sha256(own):
         if data is None:
             raise InputError(
-                f"{sheet}: not the sheet of the study's trial; give --data measured, reconstructed or synthetic."
+                f"{sheet}: this is not the sheet of the study's trial, so its origin is unknown; give --data measured, "
+                "reconstructed or synthetic."
             )
         # The settings of the trial's own sheet apply to the other one too.
         settings = settings or Readings(file=sheet, data=data, role="held-out")

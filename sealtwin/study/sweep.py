@@ -1,4 +1,4 @@
-"""A sweep: the runs of a study, computed in one folder, or in shards by a job array and then merged."""
+"""Compute the runs of a study in one folder, which is a sweep, or in shards by a job array, and merge the shards."""
 
 import hashlib
 import json
@@ -30,7 +30,7 @@ from validate.wording.of_runs import sentences_of_runs
 BUG, SOME_FAILED = 1, 6
 TABLE = "runs.csv"
 FIGURES = ("mean_error_mm", "worst_error_mm", "worst_at_mm", "volume_ratio", "spilled_particles", "particles")
-"""Columns of runs.csv that are figures of a run; its summary.json has all of them."""
+"""Figures of a run that are columns of runs.csv. The run's summary.json has all its figures."""
 HIDDEN = shutil.ignore_patterns(".*", study_folder.OUTCOME)
 """Files that a merge does not copy: locks, half-written files, and the outcome, which must be written last."""
 
@@ -56,8 +56,8 @@ def sweep(
     The default of ``out`` is reports/<name of the study>. ``settings`` by dotted name replace those of its trial.
 
     Raises:
-        InputError: Settings of a run cannot be used, which is checked before the first one starts; or the folder is
-            another study's.
+        InputError: Settings of a run cannot be used, which is checked before the first run starts; or the folder
+            belongs to another study.
         BusyError: Another process uses the folder.
     """
     study = load_study(file)
@@ -75,7 +75,7 @@ def sweep(
         raise InputError(f"--keep-runs: {_of_fast(fast, len(planned))}, which has no particles to keep. Leave it out.")
     shard, shards = options.shard
     if shards > len(planned):
-        raise InputError(f"--shard {shard}/{shards}: the study has {len(planned)} runs, so at most as many shards.")
+        raise InputError(f"--shard {shard}/{shards}: the study has {len(planned)} runs; give at most as many shards.")
     folder = out or Path("reports", study.folder_name + (f"-{shard}-of-{shards}" if shards > 1 else ""))
     require_own(folder)
     with holding(folder), progress:
@@ -87,7 +87,7 @@ def sweep(
 def brought_up_to_date(
     name: str, planned: Sequence[PlannedRun], source: Path, folder: Path, options: SweepOptions, progress: Progress
 ) -> study_folder.Plan:
-    """Compute the runs of a shard that are not done, in a folder that this process has locked; return all its runs.
+    """Compute the runs of a shard that are not done, and return its plan. The caller must have locked ``folder``.
 
     File names in the trials are relative to ``source``. A later call may plan more runs; finished ones are not computed
     again. Raises as ``sweep`` does.
@@ -123,7 +123,7 @@ def status(folder: Path) -> dict[str, Any]:
 
 
 def require_own(folder: Path) -> None:
-    """Raises InputError if a folder has files that are not a study's."""
+    """Raise InputError if a folder has files, but no study."""
     require_folder(folder)
     if folder.is_dir() and not study_folder.holds_study(folder):
         refuse_foreign(folder, "sweep")
@@ -142,7 +142,7 @@ def adopt(folder: Path, study: str) -> None:
 def _digitise(planned: Sequence[PlannedRun], source: Path, folder: Path, progress: Progress) -> dict[int, str]:
     """Digitise each crack once, into samples/; return the name of its folder by the number of each run.
 
-    Raises InputError that names the runs of each fault.
+    Raises InputError if a crack cannot be digitised. Its message has each fault with the numbers of its runs.
     """
     runs: dict[str, list[PlannedRun]] = {}
     for run in planned:
@@ -162,7 +162,7 @@ def _digitise(planned: Sequence[PlannedRun], source: Path, folder: Path, progres
 def _runs(
     planned: Sequence[PlannedRun], samples: dict[int, str], folder: Path, device: str, numbers: Mapping[str, int]
 ) -> tuple[list[study_folder.StudyRun], RunSize, list[str]]:
-    """Return the runs with their keys, the largest size and remarks on the fluids.
+    """Return the runs with their keys, the size of the largest run and remarks on the fluids.
 
     Raises InputError if settings do not fit a crack.
     """
@@ -198,7 +198,7 @@ def _runs(
 
 
 def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, table: bool = True) -> dict[str, Any]:
-    """Return the --json object of a study; ``table`` also writes its runs as runs.csv."""
+    """Return the --json object of a study. If ``table`` is True, also write its runs as runs.csv."""
     runs = plan.runs
     failed = [run for run in runs if run.state == "failed"]
     rows = [_row(run) for run in runs]
@@ -227,7 +227,7 @@ def report(folder: Path, plan: study_folder.Plan, holder: str | None = None, *, 
 
 
 def _left_s(plan: study_folder.Plan) -> float | None:
-    """Estimate the time until all runs are finished, by the pace since the last start; None before the first run."""
+    """Estimate the time until all runs are finished from the pace since the last start; None until a run finishes."""
     since = [run for run in plan.runs if (run.finished_unix_s or 0.0) > plan.started_unix_s]
     if not since:
         return None
@@ -271,7 +271,7 @@ def _best(runs: Sequence[study_folder.StudyRun]) -> dict[str, Any] | None:
 
 
 def _baselines(run: study_folder.StudyRun, figures: study_folder.StudyFigures, error_mm: float) -> dict[str, Any]:
-    """Compare the best run with curves of as many coefficients as settings that vary or were fitted."""
+    """Compare the best run with baseline curves that have as many coefficients as settings vary or were fitted."""
     from validate.metrics.baselines import ALWAYS, against_baselines, beaten
 
     declared = (run.trial.get("readings") or {}).get("fitted") or ()
@@ -292,13 +292,13 @@ def _baselines(run: study_folder.StudyRun, figures: study_folder.StudyFigures, e
 
 
 def _not_ranked(runs: Sequence[study_folder.StudyRun]) -> list[dict[str, Any]]:
-    """Return the runs whose volume is off by over 5 %, with the volume that settled over the dispensed one."""
+    """Return the runs whose volume is off by over 5 %, each with its settled volume divided by the dispensed one."""
     ratios = ((run.number, run.figures.volume_ratio) for run in runs if run.figures is not None)
     return [{"number": number, "volume_ratio": round(ratio, 4)} for number, ratio in ratios if not kept_volume(ratio)]
 
 
 def screening(runs: Sequence[study_folder.StudyRun]) -> str:
-    """Return a sentence on the runs of the fast model; empty for particles."""
+    """Return a sentence on the runs of the fast model; empty if all runs are by particles."""
     if not (fast := [run for run in runs if run.fast]):
         return ""
     unfit = sum(run.figures is not None and bool(run.figures.unfit) for run in fast)
@@ -330,7 +330,7 @@ def _row(run: study_folder.StudyRun) -> dict[str, Any]:
 def merge(folders: Sequence[Path], out: Path) -> dict[str, Any]:
     """Merge shards of a study into a folder that a sweep can continue, and return the --json object of the command.
 
-    A run that is in several shards comes from one that finished it.
+    A run that is in several shards is taken from one that finished it.
 
     Raises:
         InputError: The folders have different studies, or shards that were digitised or planned differently; or ``out``
@@ -359,13 +359,13 @@ def merge(folders: Sequence[Path], out: Path) -> dict[str, Any]:
 
 
 def _chosen(folders: Sequence[Path], plans: Sequence[study_folder.Plan]) -> list[tuple[Path, study_folder.StudyRun]]:
-    """Return every run once, in the order of the study, with a folder that has its result if one does."""
+    """Return every run once, in the order of the study, and its folder. A folder that has the result is preferred."""
     first = plans[0]
     chosen: dict[int, tuple[Path, study_folder.StudyRun]] = {}
     for folder, plan in zip(folders, plans, strict=True):
         if (plan.study, plan.total) != (first.study, first.total):
             raise InputError(
-                f"{folder}: has '{plan.study}' of {plan.total} runs, {folders[0]} has '{first.study}' of "
+                f"{folder}: has '{plan.study}' of {plan.total} runs, but {folders[0]} has '{first.study}' of "
                 f"{first.total}; only shards of one study can be merged."
             )
         if other := other_numbers(plan.numbers, first.numbers):
@@ -390,5 +390,5 @@ def _refuse_different_samples(folders: Sequence[Path]) -> None:
         if other != digest:
             raise InputError(
                 f"{path}: differs from {first}; the shards were digitised by different versions or machines. Compute "
-                "them again from one."
+                "all shards again with one version on one machine."
             )

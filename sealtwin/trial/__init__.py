@@ -1,1 +1,1 @@
-"""One trial: its file, its three stages, and what they leave in a run folder."""
+"""One trial: its file, its three stages, and the files that they write into a run folder."""

@@ -1,4 +1,4 @@
-"""First stage: walls, a solid and a nozzle path from a photo or a mesh."""
+"""First stage: make walls, a solid and a nozzle path from a photo or a mesh."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -21,7 +21,7 @@ REFUSED = "refused.png"  # Picture of the findings in a photo that was refused; 
 
 
 def bring_up_to_date(job: Job) -> bool:
-    """Run the stage unless its files are current; return True if it ran. Raises InputError as ``_digitise``."""
+    """Run the stage unless its files are current; return True if it ran. Raises InputError as ``_digitise`` does."""
     (job.path / REFUSED).unlink(missing_ok=True)
     inputs = _hashes_of_sample(job)
     settings = stage_settings(job.trial, "digitise")
@@ -109,7 +109,7 @@ def _digitise(job: Job) -> "tuple[Outline, Solid | None, Photo]":
 
 @contextmanager
 def _with_picture(job: Job, draw: Callable[[], Pixels]) -> Iterator[None]:
-    """Add a picture of the findings to a refusal, since px and mm are hard to find in a photo."""
+    """Write a picture of the findings if the block raises InputError, and add the picture's path to the message."""
     try:
         yield
     except InputError as fault:
@@ -119,7 +119,7 @@ def _with_picture(job: Job, draw: Callable[[], Pixels]) -> Iterator[None]:
 
 
 def _hashes_of_sample(job: Job) -> dict[str, str]:
-    """Return the hash of each file that shows the crack, unless missing or too large, by role and name."""
+    """Return the hash of each file that shows the crack, by role and name. Missing or too large files are omitted."""
     return {
         file.name if role == "file" else f"{role} {file.name}": files.sha256(job.source / file)
         for role, file in sample_files(job.trial).items()

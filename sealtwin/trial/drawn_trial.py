@@ -1,4 +1,4 @@
-"""The trial of a crack from a CAD drawing: its mesh, its line, and a trial file that names both."""
+"""Make the trial of a crack from a CAD drawing: its mesh, its line, and a trial file that names both."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,10 +17,10 @@ MESH, LINE, TRIAL = "drawing.obj", "line.csv", "trial.toml"
 def write_drawn_trial(
     drawing: Path, folder: Path, depth_mm: float, units: Any, shown_by: dict[str, Any], settings: Mapping[str, Any]
 ) -> tuple[Path, list[str]]:
-    """Write the mesh of a drawn crack, its centreline if drawn, and a trial; return the trial file and notes.
+    """Write the mesh of a drawn crack, its centreline if it is drawn, and a trial; return the trial file and notes.
 
-    ``shown_by`` are the layers for ``drawn_crack``, ``settings`` those of the trial by dotted name. Raises InputError
-    if the drawing cannot be used, or if a file of the same name exists with another content.
+    ``shown_by`` has the layers for ``drawn_crack``, and ``settings`` has settings of the trial by dotted name. Raises
+    InputError if the drawing cannot be used, or if a file of the same name exists with another content.
     """
     from digitise.drawing.drawn_block import drawn_crack
     from digitise.drawing.drawn_layers import DrawnLayers

@@ -29,14 +29,14 @@ LARGEST_SHEET_BYTES = 5_000_000
 
 @dataclass(frozen=True)
 class Above:
-    """Facts on a trial from the packages above this one: its lab and the studies."""
+    """Facts about a trial that come from packages above this one: from its lab, and from studies."""
 
     lab_searched: bool = False  # True if the lab's catalogue has no other use of held-out readings
     cautions: tuple[str, ...] = ()  # Parts of the lab that could not be searched, a sentence each
     extra_runs: "Callable[[Job], str]" = lambda _: ""
-    """Returns the time in words that 'sealtwin validate RUN --uncertainty' takes; empty if unknown."""
+    """Function that returns the time of 'sealtwin validate RUN --uncertainty' in words, or "" if it is unknown."""
     earlier: "Callable[[Job], tuple[EarlierTrial, ...]]" = lambda _: ()
-    """Returns the earlier trials of its lab with measured and held-out readings."""
+    """Function that returns the earlier trials of the job's lab with measured and held-out readings."""
 
 
 NOTHING_ABOVE = Above()
@@ -44,7 +44,7 @@ NOTHING_ABOVE = Above()
 
 @dataclass(frozen=True)
 class Job:
-    """Trial in its run folder."""
+    """A trial in its run folder, with the options of its run."""
 
     trial: Trial
     source: Path  # Folder that relative names in the trial start from
@@ -61,23 +61,23 @@ class Job:
 
     @cached_property
     def extra_runs(self) -> str:
-        """``Above.extra_runs``, called once: it times a run, and report and terminal must show the same time."""
+        """Result of ``Above.extra_runs``. It is called once: it times a run, and all places must show the same time."""
         return self.above.extra_runs(self)
 
     def numbers(self, stage: StageName) -> dict[str, int]:
-        """Return the stage numbers that results of ``stage`` depend on: its own now, and those of earlier files."""
+        """Return the stage numbers that ``stage`` depends on: its present one, and recorded ones of earlier stages."""
         recorded = {name: self.folder.numbers_of(name).get(name, UNNUMBERED) for name in numbers_up_to(stage)}
         return {**recorded, stage: NUMBERS[stage]}
 
     def other_numbers(self, stage: StageName) -> str:
-        """Return words on numbers of ``stage`` in this folder that differ from this version's; empty if none does."""
+        """Return a text on stage numbers of ``stage`` in this folder that differ from this version's, or ""."""
         return other_numbers(self.folder.numbers_of(stage), numbers_up_to(stage))
 
 
 def other_versions(*folders: RunFolder, stage: StageName | None = None) -> list[str]:
     """Return a sentence for each run folder that was computed by other stage numbers than this version's.
 
-    Compares the numbers up to ``stage``; None: up to the last finished stage.
+    The numbers are compared up to ``stage``, or up to the last finished stage if it is None.
     """
     sentences: list[str] = []
     for folder in folders:
@@ -112,7 +112,7 @@ def start_job(trial: Trial, source: Path, folder: RunFolder, device: str, progre
 
 
 def resume_job(folder: RunFolder, device: str, progress: Progress, settings: Mapping[str, Any] | None = None) -> Job:
-    """Set up the trial of a run folder, with ``settings`` by dotted name in place of its own."""
+    """Set up the trial of a run folder. ``settings`` by dotted name replace those of the trial."""
     trial = load_trial(folder.path / "trial.toml", settings)
     if settings:
         return start_job(trial, folder.path, folder, device, progress)
@@ -121,7 +121,7 @@ def resume_job(folder: RunFolder, device: str, progress: Progress, settings: Map
 
 
 def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
-    """Return the settings that a stage depends on, if set: a new option then changes no key."""
+    """Return the settings that a stage depends on. Unset ones are omitted, so that a new option changes no key."""
     dump = trial.model_dump(mode="json", exclude_none=True)
     tables: dict[StageName, tuple[str, ...]] = {
         "digitise": ("photo", "crack", "mesh", "path"),
@@ -146,7 +146,7 @@ def stage_settings(trial: Trial, stage: StageName) -> dict[str, Any]:
 
 
 def sample_files(trial: Trial) -> dict[str, Path]:
-    """Return the files that show the crack, as named in the trial, by setting."""
+    """Return the files that show the crack by the setting that names each. Paths are those in the trial."""
     named = {role: getattr(trial.shown_by, role, None) for role in FILES_OF_A_SAMPLE}
     return {role: file for role, file in named.items() if file is not None}
 
@@ -213,9 +213,9 @@ def require_solid(job: Job) -> None:
 
 
 def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
-    """Return the hashes, as they are now, of files that ``stage`` wrote.
+    """Return the present hashes of files that ``stage`` wrote.
 
-    Raises InputError if the stage is not finished, or was run with other settings than the trial's.
+    Raises InputError if the stage is not finished, or if it ran with settings that differ from the trial's.
     """
     require_solid(job)
     again = f"'sealtwin {stage} {job.path}'" if stage != "digitise" else f"'sealtwin run TRIAL --out {job.path}'"
@@ -228,18 +228,18 @@ def made_by(job: Job, stage: StageName, names: Sequence[str]) -> dict[str, str]:
     tables = dict.fromkeys((*wanted, *made_with))
     if differing := [table for table in tables if made_with.get(table) != wanted.get(table)]:
         raise InputError(
-            f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] differs from what {stage} ran with here. "
+            f"{job.path / 'trial.toml'}: [{'], ['.join(differing)}] differs from the settings of {stage} here. "
             f"Run {again} for these settings first."
         )
     if other := job.other_numbers(stage):
         job.progress.warn(f"{job.path}: its {stage} files were computed by {other}. {again} computes them anew.")
     for name in job.folder.edited(stage):
-        job.progress.warn(f"{name}: edited since {stage} wrote it; used as it is now.")
+        job.progress.warn(f"{name}: edited since {stage} wrote it; the edited file is used.")
     return {name: files.sha256(job.path / name) for name in names}
 
 
 def shown(path: Path) -> str:
-    """Return a path below the current folder as relative, so that no home folder is named; others as given."""
+    """Return a path as text. One below the current folder is made relative to it, so that no home folder is named."""
     try:
         below = path.absolute().is_relative_to(Path.cwd())
     except FileNotFoundError:

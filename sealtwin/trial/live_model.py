@@ -1,4 +1,4 @@
-"""The fast model of a report's page: the input of its script, and the template of the trial file that it writes."""
+"""The fast model on a report's page: the input of its script, and the template of the trial file that it writes."""
 
 from collections.abc import Collection, Iterator
 from contextlib import suppress
@@ -15,7 +15,7 @@ from sealtwin.trial.trial_file import Trial, trial_text
 from validate.report_input import LiveModel, LiveSlider, LiveWidth
 
 REACH = {"flow_mm3_s": (0.4, 1.6), "speed_mm_s": (0.5, 2.0)}
-"""Lowest and highest value of a slider, as a factor on the value of the run."""
+"""Lowest and highest value of a slider, each divided by the value of the run."""
 LEAST_STRESS_PA = 30.0  # Smallest upper end of the slider of the yield stress: fresh grouts have 5 to 37 Pa
 WIDER, WIDTHS = 0.03, 10  # Relative step of the slider of the mean width, and largest number of steps either way
 STEPS = 100  # Approximate number of steps of a slider
@@ -24,9 +24,10 @@ NAME_KEPT = 60  # Characters of the trial's name in the name of the changed one
 
 
 def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory) -> LiveModel | None:
-    """Return the input of the fast model of a digitised trial, for its page.
+    """Return the input of the fast model on the page of a digitised trial.
 
-    None if the fast model refuses the trial, or if crack or path were edited by hand: no trial file makes those.
+    None if the trial has no fluid or no sealant, if the fast model does not support its paste, or if crack or path were
+    edited by hand, since no trial file can describe the edit.
     """
     from simulate.slot.fill import CELLS, down
     from simulate.slot.fitness import LIMITS, fitness_of
@@ -80,7 +81,7 @@ def live_model(job: Job, outline: Outline, solid: Solid, trajectory: Trajectory)
 def _widths(
     trial: Trial, outline: Outline, solid: Solid, trajectory: Trajectory
 ) -> Iterator[tuple[int, Outline, Solid, Trajectory]]:
-    """Yield crack, solid with its sections, and path for each step of the mean width; the mesh does not change.
+    """Yield each step of the mean width with its crack, solid and path. The solid's mesh does not change.
 
     The width is fixed for a mesh, a weighed cavity and a crack with side cracks. Steps end at a width for which no
     solid can be laid out.
@@ -110,7 +111,7 @@ def _widths(
 
 
 def _sliders(trial: Trial, gives_s: float, dispensed_mm3: float, stress_pa: float) -> dict[str, LiveSlider]:
-    """Return the sliders of path and paste, within what a trial file allows."""
+    """Return the sliders of path and paste. Their ends are limited to values that a trial file allows."""
     flow_mm3_s, speed_mm_s = dispensed_mm3 / gives_s, trial.path.speed_mm_s
     slowest, fastest = (speed_mm_s * share for share in REACH["speed_mm_s"])
     least, most = (flow_mm3_s * share for share in REACH["flow_mm3_s"])
@@ -143,7 +144,7 @@ def _slider(as_run: float, lowest: float, highest: float) -> LiveSlider:
 
 
 def _changed(trial: Trial, consistency_pa_s_n: float, widens: bool) -> str:
-    """Return the text of the trial file that the page completes, without the readings, which belong to the run."""
+    """Return the template of a trial file that the page completes. It has no readings, which belong to the run."""
     import tomlkit
 
     fluid, photo = trial.given_fluid, trial.photo

@@ -1,4 +1,4 @@
-"""Writes hints and shape from the trace page into a trial file, and leaves the rest of it unchanged."""
+"""Write hints and shape from the trace page into a trial file, and leave the rest of the file unchanged."""
 
 import json
 import tomllib
@@ -33,10 +33,10 @@ data = "undeclared"  # "measured", "reconstructed" or "synthetic"; "undeclared" 
 
 
 class TrialFile:
-    """Trial file as it was when the page was opened."""
+    """A trial file as it was when the page was opened."""
 
     def __init__(self, path: Path, settings: Mapping[str, Any] | None = None) -> None:
-        """Read a trial file; ``settings`` by dotted name replace its own when it is saved."""
+        """Read a trial file. ``settings`` by dotted name replace those of the file when it is saved."""
         # A link is kept: its target is written.
         self.path = path
         self._settings = seen_from(path.parent, settings or {})
@@ -78,16 +78,19 @@ class TrialFile:
 
 
 class NewTrial:
-    """New trial file in the folder of a photo, with the photo's name."""
+    """A new trial file in the folder of a photo, with the photo's name."""
 
     def __init__(self, photo: Path, settings: Mapping[str, Any] | None = None) -> None:
-        """Raise InputError if a file of this name exists, which can be traced itself."""
+        """Raise InputError if a trial file of this name exists already; that file can be traced instead."""
         self.photo, self.path = photo, photo.with_suffix(".toml")
         self._settings = seen_from(photo.parent, settings or {})
         self._refuse_another()
 
     def save(self, hints: Hints, shape: Shape) -> list[str]:
-        """Write the file; return and raise as ``TrialFile.save``. The depth is required, since no photo shows it."""
+        """Write the new file and return the names of its content. Raises InputError as ``TrialFile.save`` does.
+
+        ``shape`` must have the depth, since no photo shows it.
+        """
         import tomlkit
 
         self._refuse_another()

@@ -1,4 +1,4 @@
-"""Stages of one trial, in order. Each runs again only if its inputs, its settings or its number changed."""
+"""Run the stages of one trial, in order. A stage runs again only if its inputs, settings or number changed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -53,7 +53,7 @@ def make_film(folder: Path, path: Path, progress: Progress) -> tuple[int, float]
     if not (folder / FRAMES).is_file():
         raise InputError(
             f"{folder / FRAMES}: not found. 'sealtwin simulate {folder} --set output.frames_every_s=0.1' writes "
-            "them, in another fluid run."
+            "frames, and computes the fluid run again."
         )
     from validate.figures.film import write_film
     from validate.figures.snapshots import FillScene
@@ -85,7 +85,7 @@ def run_trial(
     threads: int = 1,
     above: Above = NOTHING_ABOVE,
 ) -> FinishedStages:
-    """Bring stages of a trial up to date in ``out``, by default reports/NAME. Its files are in ``source``."""
+    """Bring stages of a trial up to date in ``out``, by default reports/NAME. The trial's files are in ``source``."""
     require_sample(trial, source)
     with open_folder(out or Path("reports", trial.folder_name), create=True) as folder:
         job = start_job(trial, source, folder, device, progress)
@@ -96,7 +96,8 @@ def run_stages(job: Job, stages: Sequence[StageName]) -> FinishedStages:
     """Bring ``stages`` up to date, in their order.
 
     A stage that fails leaves the folder unchanged, except refused.png and the checkpoint of a fluid run. Raises
-    InputError or NumericalError from a stage, and, after all files are written, NumericalError if a particle escaped.
+    InputError or NumericalError if a stage fails. After all files are written, raises NumericalError if a particle
+    escaped.
     """
     work = {"digitise": digitise_stage, "simulate": simulate_stage, "validate": validate_stage}
     redone: list[StageName] = []
@@ -137,7 +138,7 @@ def check_run(job: Job) -> tuple[str, ...]:
 
 
 def read_result(job: Job) -> TrialResult:
-    """Return the results in the folder, and write them to run.json if it differs."""
+    """Return the results in the run folder, and write them to run.json if that file is missing or differs."""
     folder, stages, manifest = job.folder, job.folder.finished(), job.folder.manifest["stages"]
     with files.understood(folder.path):
         result = TrialResult(

@@ -1,4 +1,4 @@
-"""The trial of 'sealtwin quick': the given settings, and the starter's for all others, each marked as assumed."""
+"""Make the trial of 'sealtwin quick'. Settings that are not given are the starter's, and are marked as assumed."""
 
 import hashlib
 import tomllib
@@ -15,7 +15,7 @@ from sealtwin.trial.trial_file import Trial, name_of, seen_from, with_settings
 
 STARTER = tomllib.loads(TRIAL)
 NOT_ASSUMED = ("crack.depth_mm", "path.flow", "path.ramp_mm", "path.lead_in_mm")
-"""Settings of the starter that are always given, or are defaults."""
+"""Settings of the starter that are not marked as assumed, since they are always given, or are defaults."""
 ASSUMED = {
     f"{table}.{key}": value
     for table in ("crack", "path", "fluid", "solver", "nozzle")
@@ -80,7 +80,7 @@ def _rows(table: str, settings: Mapping[str, Any]) -> list[str]:
 
 
 def write_quick_trial(path: Path, text: str) -> None:
-    """Write the file. Raises InputError if there is one that a user wrote or edited."""
+    """Write the trial file. Raises InputError if the file exists and a user wrote or edited it."""
     if path.exists():
         first, _, rest = read_bytes(path).decode("utf-8", errors="replace").partition("\n")
         if first != MARK + _check(rest):

@@ -1,4 +1,4 @@
-"""Robot files of a run's nozzle path, which must be confirmed and within the limits of the cell."""
+"""Write robot files of a run's nozzle path. The path must be confirmed and within the limits of the cell."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -31,13 +31,13 @@ PROGRAMS: dict[Format, tuple[str, Callable[[RobotPath], str]]] = {
     "gcode": ("path.gcode", gcode_text),
     "urscript": ("path.script", urscript_text),
 }
-"""File name, and function that returns its text, by format."""
+"""Name of the file for each format, and the function that returns the file's text."""
 
 
 def write_robot_files(
     folder: RunFolder, cell_file: Path, formats: Sequence[str], out: Path | None, *, allow_automatic: bool
 ) -> dict[str, Any]:
-    """Write the path in each of ``formats``, by default those of the cell, into ``out``, by default robot/ of the run.
+    """Write the path in each of ``formats`` (default: those of the cell) into ``out`` (default: robot/ of the run).
 
     "all" means every format for which the cell has tables. All files are computed before the first is written. Returns
     the content of robot.json, with its folder, the names of edited files that were renamed, and sentences if other
@@ -51,7 +51,7 @@ def write_robot_files(
     outline, trajectory = record_files.read_outline(folder.path), record_files.read_trajectory(folder.path)
     if outline.path_source == "automatic" and not allow_automatic:
         raise InputError(
-            f"{folder.path}: the crack was found automatically and is not confirmed, which a robot file requires. Look "
+            f"{folder.path}: the crack was found automatically, but a robot file requires a confirmed crack. Look "
             "at overlay.png. Then give the crack's ends or its number in the trial file (ends_px, crack) and digitise "
             "again, or give --allow-automatic."
         )
@@ -82,13 +82,13 @@ def write_robot_files(
 
 
 def read_cell(path: Path) -> RobotCell:
-    """Read a robot's cell file. Raises InputError as ``read_settings``."""
+    """Read a robot's cell file. Raises InputError as ``read_settings`` does."""
     starter = "'sealtwin robot --example cell.toml' writes one to start from"
     return read_settings(RobotCell, path, name="cell file", starter=starter)
 
 
 def pump_of(cell: RobotCell, folder: Path) -> PumpTable | None:
-    """Read the weighings of a cell's pump. Raises InputError."""
+    """Read the weighings of a cell's pump, or return None if the cell has none. Raises InputError if unusable."""
     return None if cell.pump is None else read_pump(cell.pump, folder)
 
 
@@ -102,10 +102,10 @@ def write_programs(
     run: RunFolder | None = None,
     pump: PumpTable | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
-    """Write a path's files and robot.json; return its content, and the new names of edited files in ``run``.
+    """Write a path's files and robot.json; return the content of robot.json, and the new names of edited files.
 
     ``origin`` has trial, run, path_source, inputs and edited_by_hand, for the head of each program. ``run`` is the run
-    folder that contains ``target``, if any. Without it, raises InputError for files of another origin in ``target``.
+    folder if it contains ``target``. Without ``run``, raises InputError if ``target`` has files of another origin.
     """
     kinds = kinds_of(cell, cell_name, formats)
     path = place_path(trajectory, cell, cell_name, pump)
@@ -196,7 +196,7 @@ def _head(report: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
-    """Delete the files that robot.json of an earlier call lists from a folder outside the run; return an empty list.
+    """Delete the files of an earlier call, listed in robot.json, in a folder outside the run. Return an empty list.
 
     Raises InputError if a file of another origin would be replaced.
     """
@@ -209,7 +209,7 @@ def _clear_own(target: Path, texts: dict[str, str]) -> list[str]:
     for name in (*texts, *written):
         path = target / name
         if path.is_file() and written.get(name) != files.sha256(path):
-            raise InputError(f"{path}: not as sealtwin robot wrote it, and not replaced; give another --out.")
+            raise InputError(f"{path}: changed since sealtwin robot wrote it, and not replaced; give another --out.")
     for name in written:
         (target / name).unlink(missing_ok=True)
     return []

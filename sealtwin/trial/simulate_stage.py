@@ -1,4 +1,4 @@
-"""Second stage: the sealant is injected and its level measured."""
+"""Second stage: inject the sealant and measure its level."""
 
 import itertools
 import json
@@ -17,7 +17,7 @@ from simulate.watchers import PAST_THE_END, Checkpoint, FrameFiles, HealthLog, P
 
 CHECKPOINT = "checkpoint.npz"  # Checkpoint of a run that is not finished
 FRAMES, SNAPSHOTS = Path("frames", "fill.pvd"), Path("snapshots", "snapshots.pvd")
-"""Collections of frames, each in the folder of its frames."""
+"""Collection files of the frames and of the snapshots, each in the folder of its frames."""
 HEALTH = "health.csv"
 PROGRESS = "progress.json"
 
@@ -80,7 +80,7 @@ def bring_up_to_date(job: Job) -> bool:
 def device_of(job: Job) -> str:
     """Return the device of the trial's run; empty for the fast model, whose result does not depend on it.
 
-    Raises InputError if the device is missing, or is not a CPU and threads are given.
+    Raises InputError if the device is missing, or if threads are given for a device that is not a CPU.
     """
     if not job.trial.solver.has_particles:
         return ""
@@ -88,7 +88,7 @@ def device_of(job: Job) -> str:
 
     device = choose_device(job.device)
     if job.threads > 1 and device != "cpu":
-        raise InputError(f"--threads {job.threads}: only for a CPU, and this run is on {device}. Omit it.")
+        raise InputError(f"--threads {job.threads}: only for a CPU, but this run is on {device}. Omit it.")
     job.progress.note(f"Device: {describe_device(device)}")
     return device
 

@@ -23,5 +23,5 @@ def numbers_up_to(stage: StageName) -> dict[str, int]:
 
 
 def own_numbers() -> dict[str, int]:
-    """Return all stage numbers of this version. A function, so that it can be called on another machine."""
+    """Return all stage numbers of this version. It is a function so that it can be called on another machine."""
     return dict(NUMBERS)

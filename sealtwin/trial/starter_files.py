@@ -12,9 +12,9 @@ TRIAL = TEMPLATES.joinpath("starter_trial.toml").read_text(encoding="utf-8")
 CELL = TEMPLATES.joinpath("starter_cell.toml").read_text(encoding="utf-8")
 STUDY = TEMPLATES.joinpath("study.toml").read_text(encoding="utf-8")
 READINGS = "s_mm,level_1_mm,level_2_mm,level_3_mm\n"
-"""Sheet of readings: three repeats of the level, upward from the face, at each station along the crack."""
+"""Header of a sheet of readings with three repeats of the level at each station. Levels are upward from the face."""
 DEMO = ("photo.jpg", "truth.json", "caliper.csv", "trial.toml", "trial-paper.toml")
-"""Files of the paper's reconstructed trial, from the fixture. The wheel has them too."""
+"""Files of the paper's reconstructed trial, which is a fixture of the tests. The wheel has them too."""
 
 
 def write_example_cell(path: Path) -> None:
@@ -30,7 +30,7 @@ def write_example_study(file: Path) -> None:
 def write_starter(folder: Path) -> list[Path]:
     """Write trial.toml and caliper.csv into a folder, and return them. Raises InputError if one of them exists."""
     if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: a file; give a folder, new or existing.")
+        raise InputError(f"{folder}: this is a file; give a folder, new or existing.")
     trial = TRIAL.replace("{folder}", folder.as_posix())
     return _write_new({folder / "trial.toml": trial, folder / "caliper.csv": READINGS}, "folder")
 

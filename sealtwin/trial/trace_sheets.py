@@ -18,7 +18,8 @@ from sealtwin.trial.trial_file import load_trial, seen_from, with_settings
 def sheets_in(folder: Path, given: Mapping[str, Any]) -> list[Sheet]:
     """Return the trials with a photo in a folder, and its photos without a trial, sorted by name.
 
-    ``given`` are settings by dotted name, in place of the trials' own. Raises InputError if the folder has neither.
+    ``given`` has settings by dotted name that replace the trials' own. Raises InputError if there are neither trials
+    nor photos.
     """
     sheets: dict[Path, Sheet] = {}
     for trial in sorted(folder.glob("*.toml")):
@@ -40,7 +41,10 @@ def sheets_in(folder: Path, given: Mapping[str, Any]) -> list[Sheet]:
 
 
 def sheet_of(path: Path, given: Mapping[str, Any]) -> Sheet:
-    """Return the sheet of a trial file, or of a photo without a trial; ``given`` as in ``sheets_in``."""
+    """Return the sheet of a trial file, or of a photo without a trial.
+
+    ``given`` has settings by dotted name that replace the trial's own.
+    """
     return Sheet(path.name, lambda: _opened(path, given), lambda: _traced(path))
 
 
@@ -90,7 +94,7 @@ def _opened(path: Path, given: Mapping[str, Any]) -> Opened:
 
 
 def _of_photo(path: Path, given: Mapping[str, Any]) -> tuple[PhotoInput, Hints]:
-    """Return settings and hints of a photo without a trial. Raises InputError."""
+    """Return settings and hints of a photo without a trial. Raises InputError if ``given`` has an unusable setting."""
     photo = {"photo": {"file": path.name, "data": "undeclared"}}
     content = with_settings(photo, seen_from(path.parent, given))["photo"]
     if content.keys() & {"markers", "face_mm", "ruler_px", "mm_per_px"}:
@@ -101,7 +105,7 @@ def _of_photo(path: Path, given: Mapping[str, Any]) -> tuple[PhotoInput, Hints]:
 
 
 def _shape(path: Path, given: Mapping[str, Any]) -> tuple[Shape, list[str]]:
-    """Return the shape in the settings, and its keys that are given as a table. Raises InputError."""
+    """Return the shape in ``given``, and its keys that are given as a table. Raises InputError if one is unusable."""
     values = {key: given[f"crack.{key}"] for key in Shape.model_fields if f"crack.{key}" in given}
     tables = [key for key, value in values.items() if isinstance(value, list)]
     return checked(Shape, path, {key: value for key, value in values.items() if key not in tables}), tables

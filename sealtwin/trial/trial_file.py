@@ -22,7 +22,7 @@ LONGEST_FOLDER_BYTES = 120
 
 PRINTABLE = r"^[^\x00-\x1f\x7f]*[^\x00-\x20\x7f][^\x00-\x1f\x7f]*$"  # Pattern of one line that is not blank
 LINE_BREAKING = re.compile(r"[\x00-\x1f\x7f]")
-"""Control characters, which are allowed in the name of a file but not of a trial."""
+"""Control characters. The name of a file may have them, but that of a trial may not."""
 
 
 Moment = Annotated[float, Field(ge=0, le=9999)]
@@ -36,7 +36,7 @@ class Output(Settings):
     pour of 15 s needs about 0.1: 150 frames of up to 0.7 MB in the paper's trial.
     """
     snapshots_s: tuple[Moment, ...] = Field(default=(0.5, 7.0, 15.0), max_length=100)
-    """Moments of the pictures in snapshots/, by default those of the paper; [] for none."""
+    """Simulated times of the pictures in snapshots/. The default has those of the paper; [] writes no picture."""
 
 
 class FluidOfFile(Fluid):
@@ -48,7 +48,7 @@ class Trial(Settings):
     """A crack, how it is sealed, and the readings taken afterwards."""
 
     name: Annotated[str, Field(min_length=1, max_length=80, pattern=PRINTABLE)]
-    """Name in the report, and of the folder under reports/."""
+    """Name of the trial in the report, and of its folder under reports/."""
     note: Annotated[str, Field(max_length=2000)] = ""
     """Note in the report, with what a reader must know about this trial."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
@@ -65,13 +65,14 @@ class Trial(Settings):
     readings: Readings | None = None  # Without readings, the report shows only the simulated profile
     gate: Gate | None = None
     uncertainty: Uncertainty = Uncertainty()
-    """Standard deviations of the inputs; 'sealtwin validate RUN --uncertainty' computes that of the result."""
+    """Standard uncertainties of the inputs. 'sealtwin validate RUN --uncertainty' computes that of the result."""
 
     @model_validator(mode="after")
     def _one_sample(self) -> Self:
         if self.mesh is not None and (self.photo is not None or self.crack is not None):
             raise ValueError(
-                "[mesh] with [photo] or [crack]: a mesh has its own depth and walls; give one or the other"
+                "[mesh] cannot be combined with [photo] or [crack], since a mesh has its own depth and walls; give one "
+                "or the other"
             )
         if self.mesh is None and self.photo is None:
             raise ValueError("[photo] or [mesh] is missing: give one, which shows the crack")
@@ -89,14 +90,16 @@ class Trial(Settings):
             )
         if face is not None and sum(self.path.trims_mm) >= sum(face):
             raise ValueError(
-                f"path.trim_mm removes {sum(self.path.trims_mm):g} mm: no crack in this face is long enough"
+                f"path.trim_mm removes {sum(self.path.trims_mm):g} mm, but no crack in this face is so long: give less"
             )
         if self.gate is not None and self.readings is None:
-            raise ValueError("[gate] without [readings]: a gate needs readings to compare with")
+            raise ValueError("[gate] without [readings]: a gate needs readings to compare with; add them or remove it")
         if self.crack is not None and self.crack.fill is not None and getattr(self.uncertainty, ANGLE) is not None:
-            raise ValueError(f"uncertainty.{ANGLE} with crack.fill, from which it follows: omit it")
+            raise ValueError(f"uncertainty.{ANGLE} cannot be combined with crack.fill, from which it follows: omit it")
         if self.path.weighed is not None and self.uncertainty.volume_ml is not None:
-            raise ValueError("uncertainty.volume_ml with path.weighed, from which it follows: omit it")
+            raise ValueError(
+                "uncertainty.volume_ml cannot be combined with path.weighed, from which it follows: omit it"
+            )
         fitted = () if self.readings is None or self.readings.fitted is None else self.readings.fitted
         if unknown := [name for name in fitted if name not in SETTINGS]:
             raise ValueError(f"readings.fitted: {'; '.join(map(no_such_setting, unknown))}")
@@ -109,7 +112,7 @@ class Trial(Settings):
 
     @property
     def given_fluid(self) -> Fluid:
-        """The fluid. Raises InputError if the trial has none."""
+        """The trial's fluid. Raises InputError if it has none."""
         if self.fluid is None:
             raise InputError("the trial has no [fluid]: give viscosity_pa_s, or U and D_cm.")
         return self.fluid
@@ -120,7 +123,7 @@ class Trial(Settings):
         return self.given_fluid, self.solver, self.nozzle
 
     def loaded(self, folder: Path) -> Self:
-        """Return the trial with the content of the files of fluid, fill and path. Raises InputError."""
+        """Return the trial with the content of files that fluid, fill and path name. Raises InputError if unusable."""
         crack, fluid, uncertainty = self.crack, self.fluid, self.uncertainty
         if crack is not None and crack.fill is not None:
             crack = crack.model_copy(update={"fill": crack.fill.loaded(folder)})
@@ -132,7 +135,7 @@ class Trial(Settings):
         return self.model_copy(update=loaded)
 
     def known_inputs(self, outline: Outline, solid: Solid) -> Uncertainty:
-        """Return the declared uncertainties, and those of width, walls and volume by photo, fill and scale."""
+        """Return the uncertainties that are declared, and those that follow from photo, fill and weighed volume."""
         inputs = self.uncertainty.with_sample(outline.width_doubt_mm, solid.figures.weighed)
         weighed = self.path.weighed
         return inputs if weighed is None else inputs.model_copy(update={"volume_ml": weighed.volume_sd_ml})
@@ -143,7 +146,7 @@ class Trial(Settings):
 
 
 TABLES = ("fluid", "solver", "nozzle", "path", "crack", "sample")
-"""Tables of a trial file whose settings a study may vary, or readings may have been used to fit."""
+"""Tables of a trial file with settings that a study may vary, and that may have been fitted to readings."""
 SETTINGS = ("seed", *(key for key in dotted_names(Trial) if key.partition(".")[0] in TABLES))
 """Dotted names of the seed and of all settings in TABLES."""
 
@@ -164,9 +167,10 @@ def folder_name(name: str) -> str:
 
 
 def load_trial(path: Path, settings: Mapping[str, Any] | None = None) -> Trial:
-    """Read and check a trial file, with ``settings`` by dotted name instead of its own. Raises as ``read_settings``.
+    """Read and check a trial file. ``settings`` by dotted name replace those of the file.
 
-    A fault in ``settings`` names --set instead of the file.
+    Raises InputError as ``read_settings`` does. The message names --set instead of the file if the fault is in
+    ``settings``.
     """
     given = settings or {}
     content = read_toml(path, name="trial file", starter="'sealtwin init DIR' writes a trial to start from")
@@ -180,9 +184,9 @@ def load_trial(path: Path, settings: Mapping[str, Any] | None = None) -> Trial:
 
 
 def sample_trial(kind: Literal["photo", "mesh"], file: Path, settings: Mapping[str, Any]) -> Trial:
-    """Build a trial of a photo or a mesh for solid and path, without a fluid.
+    """Return a trial of a photo or a mesh without a fluid, from which solid and path can be made.
 
-    ``settings`` are by dotted name. Raises InputError as ``load_trial``.
+    ``settings`` are by dotted name. Raises InputError as ``load_trial`` does.
     """
     if f"{kind}.file" in settings:
         raise InputError(f"{kind}.file and {file} are both given: give one {kind}.")
@@ -196,9 +200,9 @@ def name_of(file: Path, otherwise: str) -> str:
 
 
 def seen_from(folder: Path, settings: Mapping[str, Any], source: Path = Path()) -> dict[str, Any]:
-    """Return settings with files, given relative to ``source``, made relative to the trial's folder.
+    """Return settings whose files are relative to ``folder``, the trial's, instead of to ``source``.
 
-    So both can be moved together, and no home folder is named.
+    Trial and files can then be moved together, and no home folder is named.
     """
     return {name: _seen_from(folder, value, source) for name, value in settings.items()}
 
@@ -226,7 +230,7 @@ IN_PLACE_OF = {
     "path.volume_ml": (("path.weighed",),),
     "fluid.curve": (("fluid.U", "fluid.D_cm"), *((f"fluid.{name}",) for name in REPLACED_BY_CURVE)),
 }
-"""Groups of settings that a given setting removes from the trial, each if its first one is there."""
+"""Groups of settings that a given setting removes from the trial. A group is removed if the trial has its first one."""
 
 
 def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -247,7 +251,7 @@ def with_settings(content: Mapping[str, Any], settings: Mapping[str, Any]) -> di
 
 
 def replaced(trial: Trial, settings: Mapping[str, Any], names: Iterable[str]) -> list[str]:
-    """Return the names among ``settings`` that a value for each of ``names`` would remove from a trial."""
+    """Return those of ``settings`` that would be removed from a trial if all of ``names`` were given."""
     content = trial.model_dump(mode="json", exclude_none=True)
     removed = _names_in(content) - _names_in(with_settings(content, dict.fromkeys(names, 0)))
     return [name for name in settings if ".".join(name.split(".")[:2]) in removed]

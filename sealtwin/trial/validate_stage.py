@@ -1,4 +1,4 @@
-"""Third stage: compares the simulated level with the readings, and writes the report."""
+"""Third stage: compare the simulated level with the readings, and write the report."""
 
 import time
 from dataclasses import replace
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 NOT_RECORDED = "not recorded"
 REPORT_FORM = 6  # Version of comparison.json and report.json; files of another version are written anew
 UNCERTAINTY, SPREAD = "uncertainty", "uncertainty.json"
-"""Name in the manifest, and file, of the extra runs of 'sealtwin validate RUN --uncertainty'."""
+"""Name of the extra runs of 'sealtwin validate RUN --uncertainty' in the manifest, and the file of their results."""
 OF_EXTRA_RUNS = ("uncertainty", "weighed")  # Settings of this stage that the extra runs depend on
 RECORD = "record.json"  # File in the folder of a trial that was ingested from a lab's folder
 ORIGIN = Path("inputs", "origin.json")
-"""File in a run folder: the part of RECORD about the sheet, without the lab's path and its other notes."""
+"""File in a run folder with the part of RECORD that is about the sheet. It omits the lab's path and other notes."""
 
 
 def bring_up_to_date(job: Job) -> bool:
@@ -145,8 +145,9 @@ def read_spread(job: Job) -> "Spread | None":
 
 
 def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
-    """Return the trial's readings, with doubts from the crack, its volume and the simulated level, if any.
+    """Return the trial's readings, or None if it has none.
 
+    Their doubts come from a comparison with the crack, the dispensed volume and, if given, the simulated level.
     Raises InputError if the sheet cannot be read, or contradicts a declared error.
     """
     if job.trial.readings is None or job.sheet is None:
@@ -166,13 +167,13 @@ def readings_of(job: Job, simulated: Profile | None = None) -> Profile | None:
 
 
 def note_doubts(job: Job, readings: Profile) -> None:
-    """Warn of the doubts about the sheet."""
+    """Warn of each doubt about the readings."""
     for doubt in readings.doubts:
         job.progress.warn(f"warning: {doubt}")
 
 
 def sheet_of(job: Job) -> ReadingsSheet | None:
-    """Return the sheet of readings with its origin, if any. Raises InputError if the lab's record is damaged."""
+    """Return the sheet of readings with its origin; None without readings. Raises InputError for a damaged record."""
     if job.sheet is None or job.trial.readings is None:
         return None
     name, digest = job.trial.readings.file.name, files.sha256(job.sheet)

@@ -144,7 +144,7 @@ def test_a_run_records_what_was_set_and_goes_on_from_there(lab):
     assert again["simulate"]["settings"]["seed"] == 6
     refused = sealtwin("simulate", out, "--set", "crack.tilt=lean")
     assert refused.exit_code == 3
-    assert "[crack] differs from what digitise ran with" in refused.stderr
+    assert "[crack] differs from the settings of digitise here" in refused.stderr
     assert tomllib.loads((out / "trial.toml").read_text()) == recorded
     (lab / "other.csv").write_bytes((lab / "readings.csv").read_bytes())
     answer = sealtwin("validate", out, "--device", "cpu", "--set", f"readings.file={lab / 'other.csv'}")

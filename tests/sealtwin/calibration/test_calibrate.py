@@ -65,7 +65,7 @@ def test_readings_are_used_as_their_role_says(lab):
 
 def test_the_same_readings_cannot_calibrate_and_judge(lab):
     held_out = _edited(lab, "held.toml", **{"calibrated-on": "held-out", '"tiny"': '"other"'})
-    _refused(lab, [lab / "trial.toml"], YIELD, "held.toml", "the readings of", held_out=[held_out])
+    _refused(lab, [lab / "trial.toml"], YIELD, "held.toml", "has the same readings as", held_out=[held_out])
 
 
 @pytest.mark.parametrize(

@@ -91,6 +91,6 @@ def test_asking_changes_nothing_and_needs_a_lab(lab, tmp_path):
     assert {path: path.stat().st_mtime_ns for path in copy.rglob("*")} == before
     nothing = _lab("list", tmp_path)
     assert nothing.exit_code == 3
-    assert "no lab" in nothing.stderr
+    assert "not a lab" in nothing.stderr
     assert _lab("show", lab).exit_code == 2
     assert _lab("list", lab, "P01").exit_code == 2

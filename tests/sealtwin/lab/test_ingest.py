@@ -93,5 +93,5 @@ def test_a_lab_is_not_mixed_up_with_other_files(small, tmp_path):
     with pytest.raises(InputError, match="has files that no ingest wrote"):
         ingest(small, tmp_path / "mine", QUIET)
     for lab in (small, small / "lab", tmp_path):
-        with pytest.raises(InputError, match="are one inside the other"):
+        with pytest.raises(InputError, match="must be neither inside nor around"):
             ingest(small, lab, QUIET)

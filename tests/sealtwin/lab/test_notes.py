@@ -72,10 +72,10 @@ def test_what_is_left_blank_or_not_known_is_not_values(tmp_path):
     [
         ("Tiefe;16,0", "line 2, column 2: 'Tiefe' = '16,0' has no unit"),
         ("Tiefe [mm];1,234", "may be 1234 or 1.2340"),
-        ("Tiefe [mm];1.234,5", "is no number"),
+        ("Tiefe [mm];1.234,5", "is not a number"),
         ("Tiefe [mm];1,6 cm", "has the unit mm at its word and cm at its value"),
         ("Tiefe [kg];16", "is in 'kg', which is not a unit of this setting; write one of mm, cm"),
-        ("Datum;03/05/2026", "is no unambiguous date"),
+        ("Datum;03/05/2026", "is not an unambiguous date"),
         ("Zustand;halb trocken", "is not allowed; write one of wet, cured"),
         ("Rissenden;12,5 340 905 377", "must be two places in pixels, decimals with a point"),
         ("Tiefe [mm];16;links", "'links' is neither word, value nor unit"),

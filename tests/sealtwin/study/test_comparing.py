@@ -99,7 +99,7 @@ def test_what_is_no_finished_run_of_its_own_trial_is_refused_by_name(run, other,
     refused(tmp_path / "nowhere", "nowhere: not a run folder")
     refused(run, "named twice")
     for name, change, sentence in (
-        ("trial.toml", (b"U = 3.0", b"U = 4.0", 1), "[fluid] differs from what simulate ran with here"),
+        ("trial.toml", (b"U = 3.0", b"U = 4.0", 1), "[fluid] differs from the settings of simulate here"),
         (
             "profile.csv",
             (b",-", b",", 1),

@@ -124,7 +124,7 @@ def _arrays() -> dict[int, wp.array]:
 def test_a_disk_that_is_too_small_is_told_before_the_first_run():
     wanted = Estimate(runs=1, time_s=1.0, processor_s=1.0, measured=False, memory_bytes=1.0, disk_bytes=5e6)
     require_disk(wanted, 6e6, "out")
-    with pytest.raises(InputError, match="out: 4 MB are free there, the results need 5 MB"):
+    with pytest.raises(InputError, match="out: 4 MB are free, but the results need 5 MB"):
         require_disk(wanted, 4e6, "out")
 
 
@@ -137,5 +137,5 @@ def test_a_launch_that_a_gpu_cannot_hold_is_told_before_the_first_run():
     # And what one process needs beside them.
     assert wanted.memory_bytes == pytest.approx(132 * (26.3e6 + 14_527 * 128 * 2), rel=0.2)
     require_memory(wanted, 8e9, "cuda:0", 132)
-    with pytest.raises(InputError, match=r"--batch 132: .* need 4\.\d GB, 2\.0 GB are free on cuda:0"):
+    with pytest.raises(InputError, match=r"--batch 132: .* need 4\.\d GB, but 2\.0 GB are free on cuda:0"):
         require_memory(wanted, 2e9, "cuda:0", 132)

@@ -113,14 +113,14 @@ def test_a_run_whose_volume_is_off_is_in_no_ranking(study):
 
 
 def test_a_study_that_is_not_there_too_small_or_edited_is_refused(study, tmp_path):
-    with pytest.raises(InputError, match="no study"):
+    with pytest.raises(InputError, match="not a study"):
         mapped_without_fills(tmp_path / "nowhere")
     with pytest.raises(InputError, match=r"of 4 finished runs can be ranked: .* A map needs 4"):
         map_study(study, None, None, None, None, Progress())
     run = read_plan(study).runs[2]
     with profile_path(study, run.key).open("a") as changed:
         changed.write("99.0,1.0\n")
-    with pytest.raises(InputError, match=f"not as run {run.number} wrote it"):
+    with pytest.raises(InputError, match=f"changed since run {run.number} wrote it"):
         mapped_without_fills(study)
     forget_outcome(study, run)
     with pytest.raises(InputError, match="3 of 4 runs are done; a map needs 4"):
@@ -151,7 +151,7 @@ def test_the_command_answers_with_one_object(unbroken, tmp_path):
     assert json.loads(answer.stdout) == json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
     refused = sealtwin("map", tmp_path, "--no-fills", "--json")
     assert refused.exit_code == 3
-    assert "no study" in json.loads(refused.stdout)["error"]
+    assert "not a study" in json.loads(refused.stdout)["error"]
 
 
 @pytest.mark.slow

@@ -57,7 +57,7 @@ def test_what_is_no_shard_of_the_same_study_is_not_merged(shards, tmp_path):
         merge([shards[1], tmp_path / "other"], tmp_path / "out")
     with pytest.raises(InputError, match=r"--out .*1: "):
         merge(shards, shards[0])
-    with pytest.raises(InputError, match="no study"):
+    with pytest.raises(InputError, match="not a study"):
         merge([*shards, tmp_path / "lab"], tmp_path / "out")
     changed = tmp_path / "changed"
     shutil.copytree(shards[0], changed)

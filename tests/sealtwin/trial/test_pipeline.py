@@ -398,4 +398,4 @@ def test_threads_are_those_of_the_fluid_run_and_a_gpu_has_none(copied, monkeypat
     assert isinstance(answer.exception, ReachedError)
     assert answer.exception.args == ("cpu", 2)
     monkeypatch.setattr("simulate.device.choose_device", lambda _: "cuda:0")
-    assert "--threads 2: only for a CPU, and this run is on cuda:0" in refusal(*command)
+    assert "--threads 2: only for a CPU, but this run is on cuda:0" in refusal(*command)

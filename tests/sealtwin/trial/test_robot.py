@@ -163,10 +163,12 @@ def test_the_files_go_elsewhere_where_asked_and_replace_only_their_own(run, cell
     assert not (run / "robot").exists()
     (out / "path.csv").write_text("mine")
     (out / "notes.txt").write_text("mine")
-    assert "path.csv: not as sealtwin robot wrote it" in _refusal(run, "--cell", cell, "--format", "csv", "--out", out)
+    assert "path.csv: changed since sealtwin robot wrote it" in _refusal(
+        run, "--cell", cell, "--format", "csv", "--out", out
+    )
     assert sealtwin("robot", run, "--cell", cell, "--format", "txt", "--out", out).exit_code == 0
     (out / "path.txt").write_text("edited")
-    assert "path.txt: not as" in _refusal(run, "--cell", cell, "--format", "gcode", "--out", out)
+    assert "path.txt: changed since" in _refusal(run, "--cell", cell, "--format", "gcode", "--out", out)
     left = {path.name: path.read_text() for path in out.iterdir() if path.name != "robot.json"}
     assert left == {"path.csv": "mine", "notes.txt": "mine", "path.txt": "edited"}
 

@@ -44,7 +44,7 @@ def test_a_changed_slope_redoes_the_fluid_and_an_unchanged_one_nothing(tmp_path)
     # Seen to fail where only tables that are wanted now were compared.
     trial = out / "trial.toml"
     trial.write_text(trial.read_text(encoding="utf-8").replace("gradient_deg = 5.0", "gradient_deg = 0.0"))
-    with job_in(out) as job, pytest.raises(InputError, match=r"\[sample\] differs from what simulate ran with"):
+    with job_in(out) as job, pytest.raises(InputError, match=r"\[sample\] differs from the settings of simulate here"):
         run_stages(job, ("validate",))
     assert run(tmp_path, out) == ("simulate",)
     assert (out / "particles.csv").read_bytes() == level

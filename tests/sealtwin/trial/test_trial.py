@@ -187,7 +187,7 @@ def test_a_photo_of_any_name_makes_a_trial():
 @pytest.mark.parametrize(
     ("tables", "named"),
     [
-        ('[mesh]\nfile = "a.stl"\ndata = "measured"\nunits = "mm"\n[crack]\ndepth_mm = 16\n', "[mesh] with"),
+        ('[mesh]\nfile = "a.stl"\ndata = "measured"\nunits = "mm"\n[crack]\ndepth_mm = 16\n', "cannot be combined"),
         ("", "[photo] or [mesh] is missing"),
         ('[photo]\nfile = "a.png"\ndata = "measured"\nmm_per_px = 0.1\n', "[crack] is missing"),
         ('[mesh]\nfile = "a.stl"\ndata = "measured"\n', "mesh.units is missing"),

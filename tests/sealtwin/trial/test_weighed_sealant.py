@@ -37,7 +37,11 @@ def test_the_nozzle_gives_mass_over_density_with_the_doubt_of_both(tmp_path):
     ("old", "new", "named"),
     [
         ("speed_mm_s = 20\n", "speed_mm_s = 20\nvolume_ml = 0.09\n", "volume_ml cannot be combined with weighed"),
-        ("[path.weighed]", "[uncertainty]\nvolume_ml = 0.1\n[path.weighed]", "uncertainty.volume_ml with path.weighed"),
+        (
+            "[path.weighed]",
+            "[uncertainty]\nvolume_ml = 0.1\n[path.weighed]",
+            "uncertainty.volume_ml cannot be combined with path.weighed",
+        ),
         ("mass_sd_g = 0.0055\n", "", "path.weighed.mass_sd_g"),
         ("density_kg_m3 = 1100", "density_kg_m3 = 1.1", "path.weighed.density_kg_m3"),
     ],
