@@ -189,7 +189,7 @@ FAULTS = (
         lambda folder: (folder / "sheets/P07.csv").rename(folder / "sheets/PO7.csv")),
     Planted("a photo cut short", r"P08\.png: the photo is damaged or cut short",
         lambda folder: os.truncate(folder / "P08.png", 9000)),
-    Planted("shrinkage of what is wet", r"P09 notes\.toml, lab\.toml: readings: shrinkage_percent = 2\.5 without",
+    Planted("shrinkage of what is wet", r"P09 notes\.toml, lab\.toml: readings: shrinkage_percent = 2\.5 needs",
         _edit("P09 notes.toml", 'state = "cured"', 'state = "wet"')),
     Planted("a wall that lies down", r"P09 notes\.toml: crack\.wall_angle_deg = 80",
         _edit("P09 notes.toml", "depth_mm = 8.0", "depth_mm = 8.0\nwall_angle_deg = 80.0")),
